@@ -1,0 +1,3 @@
+//! The `evencut` command: arguments → core → files, exit codes.
+
+fn main() {}

@@ -1,0 +1,21 @@
+//! Plans milling paths for freeform surfaces so that the cut is even and the cusps are even.
+//!
+//! A job passes through a short row of named values; each has one home module:
+//! [`job::Job`] → [`surface::Surface`] → [`flatten::Chart`] → rings → [`toolpath::Toolpath`] →
+//! program. The crate takes bytes and returns values: it opens no file, reads no clock and no
+//! environment, and prints nothing.
+#![forbid(unsafe_code)]
+
+pub mod geometry;
+pub mod mesh;
+
+pub mod machine;
+pub mod tool;
+
+pub mod job;
+
+pub mod surface;
+
+pub mod flatten;
+
+pub mod toolpath;

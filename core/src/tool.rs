@@ -1,0 +1,90 @@
+//! The cutter: a solid of revolution with a corner radius.
+
+use thiserror::Error;
+
+/// What a cutter's dimensions may not be.
+#[derive(Copy, Clone, Debug, PartialEq, Error)]
+pub enum ToolError {
+    /// The diameter is not a positive number.
+    #[error("tool: diameter {0} mm; it must be a positive number")]
+    Diameter(f64),
+    /// The corner radius does not fit in the cutter.
+    #[error(
+        "tool: corner radius {corner} mm; it must lie between 0 and the cutter radius {radius} mm"
+    )]
+    CornerRadius {
+        /// Corner radius found, mm.
+        corner: f64,
+        /// Cutter radius, mm.
+        radius: f64,
+    },
+}
+
+/// The three families of end mill.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum ToolKind {
+    /// Ball end: corner radius equals the radius.
+    Ball,
+    /// Flat end: sharp corner.
+    Flat,
+    /// Bull nose: corner radius in between.
+    Bull,
+}
+
+/// A cutter of radius `R` and corner radius `r_c`, mm, tip at the origin, axis up.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Tool {
+    radius: f64,
+    corner_radius: f64,
+}
+
+impl Tool {
+    /// A cutter from its radius and corner radius, mm.
+    ///
+    /// # Errors
+    /// [`ToolError`] unless `0 <= corner_radius <= radius` and `0 < radius`.
+    pub fn new(radius: f64, corner_radius: f64) -> Result<Self, ToolError> {
+        if !(radius.is_finite() && radius > 0.0) {
+            return Err(ToolError::Diameter(2.0 * radius));
+        }
+        if !(0.0..=radius).contains(&corner_radius) {
+            return Err(ToolError::CornerRadius { corner: corner_radius, radius });
+        }
+        Ok(Self { radius, corner_radius })
+    }
+
+    /// Cutter radius `R`, mm.
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// Corner radius `r_c`, mm: 0 for a flat end, `R` for a ball.
+    pub fn corner_radius(&self) -> f64 {
+        self.corner_radius
+    }
+
+    /// The family that the corner radius puts it in.
+    pub fn kind(&self) -> ToolKind {
+        if self.corner_radius == 0.0 {
+            ToolKind::Flat
+        } else if self.corner_radius == self.radius {
+            ToolKind::Ball
+        } else {
+            ToolKind::Bull
+        }
+    }
+
+    /// Effective curvature across the feed for a lead whose sine is `sin_lead`, 1/mm.
+    ///
+    /// `1 / (r_c + (R - r_c) / sin lead)`; a flat end at lead 0 gives 0.
+    ///
+    /// # Source
+    /// `k_tool` of the strip width; Kim 2001 for the bull form.
+    pub fn effective_curvature(&self, sin_lead: f64) -> f64 {
+        let flat = self.radius - self.corner_radius;
+        if flat == 0.0 {
+            return 1.0 / self.radius;
+        }
+        sin_lead / (self.corner_radius * sin_lead + flat)
+    }
+}
