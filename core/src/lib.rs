@@ -18,4 +18,8 @@ pub mod surface;
 
 pub mod flatten;
 
+pub mod region;
+
+pub mod engagement;
+
 pub mod toolpath;
