@@ -20,6 +20,8 @@ pub mod flatten;
 
 pub mod region;
 
+pub mod level_set;
+
 pub mod engagement;
 
 pub mod toolpath;

@@ -1,0 +1,47 @@
+//! Contour-parallel rings as level sets of a distance field.
+//!
+//! - *Strip metric*: lengths measured in passes; one side step is one unit.
+//! - *Field*: distance from the boundary in that metric, at the vertices of a refined mesh.
+//! - *Ring*: a closed level curve in the flat plane; *level* its value of the field.
+//! - *Closing ring*: a ring between the last whole level and a summit of the field, where the gap
+//!   between would exceed half a strip.
+//!
+//! Source: spec 02; Kimmel and Sethian 1998 for the distance on a triangle mesh.
+
+mod field;
+mod refine;
+mod rings;
+
+pub use field::DistanceField;
+pub use refine::PassMesh;
+pub use rings::{Ring, rings};
+
+use thiserror::Error;
+
+/// Why no rings can be laid.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum LevelSetError {
+    /// The mesh would have to be refined beyond reason.
+    #[error(
+        "rings: a side step of {side_step:.4} mm would need more than {limit} triangles to carry \
+         the distance field; choose a larger cut.stepover or cut.scallop, or machine a smaller part"
+    )]
+    TooFine {
+        /// Typical side step asked for, mm.
+        side_step: f64,
+        /// Largest number of triangles.
+        limit: usize,
+    },
+    /// The cutter does not fit between the walls anywhere.
+    #[error(
+        "rings: with path.boundary = \"wall\" the cutter centre stays {radius:.3} mm from the \
+         boundary, but no point of the surface is farther than {widest:.3} mm from it; use a \
+         cutter of less than {widest:.3} mm radius or path.boundary = \"open\""
+    )]
+    NoRoom {
+        /// Cutter radius, mm.
+        radius: f64,
+        /// Largest distance of a surface point from the boundary, mm.
+        widest: f64,
+    },
+}

@@ -1,0 +1,186 @@
+//! A mesh fine enough to carry the distance field: edges at most about one pass long.
+
+use super::LevelSetError;
+use crate::flatten::Chart;
+use crate::geometry::{DVec2, DVec3};
+use crate::mesh::{Connectivity, FaceId, HalfEdgeId, VertexId};
+use crate::surface::Surface;
+
+/// Edges longer than this many passes are split. Longer: corners of rings and summits of the field
+/// are blunted; shorter: more triangles, quadratically.
+const LONGEST_EDGE: f64 = 1.0;
+/// Refinement stops with an error beyond this many triangles.
+const MOST_FACES: usize = 6_000_000;
+
+/// The strip metric at a point: a symmetric tensor, passes² per mm², as `[xx, yy, zz, xy, yz, zx]`.
+pub type StripMetric = [f64; 6];
+
+/// Flat and spatial mesh with edge lengths measured in passes and in mm.
+#[derive(Clone, Debug)]
+pub struct PassMesh {
+    connectivity: Connectivity,
+    uv: Vec<DVec2>,
+    positions: Vec<DVec3>,
+    metric: Vec<StripMetric>,
+}
+
+impl PassMesh {
+    /// Refines the chart's mesh; `metric` is the strip metric at each of the `#V` vertices.
+    ///
+    /// # Errors
+    /// [`LevelSetError::TooFine`] when millions of triangles would be needed.
+    pub fn new(
+        surface: &Surface,
+        chart: &Chart,
+        metric: Vec<StripMetric>,
+    ) -> Result<Self, LevelSetError> {
+        let mut mesh = Self {
+            connectivity: surface.connectivity().clone(),
+            uv: chart.uv().to_vec(),
+            positions: surface.positions().to_vec(),
+            metric,
+        };
+        mesh.check_size()?;
+        while let Some(finer) = mesh.split_long_edges()? {
+            mesh = finer;
+        }
+        Ok(mesh)
+    }
+
+    /// Half-edge connectivity.
+    pub fn connectivity(&self) -> &Connectivity {
+        &self.connectivity
+    }
+
+    /// `#V` flat points.
+    pub fn uv(&self) -> &[DVec2] {
+        &self.uv
+    }
+
+    /// Length of a side in passes.
+    pub fn pass_length(&self, side: HalfEdgeId) -> f64 {
+        let (a, b) = self.connectivity.ends(side);
+        self.passes_between(a.index(), b.index())
+    }
+
+    /// Length of a side, mm.
+    pub fn length(&self, side: HalfEdgeId) -> f64 {
+        let (a, b) = self.connectivity.ends(side);
+        (self.positions[b.index()] - self.positions[a.index()]).length()
+    }
+
+    fn passes_between(&self, a: usize, b: usize) -> f64 {
+        let e = self.positions[b] - self.positions[a];
+        let (m, n) = (&self.metric[a], &self.metric[b]);
+        let mean = |i: usize| 0.5 * (m[i] + n[i]);
+        let square = mean(0) * e.x * e.x
+            + mean(1) * e.y * e.y
+            + mean(2) * e.z * e.z
+            + 2.0 * (mean(3) * e.x * e.y + mean(4) * e.y * e.z + mean(5) * e.z * e.x);
+        square.max(0.0).sqrt()
+    }
+
+    /// Refuses before refining what could not end below [`MOST_FACES`].
+    fn check_size(&self) -> Result<(), LevelSetError> {
+        let (mut passes, mut area) = (0.0, 0.0);
+        for f in 0..self.connectivity.face_count() {
+            let [a, b, c] = [0, 1, 2].map(|i| self.pass_length(FaceId(f as u32).half_edge(i)));
+            let s = 0.5 * (a + b + c);
+            passes += (s * (s - a) * (s - b) * (s - c)).max(0.0).sqrt();
+            let [a, b, c] = [0, 1, 2].map(|i| self.length(FaceId(f as u32).half_edge(i)));
+            let s = 0.5 * (a + b + c);
+            area += (s * (s - a) * (s - b) * (s - c)).max(0.0).sqrt();
+        }
+        // An equilateral triangle of the longest side allowed covers 0.433 passes².
+        if passes / 0.433 > MOST_FACES as f64 {
+            return Err(LevelSetError::TooFine {
+                side_step: (area / passes).sqrt(),
+                limit: MOST_FACES,
+            });
+        }
+        Ok(())
+    }
+
+    /// Whether a side is too long, or joins two boundary vertices through the interior: along such
+    /// a side the distance is not what its ends say.
+    fn is_split(&self, side: HalfEdgeId) -> bool {
+        let (a, b) = self.connectivity.ends(side);
+        let is_chord = self.connectivity.opposite(side).is_some()
+            && self.connectivity.is_boundary(a)
+            && self.connectivity.is_boundary(b);
+        is_chord || self.pass_length(side) > LONGEST_EDGE
+    }
+
+    /// One round of splitting at mid-edges; `None` when there is nothing to split.
+    fn split_long_edges(&self) -> Result<Option<Self>, LevelSetError> {
+        let sides = 3 * self.connectivity.face_count();
+        let mut middle = vec![u32::MAX; sides];
+        let mut next = self.clone();
+        for h in 0..sides {
+            let side = HalfEdgeId(h as u32);
+            if middle[h] != u32::MAX || !self.is_split(side) {
+                continue;
+            }
+            let (a, b) = self.connectivity.ends(side);
+            let (a, b) = (a.index(), b.index());
+            middle[h] = next.uv.len() as u32;
+            if let Some(o) = self.connectivity.opposite(side) {
+                middle[o.index()] = middle[h];
+            }
+            next.uv.push(0.5 * (self.uv[a] + self.uv[b]));
+            next.positions.push(0.5 * (self.positions[a] + self.positions[b]));
+            let (m, n) = (&self.metric[a], &self.metric[b]);
+            next.metric.push(core::array::from_fn(|i| 0.5 * (m[i] + n[i])));
+        }
+        if next.uv.len() == self.uv.len() {
+            return Ok(None);
+        }
+        let mut faces = Vec::with_capacity(4 * self.connectivity.face_count());
+        for (f, face) in self.connectivity.faces().iter().enumerate() {
+            let split = [0, 1, 2].map(|i| middle[3 * f + i]);
+            next.split_face(*face, split, &mut faces);
+        }
+        if faces.len() > MOST_FACES {
+            let side_step = self.length(HalfEdgeId(0)) / self.pass_length(HalfEdgeId(0));
+            return Err(LevelSetError::TooFine { side_step, limit: MOST_FACES });
+        }
+        // Splitting keeps a manifold a manifold.
+        let connectivity = Connectivity::new(next.uv.len(), faces);
+        debug_assert!(connectivity.is_ok(), "splitting edges broke the mesh");
+        let Ok(connectivity) = connectivity else { return Ok(None) };
+        next.connectivity = connectivity;
+        Ok(Some(next))
+    }
+
+    /// Pushes the pieces of a face whose sides are split at `middle` (`u32::MAX`: not split).
+    fn split_face(&self, face: [VertexId; 3], middle: [u32; 3], out: &mut Vec<[VertexId; 3]>) {
+        let is_split = middle.map(|m| m != u32::MAX);
+        let m = middle.map(VertexId);
+        let [a, b, c] = face;
+        match is_split.iter().filter(|&&s| s).count() {
+            0 => out.push(face),
+            3 => {
+                out.extend([[a, m[0], m[2]], [m[0], b, m[1]], [m[2], m[1], c], [m[0], m[1], m[2]]])
+            }
+            1 => {
+                let i = is_split.iter().position(|&s| s).unwrap_or(0);
+                let (p, q, r) = (face[i], face[(i + 1) % 3], face[(i + 2) % 3]);
+                out.extend([[p, m[i], r], [m[i], q, r]]);
+            }
+            _ => {
+                // Side i is whole; cut off the corner opposite to it, then the shorter diagonal.
+                let i = is_split.iter().position(|&s| !s).unwrap_or(0);
+                let (p, q, r) = (face[i], face[(i + 1) % 3], face[(i + 2) % 3]);
+                let (mq, mr) = (m[(i + 1) % 3], m[(i + 2) % 3]);
+                out.push([mq, r, mr]);
+                if self.passes_between(p.index(), mq.index())
+                    <= self.passes_between(q.index(), mr.index())
+                {
+                    out.extend([[p, q, mq], [p, mq, mr]]);
+                } else {
+                    out.extend([[p, q, mr], [q, mq, mr]]);
+                }
+            }
+        }
+    }
+}

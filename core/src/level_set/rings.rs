@@ -1,0 +1,191 @@
+//! Rings: closed level curves of the field, and which must be cut before which.
+
+use super::{DistanceField, PassMesh};
+use crate::geometry::DVec2;
+use crate::mesh::{FaceId, HalfEdgeId, VertexId};
+
+/// Ring 0 of an open boundary runs this far inside it, in passes: on the boundary to the eye, and
+/// a closed curve of the mesh's interior to the tracer.
+const FIRST_LEVEL: f64 = 1e-3;
+/// A summit higher than this above the last ring gets a closing ring half way up.
+const HALF_STRIP: f64 = 0.5;
+
+/// A closed level curve of the field, higher values on its right.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ring {
+    /// Value of the field, passes.
+    pub level: f64,
+    /// Flat points, in order; the last is joined to the first.
+    pub points: Vec<DVec2>,
+    /// Whether it closes a core rather than being one of the whole levels.
+    pub closing: bool,
+}
+
+/// Rings at the levels 0, 1, 2, …, then the closing rings; each level's in order of first face.
+pub fn rings(mesh: &PassMesh, field: &DistanceField) -> Vec<Ring> {
+    let mut tracer = Tracer::new(mesh, field.values());
+    let highest = field.values().iter().copied().filter(|v| v.is_finite()).fold(0.0, f64::max);
+    let mut rings = Vec::new();
+    for (k, faces) in faces_by_level(mesh, field.values(), highest).into_iter().enumerate() {
+        let level = if k == 0 { FIRST_LEVEL } else { k as f64 };
+        for face in faces {
+            rings.extend(tracer.trace(face, level).map(|points| Ring {
+                level,
+                points,
+                closing: false,
+            }));
+        }
+        tracer.next_level();
+    }
+    rings.extend(closing_rings(mesh, field.values(), &mut tracer));
+    rings
+}
+
+/// For every whole level the faces it crosses, in order.
+fn faces_by_level(mesh: &PassMesh, values: &[f64], highest: f64) -> Vec<Vec<FaceId>> {
+    let mut by_level = vec![Vec::new(); highest.ceil() as usize + 1];
+    for (f, face) in mesh.connectivity().faces().iter().enumerate() {
+        let v = face.map(|v| values[v.index()]);
+        let low = v.into_iter().fold(f64::INFINITY, f64::min);
+        let high = v.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        if !high.is_finite() || high <= 0.0 {
+            continue;
+        }
+        if low <= FIRST_LEVEL && high > FIRST_LEVEL {
+            by_level[0].push(FaceId(f as u32));
+        }
+        // A level is crossed when low <= level < high.
+        for level in (low.max(1.0).ceil() as usize)..(high.ceil() as usize) {
+            by_level[level].push(FaceId(f as u32));
+        }
+    }
+    by_level
+}
+
+/// Follows level curves through the mesh, each once per level.
+struct Tracer<'a> {
+    mesh: &'a PassMesh,
+    values: &'a [f64],
+    seen: Vec<u32>,
+    stamp: u32,
+}
+
+impl<'a> Tracer<'a> {
+    fn new(mesh: &'a PassMesh, values: &'a [f64]) -> Self {
+        Self { mesh, values, seen: vec![0; mesh.connectivity().face_count()], stamp: 1 }
+    }
+
+    fn next_level(&mut self) {
+        self.stamp += 1;
+    }
+
+    /// The curve through `face`; `None` if it was traced before or leaves the mesh.
+    fn trace(&mut self, face: FaceId, level: f64) -> Option<Vec<DVec2>> {
+        let mut points = Vec::new();
+        let mut at = face;
+        while self.seen[at.index()] != self.stamp {
+            self.seen[at.index()] = self.stamp;
+            let exit = self.exit(at, level)?;
+            points.push(self.crossing(exit, level));
+            at = self.mesh.connectivity().opposite(exit)?.face();
+        }
+        points.dedup();
+        (at == face && points.len() >= 3).then_some(points)
+    }
+
+    /// The side through which the curve, higher values on its right, leaves the face.
+    ///
+    /// A value equal to the level counts as below it, so that no curve passes through a vertex.
+    fn exit(&self, face: FaceId, level: f64) -> Option<HalfEdgeId> {
+        (0..3).map(|c| face.half_edge(c)).find(|&h| {
+            let (a, b) = self.mesh.connectivity().ends(h);
+            self.values[a.index()] > level && self.values[b.index()] <= level
+        })
+    }
+
+    fn crossing(&self, side: HalfEdgeId, level: f64) -> DVec2 {
+        let (a, b) = self.mesh.connectivity().ends(side);
+        // From the lower vertex, so that both faces of the side get the same bits.
+        let (a, b) = if a < b { (a, b) } else { (b, a) };
+        let (u, v) = (self.values[a.index()], self.values[b.index()]);
+        self.mesh.uv()[a.index()].lerp(self.mesh.uv()[b.index()], (level - u) / (v - u))
+    }
+}
+
+/// Half way between the last ring and each summit that stands more than half a strip above it.
+fn closing_rings(mesh: &PassMesh, values: &[f64], tracer: &mut Tracer) -> Vec<Ring> {
+    let mut summits: Vec<u32> = (0..values.len() as u32)
+        .filter(|&v| values[v as usize].is_finite() && is_summit(mesh, values, VertexId(v)))
+        .collect();
+    summits.sort_by(|&a, &b| values[b as usize].total_cmp(&values[a as usize]).then(a.cmp(&b)));
+    let mut flooded = vec![false; values.len()];
+    let mut rings = Vec::new();
+    for v in summits {
+        let height = values[v as usize];
+        let below = (height.ceil() - 1.0).max(0.0);
+        if flooded[v as usize] || height - below <= HALF_STRIP {
+            continue;
+        }
+        let level = 0.5 * (below + height);
+        let island = flood(mesh, values, VertexId(v), level, &mut flooded);
+        if island.iter().any(|w| values[w.index()] > below + 1.0) {
+            continue;
+        }
+        for w in island {
+            for face in faces_around(mesh, w) {
+                rings.extend(tracer.trace(face, level).map(|points| Ring {
+                    level,
+                    points,
+                    closing: true,
+                }));
+            }
+        }
+        tracer.next_level();
+    }
+    rings
+}
+
+fn neighbours(mesh: &PassMesh, v: VertexId) -> impl Iterator<Item = VertexId> + '_ {
+    let c = mesh.connectivity();
+    sides_around(mesh, v).flat_map(move |h| [c.ends(h).1, c.ends(h.prev()).0])
+}
+
+fn faces_around(mesh: &PassMesh, v: VertexId) -> impl Iterator<Item = FaceId> + '_ {
+    sides_around(mesh, v).map(HalfEdgeId::face)
+}
+
+fn sides_around(mesh: &PassMesh, v: VertexId) -> impl Iterator<Item = HalfEdgeId> + '_ {
+    let c = mesh.connectivity();
+    let first = c.leaving(v);
+    core::iter::successors(first, move |h| c.opposite(h.prev()).filter(|next| Some(*next) != first))
+}
+
+fn is_summit(mesh: &PassMesh, values: &[f64], v: VertexId) -> bool {
+    neighbours(mesh, v).all(|w| values[w.index()] <= values[v.index()])
+}
+
+/// The vertices above `level` that are joined to `from`.
+fn flood(
+    mesh: &PassMesh,
+    values: &[f64],
+    from: VertexId,
+    level: f64,
+    flooded: &mut [bool],
+) -> Vec<VertexId> {
+    let mut island = vec![from];
+    flooded[from.index()] = true;
+    let mut next = 0;
+    while next < island.len() {
+        for w in neighbours(mesh, island[next]) {
+            if !flooded[w.index()] && values[w.index()] > level {
+                flooded[w.index()] = true;
+                island.push(w);
+            }
+        }
+        next += 1;
+    }
+    island
+}
+
+#[cfg(test)]
+mod tests;

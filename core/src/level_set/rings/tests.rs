@@ -1,0 +1,106 @@
+//! Rings of a disk, a square and an annulus.
+
+use super::*;
+use crate::flatten::Chart;
+use crate::geometry::DVec3;
+use crate::level_set::LevelSetError;
+use crate::mesh::Connectivity;
+use crate::region::signed_area;
+use crate::surface::Surface;
+
+/// A flat plate of squares of side `h`, cut down to where `keep` holds at the centre.
+fn plate(n: usize, h: f64, keep: impl Fn(DVec2) -> bool) -> (Surface, Chart) {
+    let at = |i: usize, j: usize| DVec2::new(i as f64, j as f64) * h;
+    let mut faces = Vec::new();
+    for i in 0..n {
+        for j in 0..n {
+            if keep((at(i, j) + at(i + 1, j + 1)) * 0.5) {
+                let v = |i: usize, j: usize| VertexId((i * (n + 1) + j) as u32);
+                faces.push([v(i, j), v(i + 1, j), v(i + 1, j + 1)]);
+                faces.push([v(i, j), v(i + 1, j + 1), v(i, j + 1)]);
+            }
+        }
+    }
+    let uv: Vec<_> = (0..=n).flat_map(|i| (0..=n).map(move |j| at(i, j))).collect();
+    let positions: Vec<_> = uv.iter().map(|p| DVec3::new(p.x, p.y, 0.0)).collect();
+    let surface = Surface::new(Connectivity::new(uv.len(), faces).unwrap(), positions);
+    let chart = Chart::new(&surface, uv);
+    (surface, chart)
+}
+
+fn pass_mesh(surface: &Surface, chart: &Chart, step: f64) -> PassMesh {
+    let m = 1.0 / (step * step);
+    let metric = vec![[m, m, m, 0.0, 0.0, 0.0]; chart.uv().len()];
+    PassMesh::new(surface, chart, metric).unwrap()
+}
+
+#[test]
+fn rings_of_a_square_are_squares() {
+    let (surface, chart) = plate(20, 1.0, |_| true);
+    let mesh = pass_mesh(&surface, &chart, 1.0);
+    let rings = rings(&mesh, &DistanceField::from_boundary(&mesh));
+    let whole: Vec<_> = rings.iter().filter(|r| !r.closing).collect();
+    assert_eq!(whole.len(), 10);
+    for (k, ring) in whole.iter().enumerate() {
+        let side = 20.0 - 2.0 * k as f64;
+        // Higher values on the right: clockwise.
+        let area = -signed_area(&ring.points);
+        assert!((area / (side * side) - 1.0).abs() < 0.02, "ring {k}: {area}");
+    }
+}
+
+#[test]
+fn inset_rings_start_a_radius_inside() {
+    let (surface, chart) = plate(30, 1.0, |_| true);
+    let mesh = pass_mesh(&surface, &chart, 2.0);
+    let field = DistanceField::from_inset(&mesh, 3.3).unwrap();
+    let rings = rings(&mesh, &field);
+    for (k, ring) in rings.iter().filter(|r| !r.closing).enumerate() {
+        let side = 30.0 - 6.6 - 4.0 * k as f64;
+        let area = -signed_area(&ring.points);
+        assert!((area.sqrt() - side).abs() < 0.1, "ring {k}: {area} {}", side * side);
+    }
+    assert!(matches!(DistanceField::from_inset(&mesh, 15.1), Err(LevelSetError::NoRoom { .. })));
+}
+
+/// On a disk the field is the radius minus the distance from the centre, up to the staircase of
+/// the plate's edge.
+#[test]
+fn rings_of_a_disk_are_circles() {
+    let n = 120;
+    let centre = DVec2::splat(30.0);
+    let (surface, chart) = plate(n, 0.5, |p| (p - centre).length() < 29.0);
+    let mesh = pass_mesh(&surface, &chart, 2.0);
+    let field = DistanceField::from_boundary(&mesh);
+    for ring in rings(&mesh, &field).iter().filter(|r| r.level > 5.0) {
+        let radii = || ring.points.iter().map(|p| (*p - centre).length());
+        let (low, high) = (radii().fold(f64::MAX, f64::min), radii().fold(0.0, f64::max));
+        assert!(high - low < 0.5, "level {}: {low} {high}", ring.level);
+    }
+}
+
+#[test]
+fn annulus_has_rings_from_both_sides_and_a_closing_pair() {
+    let centre = DVec2::splat(15.0);
+    let (surface, chart) =
+        plate(30, 1.0, |p| (p - centre).length() < 14.0 && (p - centre).abs().max_element() > 4.0);
+    let mesh = pass_mesh(&surface, &chart, 2.0);
+    let field = DistanceField::from_boundary(&mesh);
+    let rings = rings(&mesh, &field);
+    let first: Vec<_> = rings.iter().filter(|r| r.level == FIRST_LEVEL).collect();
+    assert_eq!(first.len(), 2);
+    let areas = first.iter().map(|r| signed_area(&r.points));
+    assert!(areas.clone().any(|a| a > 0.0) && areas.clone().any(|a| a < 0.0));
+}
+
+/// Exact distances: a square's field is the distance to the nearest side.
+#[test]
+fn planar_fronts_are_exact() {
+    let (surface, chart) = plate(24, 1.0, |_| true);
+    let mesh = pass_mesh(&surface, &chart, 3.0);
+    let field = DistanceField::from_boundary(&mesh);
+    for (p, v) in mesh.uv().iter().zip(field.values()) {
+        let exact = p.x.min(p.y).min(24.0 - p.x).min(24.0 - p.y) / 3.0;
+        assert!((v - exact).abs() < 0.02, "{p}: {v} {exact}");
+    }
+}
