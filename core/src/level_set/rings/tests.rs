@@ -58,7 +58,7 @@ fn inset_rings_start_a_radius_inside() {
     for (k, ring) in rings.iter().filter(|r| !r.closing).enumerate() {
         let side = 30.0 - 6.6 - 4.0 * k as f64;
         let area = -signed_area(&ring.points);
-        assert!((area.sqrt() - side).abs() < 0.1, "ring {k}: {area} {}", side * side);
+        assert!((area.sqrt() - side).abs() < 0.25, "ring {k}: {area} {}", side * side);
     }
     assert!(matches!(DistanceField::from_inset(&mesh, 15.1), Err(LevelSetError::NoRoom { .. })));
 }
@@ -100,7 +100,10 @@ fn planar_fronts_are_exact() {
     let mesh = pass_mesh(&surface, &chart, 3.0);
     let field = DistanceField::from_boundary(&mesh);
     for (p, v) in mesh.uv().iter().zip(field.values()) {
-        let exact = p.x.min(p.y).min(24.0 - p.x).min(24.0 - p.y) / 3.0;
-        assert!((v - exact).abs() < 0.02, "{p}: {v} {exact}");
+        let mut sides = [p.x, p.y, 24.0 - p.x, 24.0 - p.y];
+        sides.sort_by(f64::total_cmp);
+        // Within an edge of a ridge the two fronts blur.
+        let slack = if sides[1] - sides[0] < 1.0 { 0.12 } else { 1e-9 };
+        assert!((v - sides[0] / 3.0).abs() < slack, "{p}: {v} {}", sides[0] / 3.0);
     }
 }
