@@ -22,6 +22,12 @@ pub mod region;
 
 pub mod level_set;
 
+pub mod flat_path;
+
 pub mod engagement;
+
+pub mod trochoid;
+
+pub mod link;
 
 pub mod toolpath;

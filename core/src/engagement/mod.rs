@@ -11,9 +11,11 @@
 
 mod capsule;
 mod swept;
+mod walk;
 
 pub use capsule::Capsule;
 pub use swept::{Checkpoint, Stock};
+pub use walk::{AIM, Cutting, Mark, Walk};
 
 use crate::geometry::math;
 use crate::job::FeedComponent;

@@ -1,0 +1,137 @@
+//! Whole pockets in the plane, from rings to the delivered flat path.
+
+use super::*;
+use crate::engagement::{Cutting, Stock};
+use crate::flat_path::Terrain;
+use crate::job::FeedComponent;
+use crate::region::Region;
+
+/// A flat square plate with walls; rings are squares.
+struct Plate {
+    side: f64,
+    radius: f64,
+    step: f64,
+}
+
+impl Terrain for Plate {
+    fn scale(&self, at: DVec2) -> Option<f64> {
+        let inside = at.min_element() >= 0.0 && at.max_element() <= self.side;
+        inside.then_some(1.0)
+    }
+
+    fn room(&self, at: DVec2) -> Option<f64> {
+        let wall = at.min_element().min(self.side - at.max_element());
+        (wall >= 0.0).then_some((wall - self.radius) / self.step)
+    }
+}
+
+impl Plate {
+    fn corners(&self, inset: f64) -> Vec<DVec2> {
+        let (a, b) = (inset, self.side - inset);
+        // Clockwise: the inside is on the right.
+        [(a, a), (a, b), (b, b), (b, a)].map(|(x, y)| DVec2::new(x, y)).to_vec()
+    }
+
+    fn rings(&self) -> Vec<Ring> {
+        let count = ((0.5 * self.side - self.radius) / self.step).ceil() as usize;
+        (0..count)
+            .map(|k| Ring {
+                level: if k == 0 { 1e-3 } else { k as f64 },
+                points: dense(&self.corners(self.radius + self.step * k as f64)),
+                closing: false,
+            })
+            .collect()
+    }
+
+    fn run(
+        &self,
+        control: ForceControl,
+        limit: f64,
+        hand: f64,
+    ) -> (Vec<FlatPoint>, Stock, RingCounts) {
+        let mut outline = self.corners(0.0);
+        outline.reverse();
+        let stock = Stock::new(&Region::from_loops(vec![outline]));
+        let cutting = Cutting {
+            radius: self.radius,
+            depth: 0.5,
+            feed: 20.0,
+            vfc: FeedComponent::Mean,
+            limit,
+        };
+        let loops = Loops {
+            radius: 0.5 * self.step,
+            smallest: 0.1,
+            max_bite: 2.0,
+            return_feed: 50.0,
+            tolerance: 0.005,
+            hand,
+        };
+        let options =
+            RingOptions { order: RingOrder::OutsideIn, links: Links::Surface, control, loops };
+        let rings = self.rings();
+        let precedence = Precedence::new(&rings, options.order);
+        let mut walk = Walk::new(cutting, self, stock);
+        let counts = cut_rings(&mut walk, &rings, &precedence, &options, |_| {});
+        let (points, stock) = walk.finish();
+        (points, stock, counts)
+    }
+}
+
+fn dense(corners: &[DVec2]) -> Vec<DVec2> {
+    let n = corners.len();
+    (0..n)
+        .flat_map(|i| (0..20).map(move |k| (i, k)))
+        .map(|(i, k)| corners[i].lerp(corners[(i + 1) % n], k as f64 / 20.0))
+        .collect()
+}
+
+fn peak(points: &[FlatPoint]) -> f64 {
+    points.iter().map(|p| p.mrr).fold(0.0, f64::max)
+}
+
+fn left_inside(stock: &Stock, plate: &Plate) -> f64 {
+    let mut area = 0.0;
+    stock.remaining(0.1, |p, a| {
+        let corner = (p - p
+            .clamp(DVec2::splat(plate.radius), DVec2::splat(plate.side - plate.radius)))
+        .length();
+        if corner < plate.radius - 0.05 {
+            area += a;
+        }
+    });
+    area
+}
+
+const PLATE: Plate = Plate { side: 60.0, radius: 5.0, step: 1.5 };
+
+#[test]
+fn plain_rings_cut_a_slot_first() {
+    let (points, stock, _) = PLATE.run(ForceControl::Off, f64::INFINITY, 1.0);
+    let slot = 2.0 * 5.0 * 0.5 * 20.0;
+    assert!((peak(&points) - slot).abs() < 1e-6 * slot);
+    assert_eq!(left_inside(&stock, &PLATE), 0.0);
+}
+
+#[test]
+fn feed_control_keeps_the_limit_and_the_geometry() {
+    let limit = 1.5 * 1.5 * 0.5 * 20.0;
+    let (points, stock, _) = PLATE.run(ForceControl::Feed, limit, 1.0);
+    assert!(peak(&points) <= limit && peak(&points) > 0.9 * limit);
+    assert_eq!(left_inside(&stock, &PLATE), 0.0);
+}
+
+#[test]
+fn trochoids_keep_the_limit_and_leave_nothing() {
+    for hand in [1.0, -1.0] {
+        let limit = 1.5 * 1.5 * 0.5 * 20.0;
+        let (points, stock, counts) = PLATE.run(ForceControl::Trochoid, limit, hand);
+        assert!(peak(&points) <= limit, "{} {limit}", peak(&points));
+        assert!(counts.loops > 100, "{counts:?}");
+        assert_eq!(left_inside(&stock, &PLATE), 0.0);
+        // Loops do the work: hardly anything is slowed.
+        let slowed: f64 = points.iter().filter(|p| p.feed < 15.0).map(|p| p.length).sum();
+        let total: f64 = points.iter().map(|p| p.length).sum();
+        assert!(slowed < 0.02 * total, "{slowed} of {total}");
+    }
+}

@@ -1,0 +1,330 @@
+//! Variable-radius trochoids: loops that take over-engaged stretches of a ring in thin bites.
+//!
+//! - *Guide*: the curve the loop centres run along, beside the ring.
+//! - *Corridor*: the room on the side of the guide; its half width is the loop radius.
+//! - *Bite*: the step from one loop to the next; chosen so that the loop's peak removal rate,
+//!   measured against the stock, is just below the limit.
+//!
+//! 1. At each place of the ring the largest loop that touches the ring and stays in the corridor.
+//! 2. One revolution while the centre moves one bite and the radius changes linearly,
+//!    `C(t) = O(t) + R(t) (cos, sin)`, starting at the back, where all is cleared.
+//! 3. The bite from the closed form for the first try, then corrected by measurement.
+//!
+//! Source: S-FORCE (spec 03, "Variable-radius trochoid").
+
+use crate::engagement::Walk;
+use crate::geometry::{DVec2, math};
+use crate::toolpath::MoveKind;
+use core::f64::consts::{PI, TAU};
+
+/// A loop's peak is steered into this part of the limit…
+const LOW_PEAK: f64 = 0.95;
+/// …and this one.
+const HIGH_PEAK: f64 = 0.998;
+/// Tries per loop before the best one so far is taken.
+const TRIES: usize = 12;
+/// Smallest bite as a part of the cutter radius; where it is too much the feed is reduced.
+const SMALLEST_BITE: f64 = 2e-3;
+
+/// Options of the loops; lengths in mm on the surface, feeds in mm/s.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Loops {
+    /// Loop radius wanted, mm.
+    pub radius: f64,
+    /// Loops smaller than this are not made; the ring is slowed there instead, mm.
+    pub smallest: f64,
+    /// Largest bite, mm.
+    pub max_bite: f64,
+    /// Feed where a loop cuts nothing, mm/s.
+    pub return_feed: f64,
+    /// Chord error of a loop, mm.
+    pub tolerance: f64,
+    /// +1: stock on the right of a move and loops counter-clockwise (climb); -1: the reverse.
+    pub hand: f64,
+}
+
+/// A place on the ring and the loop that touches it.
+#[derive(Copy, Clone, Debug)]
+struct Station {
+    /// On the ring.
+    touch: DVec2,
+    /// Loop centre.
+    center: DVec2,
+    /// Loop radius, flat mm.
+    radius: f64,
+}
+
+/// Takes the stretch `span` of a ring by loops; `toward` is +1 for loops on the stock side of the
+/// ring and -1 for loops on the cleared side.
+///
+/// The walk must stand where the first loop may start: see [`enter`]. Returns the number of loops.
+pub fn clear_span(walk: &mut Walk, span: &[DVec2], loops: &Loops, toward: f64) -> usize {
+    let guide = Guide::new(walk, span, loops, toward);
+    let mut count = 0;
+    let mut bite = first_bite(walk, guide.station(0.0).radius, guide.start_disc, loops);
+    let mut along = 0.0;
+    while along < guide.length {
+        let here = guide.station(along);
+        if here.radius * walk.cutting.radius < loops.smallest * walk.disc(here.center) {
+            along = guide.skip_narrow(walk, along, loops);
+            continue;
+        }
+        let step = LoopStep { guide: &guide, from: along, here, loops };
+        let (taken, used) = step.take(walk, bite);
+        bite = taken;
+        along += used;
+        count += 1;
+    }
+    let last = guide.station(guide.length);
+    walk.cut_limited(last.touch, MoveKind::Trochoid);
+    count
+}
+
+/// Where the first loop of a span starts: the back of the loop.
+pub fn entry(walk: &Walk, span: &[DVec2], loops: &Loops, toward: f64) -> (DVec2, DVec2, f64) {
+    let guide = Guide::new(walk, span, loops, toward);
+    let first = guide.station(0.0);
+    let back = first.center - guide.heading(0.0) * first.radius;
+    (back, first.center, first.radius)
+}
+
+/// Bite of the closed form: `S` for which `cos(phi) = (Q² - R² - (S + r)²) / (2 R (S + r))`,
+/// `Q = R + r`, gives the engagement that meets the limit. An upper bound of the engagement.
+fn first_bite(walk: &Walk, radius: f64, disc: f64, loops: &Loops) -> f64 {
+    let intensity =
+        walk.cutting.limit / (walk.cutting.radius * walk.cutting.depth * walk.cutting.feed);
+    let cosine = 1.0 - intensity.min(1.9);
+    // (S + r)² + 2 R cos(phi) (S + r) - (Q² - R²) = 0
+    let half = disc * cosine;
+    let outer = disc + radius;
+    let bite = -half + (half * half + outer * outer - disc * disc).sqrt() - radius;
+    let scale = walk.cutting.radius / disc;
+    bite.clamp(SMALLEST_BITE * disc, loops.max_bite / scale)
+}
+
+/// The stretch of ring, by arc length, with the loop that belongs to each place.
+struct Guide {
+    stations: Vec<Station>,
+    /// Arc length of the loop centres up to each station, flat mm.
+    arc: Vec<f64>,
+    length: f64,
+    start_disc: f64,
+}
+
+impl Guide {
+    fn new(walk: &Walk, span: &[DVec2], loops: &Loops, toward: f64) -> Self {
+        let disc = walk.disc(span[0]);
+        let wanted = loops.radius * disc / walk.cutting.radius;
+        let ring = resample(span, (0.25 * wanted).max(0.02 * disc));
+        let mut stations: Vec<Station> = Vec::new();
+        for i in 0..ring.len() {
+            let (before, after) = (ring[i.saturating_sub(1)], ring[(i + 1).min(ring.len() - 1)]);
+            let heading = (after - before).normalize_or_zero();
+            // With the stock on the right of the move, `hand` +1, its side is the clockwise one.
+            let side = -heading.perp() * (loops.hand * toward);
+            stations.push(largest_loop(walk, ring[i], side, loops, toward));
+        }
+        let mut arc = vec![0.0];
+        for w in stations.windows(2) {
+            let step =
+                0.5 * ((w[1].center - w[0].center).length() + (w[1].touch - w[0].touch).length());
+            arc.push(arc[arc.len() - 1] + step);
+        }
+        let length = arc[arc.len() - 1];
+        Self { stations, arc, length, start_disc: disc }
+    }
+
+    fn segment(&self, along: f64) -> (usize, f64) {
+        let i = self.arc.partition_point(|&a| a <= along).clamp(1, self.arc.len().max(2) - 1);
+        let (a, b) = (self.arc[i - 1], self.arc[i.min(self.arc.len() - 1)]);
+        (i - 1, if b > a { ((along - a) / (b - a)).clamp(0.0, 1.0) } else { 0.0 })
+    }
+
+    fn station(&self, along: f64) -> Station {
+        let (i, t) = self.segment(along);
+        let (a, b) = (self.stations[i], self.stations[(i + 1).min(self.stations.len() - 1)]);
+        Station {
+            touch: a.touch.lerp(b.touch, t),
+            center: a.center.lerp(b.center, t),
+            radius: a.radius + (b.radius - a.radius) * t,
+        }
+    }
+
+    /// Unit direction of the guide.
+    fn heading(&self, along: f64) -> DVec2 {
+        let window = 0.5 * self.stations[0].radius.max(0.02 * self.start_disc);
+        let (back, ahead) = (self.station(along - window), self.station(along + window));
+        let centers = (ahead.center - back.center).normalize_or_zero();
+        let touches = (ahead.touch - back.touch).normalize_or_zero();
+        let mean = (centers + touches).normalize_or_zero();
+        if mean == DVec2::ZERO { DVec2::X } else { mean }
+    }
+
+    /// Follows the ring at limited feed while the corridor is too narrow; returns where it ends.
+    fn skip_narrow(&self, walk: &mut Walk, from: f64, loops: &Loops) -> f64 {
+        let (start, _) = self.segment(from);
+        for i in start..self.stations.len() {
+            let s = self.stations[i];
+            let wide = s.radius * walk.cutting.radius >= loops.smallest * walk.disc(s.center);
+            if wide && self.arc[i] > from {
+                return self.arc[i];
+            }
+            walk.cut_limited(s.touch, MoveKind::Cut);
+        }
+        self.length
+    }
+}
+
+/// The polyline with points at most `spacing` apart, corners kept.
+fn resample(points: &[DVec2], spacing: f64) -> Vec<DVec2> {
+    let mut out = vec![points[0]];
+    for w in points.windows(2) {
+        let n = ((w[1] - w[0]).length() / spacing).ceil().max(1.0) as usize;
+        out.extend((1..=n).map(|i| w[0].lerp(w[1], i as f64 / n as f64)));
+    }
+    out
+}
+
+/// The largest loop up to the radius wanted that touches the ring at `touch` on the given side and
+/// stays inside of ring 0.
+fn largest_loop(walk: &Walk, touch: DVec2, side: DVec2, loops: &Loops, toward: f64) -> Station {
+    let per_mm = walk.disc(touch) / walk.cutting.radius;
+    let mut radius = loops.radius * per_mm;
+    let floor = walk.terrain.room(touch).unwrap_or(0.0).min(0.0) - 0.02;
+    for _ in 0..12 {
+        let center = touch + side * radius;
+        let fits = (0..12).all(|k| {
+            let a = TAU * k as f64 / 12.0;
+            let p = center + DVec2::new(math::cos(a), math::sin(a)) * radius;
+            walk.terrain.room(p).is_some_and(|room| room >= floor)
+        });
+        if fits {
+            return Station { touch, center, radius };
+        }
+        radius *= 0.75;
+    }
+    let _ = toward;
+    Station { touch, center: touch, radius: 0.0 }
+}
+
+/// One loop, from the station at `from` on.
+struct LoopStep<'g> {
+    guide: &'g Guide,
+    from: f64,
+    here: Station,
+    loops: &'g Loops,
+}
+
+impl LoopStep<'_> {
+    /// Takes the largest bite whose peak stays below the limit; returns the bite to try next and
+    /// the one taken.
+    fn take(&self, walk: &mut Walk, first: f64) -> (f64, f64) {
+        let disc = walk.disc(self.here.center);
+        let (smallest, largest) =
+            (SMALLEST_BITE * disc, self.loops.max_bite * disc / walk.cutting.radius);
+        let (mut low, mut high) = (None::<(f64, f64)>, None::<(f64, f64)>);
+        let mut bite = first.clamp(smallest, largest);
+        for _ in 0..TRIES {
+            let mark = walk.mark();
+            let used = bite.min(self.guide.length - self.from);
+            let peak = self.run(walk, used, false) / walk.cutting.limit;
+            let at_end = used < bite && peak <= HIGH_PEAK;
+            if (LOW_PEAK..=HIGH_PEAK).contains(&peak)
+                || at_end
+                || (peak <= HIGH_PEAK && bite >= largest)
+            {
+                walk.keep();
+                return (bite.max(smallest), used);
+            }
+            walk.undo(&mark);
+            walk.keep();
+            if peak > HIGH_PEAK {
+                high = Some((bite, peak))
+            } else {
+                low = Some((bite, peak))
+            }
+            let next = next_bite(low, high);
+            if next < smallest || (next - bite).abs() < 0.01 * bite {
+                break;
+            }
+            bite = next.min(largest);
+        }
+        let bite = low.map_or(smallest, |l| l.0);
+        let used = bite.min(self.guide.length - self.from);
+        self.run(walk, used, true);
+        (bite, used)
+    }
+
+    /// Makes the loop and returns its peak removal rate at the nominal feed.
+    fn run(&self, walk: &mut Walk, used: f64, limited: bool) -> f64 {
+        let next = self.guide.station(self.from + used);
+        let heading = self.guide.heading(self.from + 0.5 * used);
+        let mark = walk.points().len();
+        let scale = walk.cutting.radius / walk.disc(self.here.center);
+        let sides = sides_of_loop(self.here.radius.max(next.radius) * scale, self.loops.tolerance);
+        let go = |walk: &mut Walk, p: DVec2| {
+            if limited {
+                walk.cut_limited(p, MoveKind::Trochoid)
+            } else {
+                walk.cut(p, MoveKind::Trochoid)
+            }
+        };
+        for i in 0..=sides {
+            let t = i as f64 / sides as f64;
+            let angle = PI + self.loops.hand * TAU * t;
+            let radius = self.here.radius + (next.radius - self.here.radius) * t;
+            let center = self.here.center.lerp(next.center, t);
+            let arm = heading * math::cos(angle) + heading.perp() * math::sin(angle);
+            go(walk, center + arm * radius);
+        }
+        let peak = walk.points()[mark..].iter().map(|p| p.mrr).fold(0.0, f64::max);
+        walk.hurry_idle(mark, self.loops.return_feed);
+        peak
+    }
+}
+
+/// The bite to try after one that was too small, too large, or both.
+fn next_bite(low: Option<(f64, f64)>, high: Option<(f64, f64)>) -> f64 {
+    let target = 0.5 * (LOW_PEAK + HIGH_PEAK);
+    match (low, high) {
+        (Some((bite, peak)), None) => bite * (target / peak.max(0.3)).clamp(1.05, 3.0),
+        (None, Some((bite, peak))) => bite * (target / peak).clamp(0.2, 0.95),
+        (Some(l), Some(h)) => {
+            let t = ((target - l.1) / (h.1 - l.1)).clamp(0.15, 0.85);
+            l.0 + (h.0 - l.0) * t
+        }
+        (None, None) => 0.0,
+    }
+}
+
+/// Sides of a polygon whose chords stay within `tolerance` of a circle.
+fn sides_of_loop(radius: f64, tolerance: f64) -> usize {
+    let half = math::acos_clamped(1.0 - tolerance / radius.max(tolerance));
+    ((PI / half).ceil() as usize).clamp(12, 120)
+}
+
+/// Cuts down from above the stock by a helix about `center`, arriving at its start `back`.
+///
+/// The removal rate of a steady helix of a disc is its plan area times the pitch over the time of
+/// a turn, so the pitch follows from the limit.
+pub fn enter(walk: &mut Walk, back: DVec2, center: DVec2, loops: &Loops) {
+    let arm = back - center;
+    let radius = arm.length();
+    let disc = walk.disc(center);
+    let scale = walk.cutting.radius / disc;
+    let turn = TAU * radius * scale / walk.cutting.feed;
+    let plan = PI * (radius + disc) * (radius + disc) * scale * scale;
+    let limit =
+        walk.cutting.limit.min(2.0 * walk.cutting.radius * walk.cutting.depth * walk.cutting.feed);
+    let turns = (walk.cutting.depth * plan / (0.95 * limit * turn)).ceil().max(1.0);
+    let sides = sides_of_loop(radius * scale, loops.tolerance);
+    let steps = turns as usize * sides;
+    walk.arrive(back, walk.cutting.depth, MoveKind::Link);
+    let mrr = plan * walk.cutting.depth / (turns * turn);
+    for i in 1..=steps + sides {
+        let angle = loops.hand * TAU * (i % sides) as f64 / sides as f64;
+        let (c, s) = (math::cos(angle), math::sin(angle));
+        let height = walk.cutting.depth * (1.0 - i as f64 / steps as f64).max(0.0);
+        walk.descend(center + arm * c + arm.perp() * s, height, mrr);
+    }
+}
