@@ -1,5 +1,22 @@
 //! Conformal flattening: surface → [`Chart`].
 
+mod bff;
+mod caps;
+mod curve;
+mod disk;
+mod distortion;
+mod error;
+mod intrinsic;
+mod laplace;
+#[cfg(test)]
+mod samples;
+mod validity;
+
+pub use bff::{bff, bff_unchecked};
+pub use disk::outer_loop;
+pub use distortion::{Distortion, Quality};
+pub use error::{FlattenError, OutsideChart};
+
 use crate::geometry::{DVec2, cross2};
 use crate::mesh::FaceId;
 use crate::surface::{Surface, SurfacePoint};
