@@ -18,4 +18,6 @@ pub mod surface;
 
 pub mod flatten;
 
+pub mod cutter_location;
+
 pub mod toolpath;
