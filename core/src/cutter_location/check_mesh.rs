@@ -14,6 +14,10 @@ use crate::tool::Tool;
 /// Facets per leaf. Fewer: more memory and tree steps; more: needless facet tests.
 const LEAF_FACES: usize = 4;
 
+/// Subtrees up to this size are measured facet by facet, larger ones from their children. Larger
+/// costs building time (each doubling one more pass over all facets), smaller costs queries.
+const TIGHT_FACES: usize = 512;
+
 /// A facet that would raise the cutter by less than this more than others do is not looked at, mm.
 const NEGLIGIBLE: f64 = 1e-10;
 
@@ -30,7 +34,7 @@ pub struct CheckMesh {
 
 /// A node of the tree. Facets `first..first + count` where `count > 0`; else the children are the
 /// next node and node `first`.
-#[derive(Copy, Clone, Debug)]
+#[derive(Copy, Clone, Debug, Default)]
 struct Node {
     /// Centre of the ball and of the slab.
     centre: DVec3,
@@ -157,35 +161,69 @@ impl CheckMesh {
         best
     }
 
-    /// Appends the subtree over `items` and returns its index.
-    fn build(&mut self, source: &[[DVec3; 3]], items: &mut [Item]) -> usize {
+    /// Appends the subtree over `items`.
+    fn build(&mut self, source: &[[DVec3; 3]], items: &mut [Item]) -> Span {
         let index = self.nodes.len();
+        let start = self.facets.len();
         if items.len() <= LEAF_FACES {
-            let facets: Vec<[DVec3; 3]> = items.iter().map(|i| source[i.face as usize]).collect();
-            self.nodes.push(leaf(&facets, self.facets.len() as u32));
-            self.facets.extend(facets);
-            return index;
+            self.facets.extend(items.iter().map(|i| source[i.face as usize]));
+            let facets = &self.facets[start..];
+            let span = Span::of(index, facets);
+            let count = facets.len() as u32;
+            self.nodes.push(Node { first: start as u32, count, ..tight(facets, &span) });
+            return span;
         }
         let axis = widest_axis(items);
         let half = items.len() / 2;
         items.select_nth_unstable_by(half, |a, b| {
             a.centroid[axis].total_cmp(&b.centroid[axis]).then(a.face.cmp(&b.face))
         });
-        self.nodes.push(Node {
-            centre: DVec3::ZERO,
-            radius: 0.0,
-            normal: DVec3::Z,
-            half_width: 0.0,
-            first: 0,
-            count: 0,
-        });
+        self.nodes.push(Node::default());
         let (low, high) = items.split_at_mut(half);
         let near = self.build(source, low);
         let far = self.build(source, high);
-        let mut node = join(&self.nodes[near], &self.nodes[far]);
-        node.first = far as u32;
-        self.nodes[index] = node;
-        index
+        let span = near.join(index, &far);
+        let node = if self.facets.len() - start <= TIGHT_FACES {
+            tight(&self.facets[start..], &span)
+        } else {
+            join(&self.nodes[near.index], &self.nodes[far.index], &span)
+        };
+        self.nodes[index] = Node { first: far.index as u32, ..node };
+        span
+    }
+}
+
+/// What a subtree tells its parent.
+struct Span {
+    index: usize,
+    low: DVec3,
+    high: DVec3,
+    /// Sum of the facets' normals, each as long as twice its area.
+    area: DVec3,
+}
+
+impl Span {
+    fn of(index: usize, facets: &[[DVec3; 3]]) -> Self {
+        let points = || facets.iter().flatten().copied();
+        Self {
+            index,
+            low: points().fold(DVec3::INFINITY, DVec3::min),
+            high: points().fold(DVec3::NEG_INFINITY, DVec3::max),
+            area: facets.iter().map(|t| (t[1] - t[0]).cross(t[2] - t[0])).sum(),
+        }
+    }
+
+    fn join(&self, index: usize, other: &Self) -> Self {
+        let (low, high) = (self.low.min(other.low), self.high.max(other.high));
+        Self { index, low, high, area: self.area + other.area }
+    }
+
+    fn middle(&self) -> DVec3 {
+        0.5 * (self.low + self.high)
+    }
+
+    fn normal(&self) -> DVec3 {
+        self.area.try_normalize().unwrap_or(DVec3::Z)
     }
 }
 
@@ -208,67 +246,42 @@ fn widest_axis(items: &[Item]) -> usize {
     }
 }
 
-/// Ball and slab of a few facets.
-fn leaf(facets: &[[DVec3; 3]], first: u32) -> Node {
+/// Ball and slab of the facets themselves.
+fn tight(facets: &[[DVec3; 3]], span: &Span) -> Node {
+    let (middle, normal) = (span.middle(), span.normal());
     let points = || facets.iter().flatten().copied();
-    let area: DVec3 = facets.iter().map(|t| (t[1] - t[0]).cross(t[2] - t[0])).sum();
-    let normal = area.try_normalize().unwrap_or(DVec3::Z);
-    let low = points().fold(DVec3::INFINITY, DVec3::min);
-    let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
-    let middle = 0.5 * (low + high);
     let (bottom, top) = points()
         .map(|p| normal.dot(p - middle))
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(b, t), h| (b.min(h), t.max(h)));
     let centre = middle + normal * (0.5 * (bottom + top));
-    let radius = points().map(|p| p.distance(centre)).fold(0.0, f64::max);
-    let slack = 1e-14 * (centre.abs().max_element() + radius);
-    Node {
-        centre,
-        radius: radius + slack,
-        normal,
-        half_width: 0.5 * (top - bottom) + slack,
-        first,
-        count: facets.len() as u32,
-    }
+    let radius = points().map(|p| p.distance_squared(centre)).fold(0.0, f64::max).sqrt();
+    Node::holding(centre, radius, normal, 0.5 * (top - bottom))
 }
 
 /// Ball and slab that hold those of two nodes; no facet is looked at again.
-fn join(a: &Node, b: &Node) -> Node {
-    // Weighting by the squared radii stands in for the areas.
-    let sum = a.normal * (a.radius * a.radius) + b.normal * (b.radius * b.radius);
-    let normal = sum.try_normalize().unwrap_or(a.normal);
-    let apart = b.centre - a.centre;
-    let distance = apart.length();
-    let (middle, radius) = if a.radius >= distance + b.radius {
-        (a.centre, a.radius)
-    } else if b.radius >= distance + a.radius {
-        (b.centre, b.radius)
-    } else {
-        let radius = 0.5 * (distance + a.radius + b.radius);
-        (a.centre + apart * ((radius - a.radius) / distance), radius)
-    };
+fn join(a: &Node, b: &Node, span: &Span) -> Node {
+    let (middle, normal) = (span.middle(), span.normal());
     let (ha, hb) = (normal.dot(a.centre - middle), normal.dot(b.centre - middle));
-    let (wa, wb) = (a.extent(normal), b.extent(normal));
+    let (wa, wb) = (a.extent(normal.dot(a.normal), 1.0), b.extent(normal.dot(b.normal), 1.0));
     let (top, bottom) = ((ha + wa).max(hb + wb), (ha - wa).min(hb - wb));
     let shift = 0.5 * (top + bottom);
-    let slack = 1e-14 * (middle.abs().max_element() + radius);
-    Node {
-        centre: middle + normal * shift,
-        radius: radius + shift.abs() + slack,
-        normal,
-        half_width: 0.5 * (top - bottom) + slack,
-        first: 0,
-        count: 0,
-    }
+    let radius = 0.5 * span.low.distance(span.high) + shift.abs();
+    Node::holding(middle + normal * shift, radius, normal, 0.5 * (top - bottom))
 }
 
 impl Node {
-    /// How far the node reaches from its centre along `direction` (of any length).
-    fn extent(&self, direction: DVec3) -> f64 {
-        let along = direction.dot(self.normal);
-        let across = (direction.length_squared() - along * along).max(0.0).sqrt();
-        let slab = along.abs() * self.half_width + across * self.radius;
-        slab.min(direction.length() * self.radius)
+    /// A node of no facets yet, widened by the rounding of the figures.
+    fn holding(centre: DVec3, radius: f64, normal: DVec3, half_width: f64) -> Self {
+        let slack = 1e-14 * (centre.abs().max_element() + radius);
+        let (radius, half_width) = (radius + slack, half_width + slack);
+        Self { centre, radius, normal, half_width, first: 0, count: 0 }
+    }
+
+    /// How far the node reaches from its centre in a direction, given by its component `along` the slab's
+    /// normal and its squared length.
+    fn extent(&self, along: f64, squared: f64) -> f64 {
+        let across = (squared - along * along).max(0.0).sqrt();
+        along.abs() * self.half_width + across * self.radius
     }
 }
 
@@ -279,24 +292,41 @@ impl Query {
     }
 
     /// Upper bound of the need over a node.
+    ///
+    /// The node lies within `half_width` of its centre along the slab's normal and `radius` across it.
     fn bound(&mut self, node: &Node) -> f64 {
-        let q = self.to_frame(node.centre);
-        let rho_squared = q.x * q.x + q.y * q.y;
+        let axis = self.frame[2];
+        let d = node.centre - self.tip;
+        let height = d.dot(axis);
+        let rho_squared = (d.length_squared() - height * height).max(0.0);
         let outside = self.profile.radius + node.radius;
         if rho_squared >= outside * outside {
             return f64::NEG_INFINITY;
         }
-        if q.z + node.radius > self.reach {
-            let lowest = q.z - node.extent(self.frame[2]);
+        let upright = node.normal.dot(axis);
+        if height + node.radius > self.reach {
+            let lowest = height - node.extent(upright, 1.0);
             if lowest > self.reach {
                 self.lowest_ignored = self.lowest_ignored.min(lowest);
                 return f64::NEG_INFINITY;
             }
         }
-        let tangent = self.profile.tangent(q);
-        let outward = self.frame[0] * tangent.outward.x + self.frame[1] * tangent.outward.y;
-        let gradient = self.frame[2] + outward * tangent.radial;
-        tangent.need + node.extent(gradient)
+        let tangent = self.profile.tangent(height, rho_squared);
+        let along = upright + tangent.pull * (node.normal.dot(d) - height * upright);
+        let squared = 1.0 + tangent.pull * tangent.pull * rho_squared;
+        if tangent.concavity == 0.0 {
+            return tangent.value + node.extent(along, squared);
+        }
+        // A step y in the plane of the slab is at least `upright * y - half_width / 2` across the axis.
+        let across =
+            (squared - along * along).max(0.0).sqrt() + 0.5 * tangent.concavity * node.half_width;
+        let bend = tangent.concavity * upright * upright;
+        let rise = if across < bend * node.radius {
+            0.5 * across * across / bend
+        } else {
+            (across - 0.5 * bend * node.radius) * node.radius
+        };
+        tangent.value + along.abs() * node.half_width + rise
     }
 
     /// The larger of `floor` and the need of the part of a facet that is not above reach.

@@ -37,15 +37,17 @@ pub(super) struct Profile {
     pub bottom: f64,
 }
 
-/// Need at a point together with its gradient, which bounds need everywhere else from above.
+/// What need is at a point and how it changes around it:
+/// `need(p) <= value + (p - q).axis + pull (p - q).e - concavity / 2 * |lateral part of p - q|^2`,
+/// with `e` the vector from the axis to the point `q`.
 #[derive(Copy, Clone, Debug)]
 pub(super) struct Tangent {
-    /// Need at the point.
-    pub need: f64,
-    /// `d need / d rho`, zero or negative.
-    pub radial: f64,
-    /// Unit radial direction at the point.
-    pub outward: DVec2,
+    /// Need at the point, or a bound of it.
+    pub value: f64,
+    /// Gradient across the axis over the distance from the axis; zero or negative, 1/mm.
+    pub pull: f64,
+    /// Least curvature of the profile, 1/mm.
+    pub concavity: f64,
 }
 
 impl Profile {
@@ -62,23 +64,28 @@ impl Profile {
         self.corner - (self.corner * self.corner - w * w).max(0.0).sqrt()
     }
 
-    /// Tangent of the need function at `q`, taken nearer to the axis where `q` is too far out.
+    /// Tangent of the need function at height `z` and squared distance `rho_squared` from the axis.
     ///
     /// At `rho = R` the profile is vertical and its tangent says nothing about heights, so the
-    /// point is taken at most 0.98 of the corner out (slope 5): steeper bounds walls better and
+    /// tangent is taken at most 0.98 of the corner out (slope 5): steeper bounds walls better and
     /// slopes worse.
-    pub fn tangent(&self, q: DVec3) -> Tangent {
-        let xy = q.truncate();
-        let rho = xy.length();
-        let outward = if rho > 0.0 { xy / rho } else { DVec2::X };
-        let at = rho.min(self.bottom + 0.98 * self.corner);
-        let w = at - self.bottom;
-        if w <= 0.0 {
-            return Tangent { need: q.z, radial: 0.0, outward };
+    pub fn tangent(&self, z: f64, rho_squared: f64) -> Tangent {
+        let furthest = self.bottom + 0.98 * self.corner;
+        if rho_squared <= self.bottom * self.bottom || self.corner == 0.0 {
+            return Tangent { value: z, pull: 0.0, concavity: 0.0 };
         }
+        if self.bottom == 0.0 && rho_squared <= furthest * furthest {
+            let root = (self.corner * self.corner - rho_squared).sqrt();
+            let value = z - (self.corner - root);
+            return Tangent { value, pull: -1.0 / root, concavity: 1.0 / self.corner };
+        }
+        let rho = rho_squared.sqrt();
+        let at = rho.min(furthest);
+        let w = at - self.bottom;
         let root = (self.corner * self.corner - w * w).sqrt();
-        let radial = -w / root;
-        Tangent { need: q.z - (self.corner - root) + radial * (rho - at), radial, outward }
+        let slope = w / root;
+        let value = z - (self.corner - root) - slope * (rho - at);
+        Tangent { value, pull: -slope / rho, concavity: 0.0 }
     }
 
     /// Largest need over the triangle, or a value not above `floor` where that is not exceeded.
@@ -119,10 +126,11 @@ impl Profile {
     /// Upper bound of the need over the triangle, from the tangent at its centroid.
     fn bound(&self, t: [DVec3; 3]) -> f64 {
         let q = (t[0] + t[1] + t[2]) / 3.0;
-        let tangent = self.tangent(q);
-        let gradient = (tangent.outward * tangent.radial).extend(1.0);
+        let lateral = q.truncate();
+        let tangent = self.tangent(q.z, lateral.length_squared());
+        let gradient = (lateral * tangent.pull).extend(1.0);
         let rise = t.map(|v| gradient.dot(v - q));
-        tangent.need + rise[0].max(rise[1]).max(rise[2])
+        tangent.value + rise[0].max(rise[1]).max(rise[2])
     }
 
     /// Largest need over the segment; minus infinity where no part of it is under the cutter.
