@@ -3,8 +3,12 @@
 
 mod check_mesh;
 mod drop;
+mod pass;
 
 pub use check_mesh::CheckMesh;
+pub use pass::{
+    Contact, Located, LocatedPass, PassOptions, RaisedStretch, facet_error, locate_pass,
+};
 
 use crate::geometry::math::{cos, sin};
 use crate::geometry::{DVec3, any_perpendicular};
