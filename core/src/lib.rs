@@ -31,4 +31,6 @@ pub mod trochoid;
 
 pub mod link;
 
+pub mod cutter_location;
+
 pub mod toolpath;

@@ -1,0 +1,734 @@
+//! One pass of cutter contacts → the fewest cutter locations that keep to the tolerance.
+//!
+//! Steps: (1) an axis and a tip for every contact, the tip raised clear of the part. (2) Between
+//! neighbours, middles are tested and raised where the straight piece would cut in. (3) Points are
+//! left out while the path stays within half the tolerance of the dense one; points where the
+//! feed changes stay. (4) The pieces that remain are tested again against the part, and split where
+//! they penetrate.
+//!
+//! The tolerance is shared out: a quarter for penetration that is let pass at contacts (walls
+//! beside the cutter), a quarter between them, half for the points left out.
+
+use super::{CheckMesh, LocateError, ToolAxis, contact_offset, tip, tool_axis};
+use crate::geometry::DVec3;
+use crate::tool::Tool;
+
+/// A point of a pass on the surface; consecutive contacts are joined by straight pieces.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Contact {
+    /// Position on the surface, mm.
+    pub position: DVec3,
+    /// Unit surface normal toward the tool.
+    pub normal: DVec3,
+    /// Direction of travel, of any length.
+    pub feed_direction: DVec3,
+    /// The caller's own index.
+    pub key: usize,
+    /// Feed on the piece that ends here, mm/s; a change of it survives the reduction.
+    pub feed: f64,
+    /// How far facets and smooth surface may lie apart here, mm; see [`facet_error`].
+    pub facet_error: f64,
+}
+
+/// How a pass is located.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct PassOptions {
+    /// The cutter.
+    pub tool: Tool,
+    /// Where its axis comes from.
+    pub axis: ToolAxis,
+    /// Fastest turn of the axis along the pass, rad/mm; infinity for none.
+    pub axis_rate: f64,
+    /// Allowance left on the surface, mm.
+    pub stock: f64,
+    /// Largest deviation of the path and largest penetration, mm.
+    pub tolerance: f64,
+    /// Length of the cutter above its tip that must clear the part, mm; infinity for no limit.
+    pub reach: f64,
+}
+
+/// A point of the located path.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Located {
+    /// Tool tip, mm.
+    pub tip: DVec3,
+    /// Unit tool axis.
+    pub axis: DVec3,
+    /// Contact it was located from, mm.
+    pub contact: DVec3,
+    /// Unit surface normal there.
+    pub normal: DVec3,
+    /// Feed of the move that ends here, mm/s.
+    pub feed: f64,
+    /// How far the tip was raised from touching the contact, mm.
+    pub raise: f64,
+    /// Keys of the first and the last contact whose pieces the move that ends here covers.
+    pub keys: (usize, usize),
+}
+
+/// A stretch of the pass where the cutter does not fit: it was raised beyond the tolerance and the facets'
+/// own error.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct RaisedStretch {
+    /// First contact, mm.
+    pub from: DVec3,
+    /// Last contact, mm.
+    pub to: DVec3,
+    /// Length along the contacts, mm.
+    pub length: f64,
+    /// Largest raise, mm.
+    pub raise: f64,
+    /// Contact where it occurs, mm.
+    pub place: DVec3,
+}
+
+/// A located pass.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct LocatedPass {
+    /// The path, in order.
+    pub points: Vec<Located>,
+    /// Where the cutter does not fit.
+    pub raised: Vec<RaisedStretch>,
+}
+
+/// A bound of the raise, mm, that comes from facets and interpolated normals alone, for a cutter of
+/// radius `radius` on a facet with these corners and unit vertex normals.
+///
+/// The arc over an edge whose normals differ by `beta` rises `length * beta / 8` above it, and a
+/// cutter tilted by `beta` against the facet cuts `radius * beta^2 / 2` into it.
+pub fn facet_error(corners: [DVec3; 3], normals: [DVec3; 3], radius: f64) -> f64 {
+    let face = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
+    (0..3).fold(0.0, |worst: f64, i| {
+        let j = (i + 1) % 3;
+        let along_edge = (normals[j] - normals[i]).length();
+        let tilt = (normals[i] - face).length();
+        let sagitta = (corners[j] - corners[i]).length() * along_edge / 8.0;
+        worst.max(sagitta + 0.5 * radius * tilt * tilt)
+    })
+}
+
+/// Locates the cutter along a pass.
+///
+/// Three-axis passes keep the axis; five-axis ones turn it at most `axis_rate`. Every straight piece of
+/// the result stays within `tolerance` of the raised path and penetrates the part (grown by the
+/// allowance) no deeper than that; in five axes the contact moves with the tip and the axis and is held to
+/// the same tolerance. Where the wanted position would need a jump, the cutter is lifted
+/// along its axis beside the obstacle.
+///
+/// # Errors
+/// [`LocateError::BelowHorizon`] where the surface faces away from a fixed axis,
+/// [`LocateError::NotFinite`] for a contact that is none.
+pub fn locate_pass(
+    contacts: &[Contact],
+    options: &PassOptions,
+    check: &CheckMesh,
+) -> Result<LocatedPass, LocateError> {
+    require_finite(contacts)?;
+    let axes = pass_axes(contacts, options);
+    require_reachable(contacts, &axes)?;
+    let probe = Probe::new(options, check);
+    let dense = dense_path(contacts, &axes, options, &probe);
+    let kept = reduce(&dense, contacts, options, &probe);
+    let points = kept
+        .iter()
+        .enumerate()
+        .map(|(i, &k)| located(contacts, &dense, if i == 0 { None } else { Some(kept[i - 1]) }, k))
+        .collect();
+    Ok(LocatedPass { points, raised: raised_stretches(contacts, &dense, options.tolerance) })
+}
+
+/// A point of the dense path.
+#[derive(Copy, Clone)]
+struct Dense {
+    tip: DVec3,
+    axis: DVec3,
+    contact: DVec3,
+    normal: DVec3,
+    raise: f64,
+    /// The contact at which the piece that holds this point ends.
+    piece: usize,
+    /// Whether this point is that contact.
+    at_contact: bool,
+}
+
+/// The cutter as it is tested against the part.
+struct Probe<'a> {
+    check: &'a CheckMesh,
+    tool: Tool,
+    stock: f64,
+    tolerance: f64,
+    reach: f64,
+}
+
+impl<'a> Probe<'a> {
+    fn new(options: &PassOptions, check: &'a CheckMesh) -> Self {
+        let PassOptions { tool, stock, tolerance, reach, .. } = *options;
+        Self { check, tool, stock, tolerance, reach }
+    }
+
+    /// Raise of the cutter grown on all sides by `growth` (shrunk where negative).
+    fn raise_grown(&self, tip: DVec3, axis: DVec3, growth: f64) -> f64 {
+        let radius = self.tool.radius() + growth;
+        let corner = (self.tool.corner_radius() + growth).max(0.0);
+        // A cutter that is shrunk to nothing touches nothing.
+        Tool::new(radius, corner.min(radius))
+            .map_or(0.0, |grown| self.check.raise(&grown, tip - axis * growth, axis, self.reach))
+    }
+
+    /// Whether the cutter penetrates by less than `depth`, measured along the normal.
+    fn clears(&self, tip: DVec3, axis: DVec3, depth: f64) -> bool {
+        self.raise_grown(tip, axis, self.stock - depth) <= 0.0
+    }
+
+    /// The raise, forgiving a small penetration where undoing it would take a long way up a wall.
+    fn raise(&self, tip: DVec3, axis: DVec3) -> f64 {
+        let raise = self.raise_grown(tip, axis, self.stock);
+        if raise > 0.5 * self.tolerance && self.clears(tip, axis, 0.25 * self.tolerance) {
+            return 0.0;
+        }
+        raise
+    }
+}
+
+fn require_finite(contacts: &[Contact]) -> Result<(), LocateError> {
+    let bad = contacts.iter().position(|c| {
+        let finite = c.position.is_finite() && c.feed_direction.is_finite() && c.feed.is_finite();
+        !finite || !((c.normal.length() - 1.0).abs() < 1e-6)
+    });
+    match bad {
+        Some(index) => Err(LocateError::NotFinite { index, place: contacts[index].position }),
+        None => Ok(()),
+    }
+}
+
+fn require_reachable(contacts: &[Contact], axes: &[DVec3]) -> Result<(), LocateError> {
+    let away = |i: &usize| contacts[*i].normal.dot(axes[*i]) <= 0.0;
+    let Some(first) = (0..contacts.len()).find(away) else { return Ok(()) };
+    let cosine = contacts[first].normal.dot(axes[first]);
+    Err(LocateError::BelowHorizon {
+        count: (0..contacts.len()).filter(away).count(),
+        total: contacts.len(),
+        place: contacts[first].position,
+        degrees: crate::geometry::math::acos_clamped(cosine).to_degrees(),
+    })
+}
+
+/// The axis at every contact, turning no faster than allowed.
+///
+/// The means of the wanted axes over ever longer windows turn ever slower; the shortest window, by
+/// doubling, that is slow enough is used.
+fn pass_axes(contacts: &[Contact], options: &PassOptions) -> Vec<DVec3> {
+    let wanted: Vec<DVec3> =
+        contacts.iter().map(|c| tool_axis(options.axis, c.normal, c.feed_direction)).collect();
+    let mut travel = vec![0.0; contacts.len()];
+    for i in 1..contacts.len() {
+        travel[i] = travel[i - 1] + contacts[i].position.distance(contacts[i - 1].position);
+    }
+    let total = travel.last().copied().unwrap_or(0.0);
+    let mut axes = wanted.clone();
+    let mut half = 0.125;
+    while turns_faster(&axes, &travel, options.axis_rate) && half < total {
+        axes = window_means(&wanted, &travel, half);
+        half *= 2.0;
+    }
+    axes
+}
+
+fn turns_faster(axes: &[DVec3], travel: &[f64], rate: f64) -> bool {
+    (1..axes.len())
+        .any(|i| axes[i].distance(axes[i - 1]) > rate * (travel[i] - travel[i - 1]) + 1e-12)
+}
+
+/// Means over `half` mm of travel to either side, by the trapezoidal rule.
+fn window_means(wanted: &[DVec3], travel: &[f64], half: f64) -> Vec<DVec3> {
+    let mut integral = vec![DVec3::ZERO; wanted.len()];
+    for i in 1..wanted.len() {
+        let mean = 0.5 * (wanted[i] + wanted[i - 1]);
+        integral[i] = integral[i - 1] + mean * (travel[i] - travel[i - 1]);
+    }
+    let up_to = |s: f64| -> DVec3 {
+        let i = travel.partition_point(|&t| t <= s).clamp(1, wanted.len() - 1);
+        let step = travel[i] - travel[i - 1];
+        let part = if step > 0.0 { (s - travel[i - 1]) / step } else { 0.0 };
+        let end = wanted[i - 1].lerp(wanted[i], part);
+        integral[i - 1] + (wanted[i - 1] + end) * (0.5 * part * step)
+    };
+    let total = travel[wanted.len() - 1];
+    (0..wanted.len())
+        .map(|i| {
+            let reach = half.min(travel[i]).min(total - travel[i]);
+            let sum = up_to(travel[i] + reach) - up_to(travel[i] - reach);
+            sum.try_normalize().unwrap_or(wanted[i])
+        })
+        .collect()
+}
+
+/// Steps 1 and 2.
+fn dense_path(
+    contacts: &[Contact],
+    axes: &[DVec3],
+    options: &PassOptions,
+    probe: &Probe,
+) -> Vec<Dense> {
+    let mut dense: Vec<Dense> = Vec::with_capacity(contacts.len());
+    for (piece, (contact, &axis)) in contacts.iter().zip(axes).enumerate() {
+        let touching = tip(&options.tool, contact.position, contact.normal, axis, options.stock);
+        let raise = probe.raise(touching, axis);
+        let point = Dense {
+            tip: touching + axis * raise,
+            axis,
+            contact: contact.position,
+            normal: contact.normal,
+            raise,
+            piece,
+            at_contact: true,
+        };
+        if let Some(&before) = dense.last() {
+            between(&before, &point, probe, DEEPEST, &mut dense);
+        }
+        dense.push(point);
+    }
+    dense
+}
+
+/// Halvings of a piece between contacts; 2^12 parts of a long piece are shorter than any tolerance.
+const DEEPEST: u32 = 12;
+
+/// Appends the points needed between `a` and `b` for no straight piece to cut in; returns whether any.
+fn between(a: &Dense, b: &Dense, probe: &Probe, depth: u32, out: &mut Vec<Dense>) -> bool {
+    let mut middle = midpoint(a, b);
+    let step = b.tip - a.tip;
+    let across = (step - middle.axis * step.dot(middle.axis)).length();
+    let clear = probe.clears(middle.tip, middle.axis, 0.25 * probe.tolerance);
+    if clear && (step.length() < 0.5 * probe.tool.radius() || depth == 0) {
+        return false;
+    }
+    if !clear && (across < 0.25 * probe.tolerance || depth == 0) {
+        out.push(lifted_beside(a, b));
+        return true;
+    }
+    if !clear {
+        let raise = probe.raise_grown(middle.tip, middle.axis, probe.stock);
+        middle.tip += middle.axis * raise;
+        middle.raise += raise;
+    }
+    let mark = out.len();
+    let first_half = between(a, &middle, probe, depth - 1, out);
+    out.push(middle);
+    let second_half = between(&middle, b, probe, depth - 1, out);
+    if clear && !first_half && !second_half {
+        out.truncate(mark);
+        return false;
+    }
+    true
+}
+
+fn midpoint(a: &Dense, b: &Dense) -> Dense {
+    Dense {
+        tip: 0.5 * (a.tip + b.tip),
+        axis: (a.axis + b.axis).try_normalize().unwrap_or(b.axis),
+        contact: 0.5 * (a.contact + b.contact),
+        normal: (a.normal + b.normal).try_normalize().unwrap_or(b.normal),
+        raise: 0.5 * (a.raise + b.raise),
+        piece: b.piece,
+        at_contact: false,
+    }
+}
+
+/// The lower of two points, raised along its axis to the height of the higher: a lift up a wall.
+fn lifted_beside(a: &Dense, b: &Dense) -> Dense {
+    let climb = (b.tip - a.tip).dot(a.axis);
+    let (low, axis) = if climb > 0.0 { (a, a.axis) } else { (b, b.axis) };
+    let lift = (b.tip - a.tip).dot(axis).abs();
+    Dense {
+        tip: low.tip + axis * lift,
+        axis,
+        raise: low.raise + lift,
+        piece: b.piece,
+        at_contact: false,
+        ..*low
+    }
+}
+
+/// Steps 3 and 4: indices into `dense` of the points that stay.
+fn reduce(
+    dense: &[Dense],
+    contacts: &[Contact],
+    options: &PassOptions,
+    probe: &Probe,
+) -> Vec<usize> {
+    if dense.is_empty() {
+        return Vec::new();
+    }
+    let fixed = |k: usize| {
+        let piece = dense[k].piece;
+        k + 1 == dense.len()
+            || dense[k].at_contact
+                && contacts.get(piece + 1).is_some_and(|next| next.feed != contacts[piece].feed)
+    };
+    let ends: Vec<usize> = (0..dense.len()).filter(|&k| fixed(k)).collect();
+    let mut kept = vec![0];
+    let mut start = 0;
+    for end in ends {
+        while start < end {
+            let next = furthest(dense, start, end, options);
+            split_where_cutting(dense, start, next, probe, &mut kept);
+            start = next;
+        }
+    }
+    kept
+}
+
+/// The furthest point, found by doubling and halving, that a straight piece from `start` may go to.
+fn furthest(dense: &[Dense], start: usize, end: usize, options: &PassOptions) -> usize {
+    let allowed = 0.5 * options.tolerance;
+    let within = |stop: usize| {
+        (start + 1..stop).all(|k| deviation(dense, start, stop, k, &options.tool) <= allowed)
+    };
+    let mut good = start + 1;
+    let mut step = 1;
+    let mut bad = None;
+    while good < end && bad.is_none() {
+        let next = (good + step).min(end);
+        if within(next) {
+            good = next
+        } else {
+            bad = Some(next)
+        }
+        step *= 2;
+    }
+    let mut bad = bad.unwrap_or(good);
+    while bad > good + 1 {
+        let middle = good + (bad - good) / 2;
+        if within(middle) { good = middle } else { bad = middle }
+    }
+    good
+}
+
+/// Tip and axis on the straight piece `a`-`b` nearest to dense point `k`.
+fn on_chord(dense: &[Dense], a: usize, b: usize, k: usize, radius: f64) -> (DVec3, DVec3) {
+    let (from, to, p) = (&dense[a], &dense[b], &dense[k]);
+    let (chord, turn) = (to.tip - from.tip, (to.axis - from.axis) * radius);
+    let length = chord.length_squared() + turn.length_squared();
+    let along = chord.dot(p.tip - from.tip) + turn.dot(p.axis - from.axis) * radius;
+    let u = if length > 0.0 { (along / length).clamp(0.0, 1.0) } else { 0.0 };
+    (from.tip + chord * u, from.axis.lerp(to.axis, u).try_normalize().unwrap_or(p.axis))
+}
+
+/// Distance of dense point `k` from the straight piece `a`-`b`: of the tip, or of the contact that tip and
+/// axis give, whichever is larger.
+fn deviation(dense: &[Dense], a: usize, b: usize, k: usize, tool: &Tool) -> f64 {
+    let p = &dense[k];
+    let (tip, axis) = on_chord(dense, a, b, k, tool.radius());
+    let of_tip = tip.distance(p.tip);
+    if axis.distance_squared(p.axis) < 1e-24 {
+        return of_tip;
+    }
+    let contact = |t: DVec3, a: DVec3| t + contact_offset(tool, p.normal, a);
+    of_tip.max(contact(tip, axis).distance(contact(p.tip, p.axis)))
+}
+
+/// Appends `b`, and before it the points at which the piece `a`-`b` must be split not to cut in.
+fn split_where_cutting(dense: &[Dense], a: usize, b: usize, probe: &Probe, kept: &mut Vec<usize>) {
+    let cuts = |k: usize| {
+        let (tip, axis) = on_chord(dense, a, b, k, probe.tool.radius());
+        !probe.clears(tip, axis, probe.tolerance)
+    };
+    if b > a + 1 && (a + 1..b).any(cuts) {
+        let worst = (a + 1..b)
+            .map(|k| (deviation(dense, a, b, k, &probe.tool), k))
+            .fold((-1.0, a + 1), |worst, d| if d.0 > worst.0 { d } else { worst });
+        split_where_cutting(dense, a, worst.1, probe, kept);
+        split_where_cutting(dense, worst.1, b, probe, kept);
+    } else {
+        kept.push(b);
+    }
+}
+
+fn located(contacts: &[Contact], dense: &[Dense], before: Option<usize>, at: usize) -> Located {
+    let d = &dense[at];
+    let first = before.map_or(d.piece, |k| dense[k + 1].piece);
+    Located {
+        tip: d.tip,
+        axis: d.axis,
+        contact: d.contact,
+        normal: d.normal,
+        feed: contacts[d.piece].feed,
+        raise: d.raise,
+        keys: (contacts[first].key, contacts[d.piece].key),
+    }
+}
+
+fn raised_stretches(contacts: &[Contact], dense: &[Dense], tolerance: f64) -> Vec<RaisedStretch> {
+    let mut stretches: Vec<RaisedStretch> = Vec::new();
+    let mut open = false;
+    for d in dense.iter().filter(|d| d.at_contact) {
+        let contact = &contacts[d.piece];
+        if d.raise <= tolerance + contact.facet_error {
+            open = false;
+            continue;
+        }
+        let place = contact.position;
+        match stretches.last_mut().filter(|_| open) {
+            Some(stretch) => {
+                stretch.length += stretch.to.distance(place);
+                stretch.to = place;
+                if d.raise > stretch.raise {
+                    (stretch.raise, stretch.place) = (d.raise, place);
+                }
+            }
+            None => stretches.push(RaisedStretch {
+                from: place,
+                to: place,
+                length: 0.0,
+                raise: d.raise,
+                place,
+            }),
+        }
+        open = true;
+    }
+    stretches
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::math::{cos, sin};
+
+    const OPEN: f64 = f64::INFINITY;
+
+    fn options(radius: f64, corner: f64, axis: ToolAxis) -> PassOptions {
+        let tool = Tool::new(radius, corner).unwrap();
+        PassOptions { tool, axis, axis_rate: OPEN, stock: 0.0, tolerance: 0.005, reach: 40.0 }
+    }
+
+    fn wave(x: f64) -> f64 {
+        3.0 * sin(x / 6.0)
+    }
+
+    fn wave_normal(x: f64) -> DVec3 {
+        DVec3::new(-0.5 * cos(x / 6.0), 0.0, 1.0).normalize()
+    }
+
+    fn wave_mesh(n: u32) -> CheckMesh {
+        let mut positions = Vec::new();
+        for i in 0..=n {
+            let x = 80.0 * (f64::from(i) / f64::from(n) - 0.5);
+            positions.extend([-20.0, 20.0].map(|y| DVec3::new(x, y, wave(x))));
+        }
+        let faces = (0..n)
+            .flat_map(|i| [[2 * i, 2 * i + 2, 2 * i + 3], [2 * i, 2 * i + 3, 2 * i + 1]])
+            .collect();
+        CheckMesh::new(positions, faces)
+    }
+
+    fn wave_pass(n: u32) -> Vec<Contact> {
+        (0..=n)
+            .map(|i| {
+                let x = 60.0 * (f64::from(i) / f64::from(n) - 0.5);
+                let normal = wave_normal(x);
+                Contact {
+                    position: DVec3::new(x, 0.0, wave(x)),
+                    normal,
+                    feed_direction: DVec3::new(normal.z, 0.0, -normal.x),
+                    key: i as usize,
+                    feed: if i <= n / 3 { 20.0 } else { 10.0 },
+                    facet_error: 0.0,
+                }
+            })
+            .collect()
+    }
+
+    /// Largest penetration along the pass, by the cutter shrunk until it clears.
+    fn penetration(pass: &LocatedPass, o: &PassOptions, check: &CheckMesh) -> f64 {
+        let probe = Probe::new(o, check);
+        let mut worst: f64 = 0.0;
+        for pair in pass.points.windows(2) {
+            for i in 0..=6 {
+                let u = f64::from(i) / 6.0;
+                let (tip, axis) = (
+                    pair[0].tip.lerp(pair[1].tip, u),
+                    pair[0].axis.lerp(pair[1].axis, u).normalize(),
+                );
+                let mut depth = 0.0;
+                while !probe.clears(tip, axis, depth) {
+                    depth += 2.5e-4;
+                }
+                worst = worst.max(depth);
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn the_path_is_sparse_and_stays_within_tolerance() {
+        let mesh = wave_mesh(800);
+        let contacts = wave_pass(1200);
+        for (radius, corner) in [(4.0, 4.0), (4.0, 0.0), (4.0, 1.0)] {
+            for axis in [ToolAxis::Fixed(DVec3::Z), ToolAxis::Lead(0.3)] {
+                let o = options(radius, corner, axis);
+                let pass = locate_pass(&contacts, &o, &mesh).unwrap();
+                assert!(pass.points.len() < 400, "{} points", pass.points.len());
+                let deepest = penetration(&pass, &o, &mesh);
+                assert!(deepest <= o.tolerance, "cuts {deepest} deep");
+                let keys: Vec<_> = pass.points.iter().map(|p| p.keys).collect();
+                assert_eq!(keys[0], (0, 0));
+                assert!(keys.windows(2).all(|k| k[1].0 <= k[0].1 + 1 && k[0].1 <= k[1].1));
+                assert_eq!(keys[keys.len() - 1].1, 1200);
+            }
+        }
+    }
+
+    #[test]
+    fn a_ball_follows_the_offset_curve_with_as_few_points_as_its_curvature_asks() {
+        // Dome of radius 30 and ball of radius 5: tips lie on a circle of radius 35.
+        let contacts: Vec<Contact> = (0..=1000)
+            .map(|i| {
+                let t = 0.6 * (f64::from(i) / 500.0 - 1.0);
+                let normal = DVec3::new(sin(t), 0.0, cos(t));
+                Contact {
+                    position: normal * 30.0,
+                    normal,
+                    feed_direction: DVec3::new(cos(t), 0.0, -sin(t)),
+                    key: i as usize,
+                    feed: 10.0,
+                    facet_error: 0.0,
+                }
+            })
+            .collect();
+        let o = options(5.0, 5.0, ToolAxis::Fixed(DVec3::Z));
+        let nothing = CheckMesh::new(Vec::new(), Vec::new());
+        let pass = locate_pass(&contacts, &o, &nothing).unwrap();
+        for p in &pass.points {
+            assert!(((p.tip + DVec3::Z * 5.0).length() - 35.0).abs() < 1e-12);
+        }
+        // Chords of sagitta 0.0025 on radius 35.
+        let chord = 2.0 * crate::geometry::math::acos(1.0 - 0.0025 / 35.0);
+        let needed = (1.2 / chord).ceil() as usize;
+        let pieces = pass.points.len() - 1;
+        assert!((needed..=needed + needed / 10 + 1).contains(&pieces), "{pieces} for {needed}");
+    }
+
+    #[test]
+    fn a_change_of_feed_keeps_its_point() {
+        let contacts = wave_pass(1200);
+        let o = options(4.0, 4.0, ToolAxis::Fixed(DVec3::Z));
+        let pass = locate_pass(&contacts, &o, &wave_mesh(800)).unwrap();
+        let last = pass.points.iter().rposition(|p| p.feed == 20.0).unwrap();
+        assert_eq!(pass.points[last].keys.1, 400);
+        assert!(pass.points[last + 1..].iter().all(|p| p.feed == 10.0));
+    }
+
+    #[test]
+    fn where_the_cutter_does_not_fit_is_reported_once_a_stretch() {
+        // Valleys of radius 36 / 3 = 12 at slope 0: a ball of 30 hangs above them.
+        let contacts = wave_pass(600);
+        let tight = options(30.0, 30.0, ToolAxis::Fixed(DVec3::Z));
+        let mesh = wave_mesh(800);
+        let pass = locate_pass(&contacts, &tight, &mesh).unwrap();
+        assert!(!pass.raised.is_empty() && pass.raised.len() <= 3, "{}", pass.raised.len());
+        for stretch in &pass.raised {
+            assert!(stretch.raise > 0.5 && stretch.length > 5.0);
+            assert!(stretch.place.z < 0.0, "the deepest misfit lies in a valley");
+        }
+        assert!(penetration(&pass, &tight, &mesh) <= tight.tolerance);
+        let fits = options(4.0, 4.0, ToolAxis::Fixed(DVec3::Z));
+        assert_eq!(locate_pass(&contacts, &fits, &mesh).unwrap().raised, vec![]);
+    }
+
+    #[test]
+    fn faceting_is_told_from_misfit() {
+        let mesh = wave_mesh(40);
+        let mut contacts = wave_pass(600);
+        let o = options(4.0, 4.0, ToolAxis::Fixed(DVec3::Z));
+        for c in &mut contacts {
+            let left = 2.0 * (c.position.x / 2.0).floor();
+            let at = |x: f64, y: f64| DVec3::new(x, y, wave(x));
+            let corners = [at(left, -1.0), at(left + 2.0, -1.0), at(left + 2.0, 1.0)];
+            let normals = corners.map(|p| wave_normal(p.x));
+            c.facet_error = facet_error(corners, normals, 4.0);
+            let u = 0.5 * (c.position.x - left);
+            c.position.z = wave(left) + (wave(left + 2.0) - wave(left)) * u;
+            c.normal = normals[0].lerp(normals[1], u).normalize();
+        }
+        let pass = locate_pass(&contacts, &o, &mesh).unwrap();
+        let highest = pass.points.iter().map(|p| p.raise).fold(0.0, f64::max);
+        assert!(highest > 0.005, "facets do raise the cutter: {highest}");
+        assert_eq!(pass.raised, vec![]);
+    }
+
+    #[test]
+    fn a_wall_is_climbed_beside_it_and_walls_at_its_side_do_not_count() {
+        let corner = |x: f64, z: f64| [-30.0, 30.0].map(|y| DVec3::new(x, y, z));
+        let profile = [corner(-30.0, 0.0), corner(0.0, 0.0), corner(0.0, 8.0), corner(30.0, 8.0)];
+        let faces = (0..3u32)
+            .flat_map(|i| [[2 * i, 2 * i + 2, 2 * i + 3], [2 * i, 2 * i + 3, 2 * i + 1]])
+            .collect();
+        let mesh = CheckMesh::new(profile.concat(), faces);
+        let along = |x: f64, y: f64, i: usize| Contact {
+            position: DVec3::new(x, y, 0.0),
+            normal: DVec3::Z,
+            feed_direction: DVec3::X,
+            key: i,
+            feed: 10.0,
+            facet_error: 0.0,
+        };
+        let o = options(5.0, 5.0, ToolAxis::Fixed(DVec3::Z));
+        let beside: Vec<_> = (0..50).map(|i| along(-5.0 + 1e-3, i as f64 * 0.2, i)).collect();
+        let pass = locate_pass(&beside, &o, &mesh).unwrap();
+        assert!(pass.raised.is_empty() && pass.points.len() == 2, "{pass:?}");
+        let into: Vec<_> = (0..100).map(|i| along(-20.0 + i as f64 * 0.19, 0.0, i)).collect();
+        let pass = locate_pass(&into, &o, &mesh).unwrap();
+        assert_eq!(pass.raised.len(), 1);
+        assert!(penetration(&pass, &o, &mesh) <= o.tolerance);
+    }
+
+    #[test]
+    fn the_axis_turns_no_faster_than_allowed() {
+        let mut contacts = wave_pass(600);
+        for c in &mut contacts[300..] {
+            c.feed_direction = -c.feed_direction;
+        }
+        let mut o = options(4.0, 0.0, ToolAxis::Lead(0.3));
+        o.axis_rate = 0.15;
+        let pass = locate_pass(&contacts, &o, &wave_mesh(800)).unwrap();
+        for pair in pass.points.windows(2) {
+            let turn = pair[0].axis.distance(pair[1].axis);
+            let travel = pair[0].contact.distance(pair[1].contact);
+            assert!(turn <= 0.16 * travel + 1e-9, "{turn} over {travel} mm");
+        }
+    }
+
+    #[test]
+    fn allowance_is_left_in_corners_too() {
+        let plate = |y: f64| [-30.0, 0.0, 30.0].map(|x: f64| DVec3::new(x, y, x.abs()));
+        let mesh = CheckMesh::new(
+            [plate(-30.0), plate(30.0)].concat(),
+            vec![[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]],
+        );
+        let mut o = options(2.0, 2.0, ToolAxis::Fixed(DVec3::Z));
+        o.stock = 0.5;
+        let contact = Contact {
+            position: DVec3::ZERO,
+            normal: DVec3::Z,
+            feed_direction: DVec3::Y,
+            key: 0,
+            feed: 1.0,
+            facet_error: 0.0,
+        };
+        let pass = locate_pass(&[contact], &o, &mesh).unwrap();
+        // A ball of 2.5 in a right-angled valley has its centre 2.5 sqrt 2 above the bottom.
+        assert!((pass.points[0].tip.z - (2.5 * 2.0f64.sqrt() - 2.0)).abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_surface_that_faces_away_is_refused_with_its_place() {
+        let mut contacts = wave_pass(10);
+        contacts[4].normal = -DVec3::Z;
+        contacts[7].normal = DVec3::X;
+        let o = options(4.0, 4.0, ToolAxis::Fixed(DVec3::Z));
+        let error = locate_pass(&contacts, &o, &wave_mesh(10)).unwrap_err();
+        let place = contacts[4].position;
+        assert_eq!(error, LocateError::BelowHorizon { count: 2, total: 11, place, degrees: 180.0 });
+    }
+}
