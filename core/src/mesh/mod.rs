@@ -1,8 +1,10 @@
-//! Triangle meshes: raw triangles as read, and the half-edge connectivity of a manifold.
+//! Triangle meshes: files → raw triangles → repaired and judged faces → half-edge connectivity.
 
 mod connectivity;
+mod read;
 
 pub use connectivity::{Connectivity, FaceId, HalfEdgeId, TopologyFault, VertexId};
+pub use read::{MeshFormat, Place, ReadError, read};
 
 use crate::geometry::DVec2;
 use crate::geometry::DVec3;
