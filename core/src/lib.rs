@@ -29,8 +29,10 @@ pub mod engagement;
 
 pub mod trochoid;
 
-pub mod link;
-
 pub mod cutter_location;
 
+pub mod lift;
+
 pub mod toolpath;
+
+pub mod link;

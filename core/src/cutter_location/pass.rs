@@ -12,6 +12,7 @@
 use super::{CheckMesh, LocateError, ToolAxis, contact_offset, tip, tool_axis};
 use crate::geometry::DVec3;
 use crate::tool::Tool;
+use crate::toolpath::MoveKind;
 
 /// A point of a pass on the surface; consecutive contacts are joined by straight pieces.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -26,6 +27,8 @@ pub struct Contact {
     pub key: usize,
     /// Feed on the piece that ends here, mm/s; a change of it survives the reduction.
     pub feed: f64,
+    /// Purpose of the piece that ends here; a change of it survives the reduction.
+    pub kind: MoveKind,
     /// How far facets and smooth surface may lie apart here, mm; see [`facet_error`].
     pub facet_error: f64,
 }
@@ -364,7 +367,9 @@ fn reduce(
         let piece = dense[k].piece;
         k + 1 == dense.len()
             || dense[k].at_contact
-                && contacts.get(piece + 1).is_some_and(|next| next.feed != contacts[piece].feed)
+                && contacts.get(piece + 1).is_some_and(|next| {
+                    (next.feed, next.kind) != (contacts[piece].feed, contacts[piece].kind)
+                })
     };
     let ends: Vec<usize> = (0..dense.len()).filter(|&k| fixed(k)).collect();
     let mut kept = vec![0];
@@ -533,6 +538,7 @@ mod tests {
                     feed_direction: DVec3::new(normal.z, 0.0, -normal.x),
                     key: i as usize,
                     feed: if i <= n / 3 { 20.0 } else { 10.0 },
+                    kind: MoveKind::Cut,
                     facet_error: 0.0,
                 }
             })
@@ -592,6 +598,7 @@ mod tests {
                     feed_direction: DVec3::new(cos(t), 0.0, -sin(t)),
                     key: i as usize,
                     feed: 10.0,
+                    kind: MoveKind::Cut,
                     facet_error: 0.0,
                 }
             })
@@ -671,6 +678,7 @@ mod tests {
             feed_direction: DVec3::X,
             key: i,
             feed: 10.0,
+            kind: MoveKind::Cut,
             facet_error: 0.0,
         };
         let o = options(5.0, 5.0, ToolAxis::Fixed(DVec3::Z));
@@ -714,6 +722,7 @@ mod tests {
             feed_direction: DVec3::Y,
             key: 0,
             feed: 1.0,
+            kind: MoveKind::Cut,
             facet_error: 0.0,
         };
         let pass = locate_pass(&[contact], &o, &mesh).unwrap();

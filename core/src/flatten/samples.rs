@@ -19,11 +19,7 @@ pub fn grid(n: usize, place: impl Fn(f64, f64) -> DVec3) -> Surface {
 }
 
 /// `columns` by `rows` quads with alternating diagonals; corner `(i, j)` lies at `place(i, j)`.
-pub fn grid_of(
-    columns: usize,
-    rows: usize,
-    place: impl Fn(usize, usize) -> DVec3,
-) -> Surface {
+pub fn grid_of(columns: usize, rows: usize, place: impl Fn(usize, usize) -> DVec3) -> Surface {
     let mut positions = Vec::new();
     for j in 0..=rows {
         positions.extend((0..=columns).map(|i| place(i, j)));
@@ -33,7 +29,8 @@ pub fn grid_of(
         for i in 0..columns {
             let a = (j * (columns + 1) + i) as u32;
             let (b, c, d) = (a + 1, a + columns as u32 + 2, a + columns as u32 + 1);
-            let pair = if (i + j) % 2 == 0 { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
+            let pair =
+                if (i + j) % 2 == 0 { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
             faces.extend(pair.map(|f| f.map(VertexId)));
         }
     }

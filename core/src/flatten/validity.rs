@@ -43,10 +43,9 @@ impl Chart {
         }
         match first_crossing(&sides, self.uv()) {
             None => Ok(()),
-            Some((side, uv)) => Err(FlattenError::Overlap {
-                uv,
-                at: surface.positions()[sides[side][0].index()],
-            }),
+            Some((side, uv)) => {
+                Err(FlattenError::Overlap { uv, at: surface.positions()[sides[side][0].index()] })
+            }
         }
     }
 }

@@ -11,10 +11,12 @@
 mod field;
 mod refine;
 mod rings;
+mod terrain;
 
 pub use field::DistanceField;
-pub use refine::PassMesh;
+pub use refine::{PassMesh, StripMetric};
 pub use rings::{Ring, rings};
+pub use terrain::RingTerrain;
 
 use thiserror::Error;
 

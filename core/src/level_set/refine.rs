@@ -20,6 +20,7 @@ pub type StripMetric = [f64; 6];
 pub struct PassMesh {
     connectivity: Connectivity,
     uv: Vec<DVec2>,
+    scale: Vec<f64>,
     positions: Vec<DVec3>,
     metric: Vec<StripMetric>,
 }
@@ -37,6 +38,7 @@ impl PassMesh {
         let mut mesh = Self {
             connectivity: surface.connectivity().clone(),
             uv: chart.uv().to_vec(),
+            scale: chart.vertex_scale().to_vec(),
             positions: surface.positions().to_vec(),
             metric,
         };
@@ -55,6 +57,11 @@ impl PassMesh {
     /// `#V` flat points.
     pub fn uv(&self) -> &[DVec2] {
         &self.uv
+    }
+
+    /// `#V` linear scales, mm on the surface per flat mm.
+    pub fn scale(&self) -> &[f64] {
+        &self.scale
     }
 
     /// Length of a side in passes.
@@ -128,6 +135,7 @@ impl PassMesh {
                 middle[o.index()] = middle[h];
             }
             next.uv.push(0.5 * (self.uv[a] + self.uv[b]));
+            next.scale.push(0.5 * (self.scale[a] + self.scale[b]));
             next.positions.push(0.5 * (self.positions[a] + self.positions[b]));
             let (m, n) = (&self.metric[a], &self.metric[b]);
             next.metric.push(core::array::from_fn(|i| 0.5 * (m[i] + n[i])));

@@ -5,8 +5,10 @@
 //! - *Trial*: a ring is first cut as it is; only if that exceeds the limit is it taken back and cut
 //!   again with trochoids on the stretches that exceed it.
 
+mod deliver;
 mod order;
 
+pub use deliver::{DeliverError, DeliverOptions, Delivered, KeepOut, deliver};
 pub use order::Precedence;
 
 use crate::engagement::Walk;

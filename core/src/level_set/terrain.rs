@@ -1,0 +1,47 @@
+//! The refined mesh and its field, asked at flat points.
+
+use super::{DistanceField, PassMesh};
+use crate::flat_path::Terrain;
+use crate::flatten::Locator;
+use crate::geometry::DVec2;
+use crate::mesh::FaceId;
+use crate::surface::SurfacePoint;
+use core::cell::Cell;
+
+/// Scale and room at flat points, interpolated on a [`PassMesh`].
+pub struct RingTerrain<'a> {
+    mesh: &'a PassMesh,
+    field: &'a DistanceField,
+    locator: &'a Locator,
+    /// Where the last question was answered: the next one is mostly near.
+    last: Cell<FaceId>,
+}
+
+impl<'a> RingTerrain<'a> {
+    /// `locator` is over the mesh's flat triangles.
+    pub fn new(mesh: &'a PassMesh, field: &'a DistanceField, locator: &'a Locator) -> Self {
+        Self { mesh, field, locator, last: Cell::new(FaceId(0)) }
+    }
+
+    fn find(&self, at: DVec2) -> Option<SurfacePoint> {
+        let found = self.locator.locate_from(self.last.get(), at).ok()?;
+        self.last.set(found.face);
+        Some(found)
+    }
+
+    fn interpolate(&self, at: DVec2, values: &[f64]) -> Option<f64> {
+        let p = self.find(at)?;
+        let v = self.mesh.connectivity().face(p.face);
+        Some((0..3).map(|i| values[v[i].index()] * p.weights[i]).sum())
+    }
+}
+
+impl Terrain for RingTerrain<'_> {
+    fn scale(&self, at: DVec2) -> Option<f64> {
+        self.interpolate(at, self.mesh.scale())
+    }
+
+    fn room(&self, at: DVec2) -> Option<f64> {
+        self.interpolate(at, self.field.values())
+    }
+}

@@ -1,0 +1,178 @@
+//! Flat path → cutter contacts on the surface.
+//!
+//! A straight flat move becomes the polyline of its crossings with the mesh: within a triangle a
+//! straight flat line is a straight line in space.
+
+use crate::cutter_location::{Contact, facet_error};
+use crate::flat_path::FlatPoint;
+use crate::flatten::{Chart, Locator, OutsideChart};
+use crate::geometry::{DVec2, DVec3};
+use crate::mesh::{FaceId, HalfEdgeId};
+use crate::surface::{Surface, SurfacePoint};
+
+/// A contact with what it stands for in the plane.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct LiftedPoint {
+    /// Flat point.
+    pub uv: DVec2,
+    /// Index of the flat move it belongs to.
+    pub source: usize,
+}
+
+/// Contacts of a run of moves and, for each, where it comes from.
+#[derive(Clone, Debug, Default)]
+pub struct Lifted {
+    /// Contacts; `key` is the index here.
+    pub contacts: Vec<Contact>,
+    /// One entry per contact.
+    pub points: Vec<LiftedPoint>,
+}
+
+/// Lifts flat paths onto one surface.
+pub struct Lift<'a> {
+    surface: &'a Surface,
+    chart: &'a Chart,
+    locator: &'a Locator,
+    tool_radius: f64,
+}
+
+impl<'a> Lift<'a> {
+    /// For a surface, its chart and an index over the chart.
+    pub fn new(
+        surface: &'a Surface,
+        chart: &'a Chart,
+        locator: &'a Locator,
+        tool_radius: f64,
+    ) -> Self {
+        Self { surface, chart, locator, tool_radius }
+    }
+
+    /// Lifts a run of moves; `first` is the index of `run[0]` in the whole path.
+    ///
+    /// # Errors
+    /// [`OutsideChart`] when a point lies outside of the chart.
+    pub fn run(&self, run: &[FlatPoint], first: usize) -> Result<Lifted, OutsideChart> {
+        let mut out = Lifted::default();
+        let Some(start) = run.first() else { return Ok(out) };
+        let mut at = self.locate(start.at)?;
+        self.push(&mut out, at, start, first, start.at, start.height);
+        for (i, pair) in run.windows(2).enumerate() {
+            let (from, to) = (&pair[0], &pair[1]);
+            at = self.walk(&mut out, at, from, to, first + i + 1)?;
+        }
+        let n = out.contacts.len();
+        for i in 0..n {
+            let (a, b) = (i.saturating_sub(1), (i + 1).min(n - 1));
+            let mut way = out.contacts[b].position - out.contacts[a].position;
+            if way == DVec3::ZERO {
+                way = out.contacts[b].position - out.contacts[i].position;
+            }
+            out.contacts[i].feed_direction = way;
+        }
+        Ok(out)
+    }
+
+    fn locate(&self, at: DVec2) -> Result<SurfacePoint, OutsideChart> {
+        self.locator.locate(at).ok_or(OutsideChart { uv: at })
+    }
+
+    /// Pushes the crossings of one move and its end; returns where it ends.
+    fn walk(
+        &self,
+        out: &mut Lifted,
+        start: SurfacePoint,
+        from: &FlatPoint,
+        to: &FlatPoint,
+        source: usize,
+    ) -> Result<SurfacePoint, OutsideChart> {
+        let way = to.at - from.at;
+        let (mut face, mut done) = (start.face, 0.0);
+        // A straight line crosses each side once; anything longer is a loop around a vertex.
+        for _ in 0..2 * self.surface.connectivity().face_count() + 8 {
+            if let Some(end) = self.weights_in(face, to.at) {
+                self.push(out, end, to, source, to.at, to.height);
+                return Ok(end);
+            }
+            let Some((side, t)) = self.exit(face, from.at, way, done) else { break };
+            let Some(next) = self.surface.connectivity().opposite(side) else { break };
+            face = next.face();
+            if t > done {
+                done = t;
+                let uv = from.at + way * t;
+                if let Some(point) = self.weights_on(side, uv) {
+                    let height = from.height + (to.height - from.height) * t;
+                    self.push(out, point, to, source, uv, height);
+                }
+            }
+        }
+        let end = self.locate(to.at)?;
+        self.push(out, end, to, source, to.at, to.height);
+        Ok(end)
+    }
+
+    fn flat(&self, face: FaceId) -> [DVec2; 3] {
+        self.surface.connectivity().face(face).map(|v| self.chart.uv()[v.index()])
+    }
+
+    /// The point in `face` if it lies there, within rounding.
+    fn weights_in(&self, face: FaceId, at: DVec2) -> Option<SurfacePoint> {
+        let [a, b, c] = self.flat(face);
+        let area = (b - a).perp_dot(c - a);
+        let weights =
+            [(b - at).perp_dot(c - at), (c - at).perp_dot(a - at), (a - at).perp_dot(b - at)]
+                .map(|w| w / area);
+        weights.iter().all(|&w| w >= -1e-9).then_some(SurfacePoint { face, weights })
+    }
+
+    /// The side through which the line leaves `face` past parameter `done`.
+    fn exit(&self, face: FaceId, from: DVec2, way: DVec2, done: f64) -> Option<(HalfEdgeId, f64)> {
+        let corners = self.flat(face);
+        (0..3)
+            .filter_map(|i| {
+                let (a, b) = (corners[i], corners[(i + 1) % 3]);
+                // Outward through the side: the way turns to its right.
+                let across = way.perp_dot(b - a);
+                let t = (a - from).perp_dot(b - a) / across;
+                (across > 0.0).then_some((face.half_edge(i), t))
+            })
+            .min_by(|x, y| x.1.total_cmp(&y.1))
+            .map(|(side, t)| (side, t.clamp(done, 1.0)))
+    }
+
+    /// The point of a side nearest to `at`.
+    fn weights_on(&self, side: HalfEdgeId, at: DVec2) -> Option<SurfacePoint> {
+        let corners = self.flat(side.face());
+        let i = side.corner();
+        let (a, b) = (corners[i], corners[(i + 1) % 3]);
+        let length = (b - a).length_squared();
+        let t = ((at - a).dot(b - a) / length).clamp(0.0, 1.0);
+        let mut weights = [0.0; 3];
+        weights[i] = 1.0 - t;
+        weights[(i + 1) % 3] = t;
+        (length > 0.0).then_some(SurfacePoint { face: side.face(), weights })
+    }
+
+    fn push(
+        &self,
+        out: &mut Lifted,
+        point: SurfacePoint,
+        of: &FlatPoint,
+        source: usize,
+        uv: DVec2,
+        height: f64,
+    ) {
+        let normal = self.surface.normal(point);
+        let vertices = self.surface.connectivity().face(point.face);
+        let normals = vertices.map(|v| self.surface.vertex_normals()[v.index()]);
+        out.contacts.push(Contact {
+            position: self.surface.position(point) + normal * height,
+            normal,
+            feed_direction: DVec3::ZERO,
+            key: out.contacts.len(),
+            feed: of.feed,
+            kind: of.kind,
+            facet_error: facet_error(self.surface.corners(point.face), normals, self.tool_radius),
+        });
+        out.points.push(LiftedPoint { uv, source });
+    }
+}
