@@ -1,5 +1,12 @@
 //! The surface to be machined: one oriented manifold piece with its normals.
 
+mod build;
+mod select;
+mod warning;
+
+pub use build::{Built, Fault, Part, SurfaceError, build};
+pub use warning::Warning;
+
 use crate::geometry::DVec3;
 use crate::mesh::{Connectivity, FaceId};
 

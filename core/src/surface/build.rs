@@ -1,0 +1,385 @@
+//! Triangles as read → the surface to be machined, or what is wrong with them.
+//!
+//! The part is placed (scale, rotate, translate), repaired and turned to the tool's side; the
+//! job's selection picks faces and a component of them; what is left must be one oriented
+//! manifold piece with a boundary and without handles. Holes are fine.
+
+use std::fmt;
+
+use thiserror::Error;
+
+use super::Surface;
+use super::select::{Picked, pick};
+use super::warning::{self, Warning};
+use crate::geometry::math::{cos, sin};
+use crate::geometry::{DMat3, DVec2, DVec3};
+use crate::job::SurfaceOptions;
+use crate::mesh::repair::{is_flat, turn_faces};
+use crate::mesh::{Connectivity, Judgement, TopologyFault, TriangleSoup, VertexId, repair};
+
+/// Largest coordinate after placing, mm; beyond it squares and cubes of lengths lose meaning.
+const FARTHEST: f64 = 1e12;
+
+/// The surface and what came with it.
+#[derive(Clone, Debug)]
+pub struct Built {
+    /// The piece to be machined.
+    pub surface: Surface,
+    /// The whole part it belongs to, placed and welded: what the tool must not gouge.
+    pub part: Part,
+    /// Texture coordinates of the corners of the surface's faces, if the file gave them.
+    pub texture: Option<Vec<[DVec2; 3]>>,
+    /// What the user should know.
+    pub warnings: Vec<Warning>,
+}
+
+/// A whole part, mm.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Part {
+    /// `#V` vertex positions, mm.
+    pub positions: Vec<DVec3>,
+    /// `#F` triples of vertices, of the same orientation as the surface; any topology.
+    pub faces: Vec<[u32; 3]>,
+}
+
+/// Why triangles are not a surface that can be machined.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum SurfaceError {
+    /// The mesh is empty.
+    #[error("surface: the mesh has no faces; give a file with at least one triangle")]
+    NoFaces,
+    /// A face names a vertex that is not there.
+    #[error("surface: face {face} names vertex {vertex} of {vertices}; indices start at 0")]
+    BadIndex {
+        /// The face.
+        face: usize,
+        /// The vertex it names.
+        vertex: u32,
+        /// Number of vertices.
+        vertices: usize,
+    },
+    /// A coordinate is too large or not a number.
+    #[error(
+        "surface: vertex {vertex} lands at {} mm; coordinates must stay below {FARTHEST:e} mm: \
+         check surface.scale and surface.translate", Spot(*.at)
+    )]
+    TooFar {
+        /// The vertex.
+        vertex: usize,
+        /// Where it lands, mm.
+        at: DVec3,
+    },
+    /// No face has any area.
+    #[error(
+        "surface: none of the {faces} faces has an area; all corners coincide or lie on lines: \
+         check the file and surface.scale"
+    )]
+    NoArea {
+        /// Faces that were read.
+        faces: usize,
+    },
+    /// Nothing was selected by the normal.
+    #[error(
+        "surface: surface.select.normal_within = {limit:.4} degrees of {} keeps none of {faces} \
+         faces; their normals are between {nearest:.4} and {farthest:.4} degrees from it: allow \
+         more than {nearest:.4}, or set surface.flip if the faces look the wrong way", Spot(*.of)
+    )]
+    NoNormalWithin {
+        /// Largest angle allowed, degrees.
+        limit: f64,
+        /// Direction it is measured from.
+        of: DVec3,
+        /// Faces there were.
+        faces: usize,
+        /// Smallest angle of any face, degrees.
+        nearest: f64,
+        /// Largest angle of any face, degrees.
+        farthest: f64,
+    },
+    /// Nothing was selected by the box.
+    #[error(
+        "surface: the box of surface.select from {} to {} mm keeps none of {faces} faces; the \
+         part reaches from {} to {} mm: check surface.scale, surface.translate and the box",
+        Spot(*.low), Spot(*.high), Spot(*.part_low), Spot(*.part_high)
+    )]
+    NoneInBox {
+        /// Lower corner of the box, mm.
+        low: DVec3,
+        /// Upper corner of the box, mm.
+        high: DVec3,
+        /// Faces that the other conditions left.
+        faces: usize,
+        /// Lower corner of the part, mm.
+        part_low: DVec3,
+        /// Upper corner of the part, mm.
+        part_high: DVec3,
+    },
+    /// There is no such component.
+    #[error(
+        "surface: surface.select.component = {index}, but there are {count} connected pieces; \
+         they count from 0 in order of decreasing area"
+    )]
+    NoSuchComponent {
+        /// The index asked for.
+        index: u32,
+        /// Number of components.
+        count: usize,
+    },
+    /// The piece is not a manifold with boundary and without handles.
+    #[error("surface: {}", Listed(.0))]
+    Unusable(Vec<Fault>),
+    /// The piece is not an oriented manifold.
+    #[error("surface: {0}")]
+    Topology(#[from] TopologyFault),
+}
+
+/// A fault of the piece to be machined.
+#[derive(Copy, Clone, Debug, PartialEq, Error)]
+pub enum Fault {
+    /// There is more than one piece and the job does not say which.
+    #[error(
+        "{count} connected pieces (the two largest have {largest:.6} and {second:.6} mm², the \
+         second one is at {}); one is machined at a time: set surface.select.component to \
+         \"largest\" or to an index, or close the cracks between them", Spot(*.at)
+    )]
+    Pieces {
+        /// Number of pieces.
+        count: usize,
+        /// Area of the largest, mm².
+        largest: f64,
+        /// Area of the next, mm².
+        second: f64,
+        /// A corner of the second one, mm.
+        at: DVec3,
+    },
+    /// The piece has no boundary.
+    #[error(
+        "a closed surface of {faces} faces without boundary; a surface to machine has one: pick \
+         the faces with surface.select (normal_within or a box)"
+    )]
+    Closed {
+        /// Number of faces.
+        faces: usize,
+    },
+    /// Edges with more than two faces.
+    #[error(
+        "{count} non-manifold edges (more than two faces meet), e.g. at {}; an edge has one or \
+         two faces: mend the mesh there or leave it out with surface.select", Spot(*.at)
+    )]
+    NonManifoldEdges {
+        /// How many.
+        count: usize,
+        /// Midpoint of one, mm.
+        at: DVec3,
+    },
+    /// Vertices at which parts of the surface only touch.
+    #[error(
+        "{count} non-manifold vertices (parts of the surface only touch there), e.g. at {}; mend \
+         the mesh there or leave it out with surface.select", Spot(*.at)
+    )]
+    NonManifoldVertices {
+        /// How many.
+        count: usize,
+        /// One of them, mm.
+        at: DVec3,
+    },
+    /// The surface has one side only.
+    #[error(
+        "a non-orientable surface: at {count} edges, e.g. at {}, the faces cannot agree on a \
+         side; cut the mesh open or leave a part out with surface.select", Spot(*.at)
+    )]
+    OneSided {
+        /// Edges in conflict.
+        count: usize,
+        /// Midpoint of one, mm.
+        at: DVec3,
+    },
+    /// The surface has handles.
+    #[error(
+        "genus {genus} (that many handles); a surface that can be laid flat has genus 0: select \
+         a part of it with surface.select"
+    )]
+    Handles {
+        /// Number of handles.
+        genus: u64,
+    },
+    /// Faces without area that could not be dissolved.
+    #[error(
+        "{count} faces without area that cannot be dissolved, e.g. at {} (height below \
+         {tolerance:.3e} mm); mend the mesh there", Spot(*.at)
+    )]
+    Flat {
+        /// How many.
+        count: usize,
+        /// A corner of one, mm.
+        at: DVec3,
+        /// Largest height of such a face, mm.
+        tolerance: f64,
+    },
+    /// Vertices whose faces fold back so that they have no normal.
+    #[error(
+        "{count} vertices without a normal, e.g. at {}: the faces there fold back onto each \
+         other; mend the mesh there", Spot(*.at)
+    )]
+    NoNormal {
+        /// How many.
+        count: usize,
+        /// One of them, mm.
+        at: DVec3,
+    },
+}
+
+/// A position for a message.
+pub(super) struct Spot(pub DVec3);
+
+impl fmt::Display for Spot {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [x, y, z] = self.0.to_array().map(short);
+        write!(f, "({x}, {y}, {z})")
+    }
+}
+
+/// A number with at most six significant digits, without an exponent where it needs none.
+pub(super) fn short(value: f64) -> String {
+    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
+    let size = rounded.abs();
+    if size == 0.0 {
+        "0".into()
+    } else if (1e-4..1e9).contains(&size) {
+        format!("{rounded}")
+    } else {
+        format!("{rounded:e}")
+    }
+}
+
+struct Listed<'a>(&'a [Fault]);
+
+impl fmt::Display for Listed<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, fault) in self.0.iter().enumerate() {
+            write!(f, "{}{fault}", if i == 0 { "" } else { "; also " })?;
+        }
+        Ok(())
+    }
+}
+
+/// Builds the surface that `options` describe from triangles in the file's units.
+///
+/// # Errors
+/// [`SurfaceError`] when the selection is empty or the selected piece cannot be machined; all
+/// faults of the piece are reported together.
+pub fn build(soup: TriangleSoup, options: &SurfaceOptions) -> Result<Built, SurfaceError> {
+    check_indices(&soup)?;
+    let faces_read = soup.faces.len();
+    let placed = place(soup, options)?;
+    let repaired = repair(placed);
+    if repaired.mesh.faces.is_empty() {
+        return Err(SurfaceError::NoArea { faces: faces_read });
+    }
+    let (mut mesh, repairs) = (repaired.mesh, repaired.repairs);
+    if options.flip {
+        turn_faces(&mut mesh, |_| true);
+    }
+    let mut warnings = warning::of_part(&mesh, &repairs);
+    let part = Part { positions: mesh.positions.clone(), faces: mesh.faces.clone() };
+    let picked = pick(mesh, &options.select)?;
+    let faults = faults(&picked, repairs.tolerance);
+    if !faults.is_empty() {
+        return Err(SurfaceError::Unusable(faults));
+    }
+    warnings.extend(warning::of_selection(&picked));
+    let TriangleSoup { positions, faces, texture } = picked.piece;
+    let faces = faces.into_iter().map(|face| face.map(VertexId)).collect();
+    let connectivity = Connectivity::new(positions.len(), faces)?;
+    let surface = Surface::new(connectivity, positions);
+    check_normals(&surface)?;
+    warnings.extend(warning::of_surface(&surface));
+    Ok(Built { surface, part, texture, warnings })
+}
+
+fn check_indices(soup: &TriangleSoup) -> Result<(), SurfaceError> {
+    if soup.faces.is_empty() {
+        return Err(SurfaceError::NoFaces);
+    }
+    let vertices = soup.positions.len();
+    for (face, corners) in soup.faces.iter().enumerate() {
+        if let Some(&vertex) = corners.iter().find(|v| **v as usize >= vertices) {
+            return Err(SurfaceError::BadIndex { face, vertex, vertices });
+        }
+    }
+    Ok(())
+}
+
+/// Scale, rotations about X, Y, Z in this order, translation.
+fn place(mut soup: TriangleSoup, options: &SurfaceOptions) -> Result<TriangleSoup, SurfaceError> {
+    let matrix = rotation(options.rotate) * options.scale;
+    for (vertex, p) in soup.positions.iter_mut().enumerate() {
+        *p = matrix * *p + options.translate;
+        // Negated, so that NaN is refused too.
+        if !(p.abs().max_element() < FARTHEST && p.is_finite()) {
+            return Err(SurfaceError::TooFar { vertex, at: *p });
+        }
+    }
+    Ok(soup)
+}
+
+fn rotation(angles: DVec3) -> DMat3 {
+    let [(sx, cx), (sy, cy), (sz, cz)] = angles.to_array().map(|a| (sin(a), cos(a)));
+    let about_x = DMat3::from_cols(DVec3::X, DVec3::new(0.0, cx, sx), DVec3::new(0.0, -sx, cx));
+    let about_y = DMat3::from_cols(DVec3::new(cy, 0.0, -sy), DVec3::Y, DVec3::new(sy, 0.0, cy));
+    let about_z = DMat3::from_cols(DVec3::new(cz, sz, 0.0), DVec3::new(-sz, cz, 0.0), DVec3::Z);
+    about_z * about_y * about_x
+}
+
+/// Everything that keeps the picked piece from being machined.
+fn faults(picked: &Picked, tolerance: f64) -> Vec<Fault> {
+    let judgement = &picked.judgement;
+    let mut faults = topology_faults(judgement);
+    if let [first, second, ..] = judgement.components[..] {
+        let corner = picked.piece.faces[second.first_face as usize][0];
+        let at = picked.piece.positions[corner as usize];
+        let (count, largest) = (judgement.components.len(), first.area);
+        faults.insert(0, Fault::Pieces { count, largest, second: second.area, at });
+    }
+    let positions = &picked.piece.positions;
+    let flat = || picked.piece.faces.iter().filter(|f| is_flat(positions, **f, tolerance));
+    if let Some(face) = flat().next() {
+        let at = positions[face[0] as usize];
+        faults.push(Fault::Flat { count: flat().count(), at, tolerance });
+    }
+    faults
+}
+
+/// What is wrong with the topology, apart from the number of pieces.
+pub(super) fn topology_faults(judgement: &Judgement) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    if judgement.boundary_loops.is_empty() {
+        faults.push(Fault::Closed { faces: judgement.faces });
+    }
+    if let Some(at) = judgement.nonmanifold_edges.example {
+        faults.push(Fault::NonManifoldEdges { count: judgement.nonmanifold_edges.count, at });
+    }
+    if let Some(at) = judgement.nonmanifold_vertices.example {
+        faults.push(Fault::NonManifoldVertices { count: judgement.nonmanifold_vertices.count, at });
+    }
+    if let Some(at) = judgement.orientation_conflicts.example {
+        faults.push(Fault::OneSided { count: judgement.orientation_conflicts.count, at });
+    }
+    match judgement.genus {
+        Some(genus) if genus > 0 => faults.push(Fault::Handles { genus }),
+        _ => {}
+    }
+    faults
+}
+
+fn check_normals(surface: &Surface) -> Result<(), SurfaceError> {
+    let without = |i: &usize| surface.vertex_normals()[*i] == DVec3::ZERO;
+    let mut missing = (0..surface.positions().len()).filter(without);
+    match missing.next() {
+        None => Ok(()),
+        Some(v) => Err(SurfaceError::Unusable(vec![Fault::NoNormal {
+            count: 1 + missing.count(),
+            at: surface.positions()[v],
+        }])),
+    }
+}
