@@ -25,6 +25,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (start, cpu, system) = (Instant::now(), cpu_seconds(), system_seconds());
     let (chart, extra) = match method.as_str() {
         "bff" => (flatten::bff_unchecked(&surface)?, String::new()),
+        "abf" => {
+            let result = flatten::abf_unchecked(&surface)?;
+            let extra = format!(
+                ", \"steps\": {}, \"residual\": {:e}, \"corner_error\": {:e}",
+                result.steps,
+                result.residual,
+                corner_error(&surface, &result)
+            );
+            (result.chart, extra)
+        }
         other => return Err(format!("no method {other}").into()),
     };
     let wall = start.elapsed().as_secs_f64();
@@ -43,6 +53,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         chart.uv().iter().flat_map(|p| [p.x, p.y]).flat_map(f64::to_le_bytes).collect();
     fs::write(uv, bytes)?;
     Ok(())
+}
+
+/// Largest difference between the solved angles and those of the flat points, rad.
+fn corner_error(surface: &Surface, result: &flatten::AngleBased) -> f64 {
+    let faces = surface.connectivity().faces().iter();
+    let error = |(face, angles): (&[VertexId; 3], &[f64; 3])| {
+        let p = face.map(|v| result.chart.uv()[v.index()]);
+        let angle = |c: usize| (p[(c + 1) % 3] - p[c]).angle_to(p[(c + 2) % 3] - p[c]);
+        (0..3).map(|c| (angle(c) - angles[c]).abs()).fold(0.0, f64::max)
+    };
+    faces.zip(&result.angles).map(error).fold(0.0, f64::max)
 }
 
 fn load(path: &str) -> Result<Surface, Box<dyn std::error::Error>> {
