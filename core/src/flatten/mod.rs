@@ -1,5 +1,7 @@
 //! Conformal flattening: surface → [`Chart`].
 
+mod abf;
+mod angle_layout;
 mod bff;
 mod caps;
 mod curve;
@@ -12,6 +14,7 @@ mod laplace;
 mod samples;
 mod validity;
 
+pub use abf::{AngleBased, abf, abf_unchecked};
 pub use bff::{bff, bff_unchecked};
 pub use disk::outer_loop;
 pub use distortion::{Distortion, Quality};

@@ -74,6 +74,19 @@ impl SymmetricMatrix {
         &self.value
     }
 
+    /// Value of every stored entry, to be set anew on the same pattern; see [`Self::slot`].
+    pub fn values_mut(&mut self) -> &mut [f64] {
+        &mut self.value
+    }
+
+    /// Index among the values of entry `(i, j)`, in either direction, if it is stored.
+    pub fn slot(&self, i: u32, j: u32) -> Option<usize> {
+        let column = i.min(j) as usize;
+        let from = self.column_start[column] as usize;
+        let rows = &self.row[from..self.column_start[column + 1] as usize];
+        rows.binary_search(&i.max(j)).ok().map(|k| from + k)
+    }
+
     /// `A x` for `N` vectors at once.
     pub fn multiply<const N: usize>(&self, x: &[[f64; N]]) -> Vec<[f64; N]> {
         let mut y = vec![[0.0; N]; x.len()];
