@@ -1,10 +1,10 @@
 //! The job file as it is written: every key optional, in the job's own units.
 //!
 //! These types are the one description of the format. Their [schema](super::schema()) drives the
-//! reading ([`super::document`]), is shipped for editors, and is printed as the reference.
+//! reading, is shipped for editors, and is printed as the reference.
 //!
 //! Attributes of a key: `x-unit` is its unit in a job with `units = "mm"`; `default` is a constant
-//! default and `x-default` one that depends on other keys, both filled in by [`super::resolve`].
+//! default and `x-default` one that depends on other keys, both filled in by the resolution.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
