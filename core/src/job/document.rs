@@ -35,6 +35,8 @@ pub(super) struct Place {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Places {
     by_key: BTreeMap<String, Place>,
+    /// Keys that a misspelt key was taken for: their absence is the same slip, not a second one.
+    misspelt: BTreeMap<String, Place>,
     /// Start of each line, bytes.
     lines: Vec<usize>,
 }
@@ -49,14 +51,19 @@ impl Places {
         self.of(around)
     }
 
-    /// Whether `key` was given, fitting or not.
+    /// Whether `key` was given, fitting or not, be it misspelt.
     pub fn has(&self, key: &str) -> bool {
+        self.found(key) || self.misspelt.contains_key(key)
+    }
+
+    /// Whether `key` was given, fitting or not, and spelt right.
+    pub fn found(&self, key: &str) -> bool {
         self.by_key.contains_key(key)
     }
 
     /// Line of the value of `key`, from 1.
     pub fn line(&self, key: &str) -> Option<usize> {
-        let start = self.by_key.get(key)?.value.start;
+        let start = self.by_key.get(key).or(self.misspelt.get(key))?.value.start;
         Some(self.lines.partition_point(|&line| line <= start))
     }
 }
@@ -89,7 +96,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Document, Faults> {
         root: schema::described().to_value(),
         unit: unit_of_length(document.get_ref()),
         faults,
-        places: Places { by_key: BTreeMap::new(), lines },
+        places: Places { lines, ..Places::default() },
     };
     let root = walk.root.clone();
     let clean = walk.table("", document.get_ref(), &root, None);
@@ -184,7 +191,8 @@ impl Walk {
             let name: &str = key.get_ref();
             let full = join(path, name);
             let Some(expected) = schema["properties"].get(name) else {
-                self.unknown_key(path, name, schema, key.span());
+                let place = Place { key: key.span(), value: value.span() };
+                self.unknown_key(path, name, schema, place);
                 continue;
             };
             self.places.by_key.insert(full.clone(), Place { key: key.span(), value: value.span() });
@@ -193,7 +201,7 @@ impl Walk {
             }
         }
         for name in names(&schema["required"]) {
-            if !table.contains_key(name) {
+            if !self.places.has(&join(path, name)) {
                 self.missing(path, name, &schema["properties"][name], at.clone());
             }
         }
@@ -210,12 +218,14 @@ impl Walk {
         self.fault(fault.at(at));
     }
 
-    fn unknown_key(&mut self, path: &str, name: &str, schema: &Schema, span: Range<usize>) {
+    fn unknown_key(&mut self, path: &str, name: &str, schema: &Schema, place: Place) {
+        let span = place.key.clone();
         let known: Vec<&str> = keys(schema).collect();
         let mut fault = Fault::new(join(path, name), "unknown key");
         let homes = self.homes(name);
         if let Some(near) = nearest(name, known.iter().copied()) {
             fault = fault.help(format!("did you mean `{near}`?"));
+            self.places.misspelt.insert(join(path, near), place);
         } else if let [home] = homes.as_slice() {
             fault = fault.help(match home.as_str() {
                 "" => format!("`{name}` stands at the top of the file, before the first [table]"),

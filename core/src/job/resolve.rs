@@ -8,7 +8,7 @@ use super::fault::{Fault, Faults};
 use super::file::{
     AnalyticTable, ComponentKey, ComponentRule, JobFile, PostKey, SelectTable, Units,
 };
-use super::units::{INCH, per_second, radians};
+use super::units::{INCH, per_second, radians, to_per_minute};
 use super::{
     AnalyticKind, AnalyticOptions, AnalyticParameters, Boundary, Component, Cut, CutDirection,
     FeedComponent, FlattenMethod, Force, ForceControl, Job, Links, MrrLimit, OutputOptions,
@@ -117,6 +117,13 @@ impl Resolver<'_> {
         }
     }
 
+    /// A length of so many mm in the unit of the job, to six decimals.
+    fn show(&self, length: f64) -> String {
+        let name = if self.unit == 1.0 { "mm" } else { "inch" };
+        let rounded = (length / self.unit * 1e6).round() / 1e6;
+        format!("{rounded} {name}")
+    }
+
     fn length(&self, value: Option<f64>, default: f64) -> f64 {
         value.map_or(default, |v| v * self.unit)
     }
@@ -204,7 +211,7 @@ impl Resolver<'_> {
             }
             (None, Some(analytic)) => self.analytic(analytic).map(SurfaceSource::Analytic),
             (None, None) => {
-                if !has_file && !has_formula && self.places.has("surface") {
+                if !has_file && !has_formula && self.places.found("surface") {
                     let help = "give `file = \"part.stl\"`, or a formula in [surface.analytic]";
                     self.fault("surface", "neither `file` nor `analytic` is given", help);
                 }
@@ -254,21 +261,28 @@ impl Resolver<'_> {
 
     fn check_analytic(&mut self, kind: AnalyticKind, p: &AnalyticParameters) {
         if p.size / p.resolution > LARGEST_GRID {
-            let message = format!("{} mm over a size of {} mm", p.resolution, p.size);
-            let help = format!("give at least size / {LARGEST_GRID}, {} mm", p.size / LARGEST_GRID);
+            let message =
+                format!("{} over a size of {}", self.show(p.resolution), self.show(p.size));
+            let help = format!(
+                "give at least size / {LARGEST_GRID}, {}",
+                self.show(p.size / LARGEST_GRID)
+            );
             self.fault("surface.analytic.resolution", message, help);
         }
         if p.resolution > 0.25 * p.size {
-            let message = format!("{} mm over a size of {} mm", p.resolution, p.size);
+            let message =
+                format!("{} over a size of {}", self.show(p.resolution), self.show(p.size));
             self.fault("surface.analytic.resolution", message, "give at most size / 4");
         }
         let round = matches!(kind, AnalyticKind::SphereCap | AnalyticKind::Cylinder);
         if round && p.size >= 2.0 * p.radius {
-            let message = format!("{} mm, but the radius is {} mm", p.size, p.radius);
+            let message =
+                format!("{}, but the radius is {}", self.show(p.size), self.show(p.radius));
             self.fault("surface.analytic.size", message, "give less than twice the radius");
         }
         if kind == AnalyticKind::TorusPatch && p.tube_radius >= p.radius {
-            let message = format!("{} mm, but the radius is {} mm", p.tube_radius, p.radius);
+            let message =
+                format!("{}, but the radius is {}", self.show(p.tube_radius), self.show(p.radius));
             self.fault("surface.analytic.tube_radius", message, "give less than the radius");
         }
     }
@@ -319,18 +333,18 @@ impl Resolver<'_> {
         let radius = 0.5 * (table.diameter? * self.unit);
         let corner = table.corner_radius.map(|c| c * self.unit);
         let corner = corner.map(|c| if same_radius(c, radius) { radius } else { c });
-        if let Some(c) = corner.filter(|c| *c > radius) {
-            let help = format!("give at most the cutter radius, {radius} mm");
-            self.fault("tool.corner_radius", format!("{c} mm is more than fits"), help);
-            return None;
+        let fitting = corner.filter(|c| *c <= radius);
+        if let (Some(c), None) = (corner, fitting) {
+            let help = format!("give at most the cutter radius, {}", self.show(radius));
+            self.fault("tool.corner_radius", format!("{} is more than fits", self.show(c)), help);
         }
-        self.check_corner(corner, radius);
+        self.check_corner(fitting, radius);
         let default = match table.kind {
             Some(ToolKind::Flat) => 0.0,
             Some(ToolKind::Bull) => 0.2 * radius,
             Some(ToolKind::Ball) | None => radius,
         };
-        match Tool::new(radius, corner.unwrap_or(default)) {
+        match Tool::new(radius, fitting.unwrap_or(default)) {
             Ok(tool) => Some(tool),
             Err(error) => {
                 self.fault("tool", error.to_string(), "correct `diameter` or `corner_radius`");
@@ -343,15 +357,18 @@ impl Resolver<'_> {
     fn check_corner(&mut self, corner: Option<f64>, radius: f64) {
         let (Some(corner), Some(kind)) = (corner, self.file.tool.kind) else { return };
         let (agrees, rule) = match kind {
-            ToolKind::Ball => (corner == radius, format!("{radius} mm, half the diameter")),
+            ToolKind::Ball => {
+                (corner == radius, format!("{}, half the diameter", self.show(radius)))
+            }
             ToolKind::Flat => (corner == 0.0, "0".to_owned()),
             ToolKind::Bull => {
-                (corner > 0.0 && corner < radius, format!("between 0 and {radius} mm"))
+                (corner > 0.0 && corner < radius, format!("between 0 and {}", self.show(radius)))
             }
         };
         if !agrees {
             let kind = named_kind(kind);
-            let message = format!("{corner} mm; the corner radius of a {kind} end is {rule}");
+            let message =
+                format!("{}; the corner radius of a {kind} end is {rule}", self.show(corner));
             let help = "correct it, or leave out `tool.kind`, which follows from it";
             self.fault("tool.corner_radius", message, help);
         }
@@ -397,8 +414,12 @@ impl Resolver<'_> {
         self.check_lead(tool, machine.axes, lead);
         let axial_depth = self.length(table.axial_depth, 0.05 * diameter);
         if tool.is_some() && axial_depth > 4.0 * diameter {
-            let help = format!("give at most 4 diameters, {} mm", 4.0 * diameter);
-            self.fault("cut.axial_depth", format!("{axial_depth} mm is deeper than flutes"), help);
+            let help = format!("give at most 4 diameters, {}", self.show(4.0 * diameter));
+            self.fault(
+                "cut.axial_depth",
+                format!("{} is deeper than flutes are long", self.show(axial_depth)),
+                help,
+            );
         }
         let feed = per_second(table.feed? * self.unit);
         self.check_feed("cut.feed", feed, machine);
@@ -425,7 +446,7 @@ impl Resolver<'_> {
                 None
             }
             (false, false) => {
-                if self.places.has("cut") {
+                if self.places.found("cut") {
                     let help = "give a scallop height, `scallop = 0.01`, or a side step, \
                                 `stepover = 0.5`";
                     self.fault("cut", "neither `scallop` nor `stepover` is given", help);
@@ -443,18 +464,20 @@ impl Resolver<'_> {
         let (radius, corner) = (tool.radius(), tool.corner_radius());
         match stepover {
             Stepover::Fixed(d) if d > 2.0 * radius => {
-                let help = format!("give at most the tool diameter, {} mm", 2.0 * radius);
-                let message = format!("{d} mm would leave ridges between the passes");
+                let help = format!("give at most the tool diameter, {}", self.show(2.0 * radius));
+                let message = format!("{} would leave ridges between the passes", self.show(d));
                 self.fault("cut.stepover", message, help);
             }
             Stepover::Scallop(h) if corner > 0.0 && h > corner => {
-                let help = format!("give at most {corner} mm; finishing takes 0.005 to 0.05 mm");
-                let message = format!("{h} mm is higher than the corner radius");
+                let help =
+                    format!("give at most {}; finishing takes 0.005 to 0.05 mm", self.show(corner));
+                let message = format!("{} is higher than the corner radius", self.show(h));
                 self.fault("cut.scallop", message, help);
             }
             Stepover::Scallop(h) if h > radius => {
-                let help = format!("give at most {radius} mm; finishing takes 0.005 to 0.05 mm");
-                let message = format!("{h} mm is higher than the cutter radius");
+                let help =
+                    format!("give at most {}; finishing takes 0.005 to 0.05 mm", self.show(radius));
+                let message = format!("{} is higher than the cutter radius", self.show(h));
                 self.fault("cut.scallop", message, help);
             }
             Stepover::Scallop(_) if corner == 0.0 && lead == 0.0 => {
@@ -489,10 +512,11 @@ impl Resolver<'_> {
 
     fn check_feed(&mut self, key: &str, feed: f64, machine: &Machine) {
         if feed > machine.max_feed {
-            let fastest = super::units::to_per_minute(machine.max_feed);
-            let found = super::units::to_per_minute(feed);
-            let message = format!("{found} mm/min is above {}", self.named("machine.max_feed"));
-            self.fault(key, message, format!("give at most {fastest} mm/min"));
+            let fastest = to_per_minute(machine.max_feed);
+            let found = to_per_minute(feed);
+            let message =
+                format!("{}/min is above {}", self.show(found), self.named("machine.max_feed"));
+            self.fault(key, message, format!("give at most {}/min", self.show(fastest)));
         }
     }
 
@@ -509,13 +533,15 @@ impl Resolver<'_> {
             ),
         };
         if options.max_step > diameter {
-            let message = format!("{} mm leaves material between loops", options.max_step);
-            let help = format!("give at most the tool diameter, {diameter} mm");
+            let message = format!("{} leaves material between loops", self.show(options.max_step));
+            let help = format!("give at most the tool diameter, {}", self.show(diameter));
             self.fault("trochoid.max_step", message, help);
         }
         if options.min_radius > 2.0 * diameter {
-            let message = format!("{} mm: loops as wide as several cutters", options.min_radius);
-            let help = format!("give at most twice the tool diameter, {} mm", 2.0 * diameter);
+            let message =
+                format!("{}: loops as wide as several cutters", self.show(options.min_radius));
+            let help =
+                format!("give at most twice the tool diameter, {}", self.show(2.0 * diameter));
             self.fault("trochoid.min_radius", message, help);
         }
         self.check_feed("trochoid.return_feed", options.return_feed, machine);
@@ -565,7 +591,11 @@ impl Resolver<'_> {
         if let Stepover::Scallop(h) = job.cut.stepover
             && job.cut.tolerance >= h
         {
-            let message = format!("{} mm is not below the scallop {h} mm", job.cut.tolerance);
+            let message = format!(
+                "{} is not below the scallop {}",
+                self.show(job.cut.tolerance),
+                self.show(h)
+            );
             let help = "a chord tolerance of half the scallop or less shows in the cusps";
             self.warn("cut.tolerance", message, help);
         }
@@ -576,7 +606,7 @@ impl Resolver<'_> {
                 MrrLimit::Relative(_) => "force.relative",
             };
             let message = format!(
-                "a straight pass removes {straight:.1} mm³/min, above the limit of {limit:.1}"
+                "a straight pass removes {straight:.1} mm³/min, above the limit of {limit:.1} mm³/min"
             );
             self.warn(
                 key,
@@ -586,11 +616,13 @@ impl Resolver<'_> {
         }
         let per_tooth = job.cut.feed / (job.cut.spindle * f64::from(job.flutes));
         if per_tooth > 0.1 * job.tool.radius() {
-            let message = format!("{per_tooth:.3} mm per tooth is more than 5 % of the diameter");
+            let message =
+                format!("{} per tooth is more than 5 % of the diameter", self.show(per_tooth));
             self.warn("cut.feed", message, "check `cut.feed`, `cut.spindle` and `tool.flutes`");
         }
         if job.cut.axial_depth > 2.0 * job.tool.radius() {
-            let message = format!("{} mm is deeper than the tool is wide", job.cut.axial_depth);
+            let message =
+                format!("{} is deeper than the tool is wide", self.show(job.cut.axial_depth));
             self.warn("cut.axial_depth", message, "check it against the length of the flutes");
         }
     }
