@@ -1,11 +1,16 @@
 //! The machine: its axes and what they can do.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 /// Arrangement of the axes.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Axes {
     /// Three linear axes; the tool axis is fixed.
+    #[serde(rename = "3")]
     ThreeAxis,
     /// Rotary tables A (about X) and C (about Z) under three linear axes.
+    #[serde(rename = "xyzac")]
     Xyzac,
 }
 
@@ -20,4 +25,18 @@ pub struct Machine {
     pub max_acceleration: f64,
     /// Height above part and stock at which rapids run, mm.
     pub clearance: f64,
+    /// Where the linear axes can go, in the part's coordinates.
+    pub travel: Travel,
+}
+
+/// Reach of the linear axes in the part's coordinates: least and greatest position, mm; an axis
+/// that is `None` is not checked.
+#[derive(Copy, Clone, Debug, PartialEq, Default)]
+pub struct Travel {
+    /// Along X.
+    pub x: Option<(f64, f64)>,
+    /// Along Y.
+    pub y: Option<(f64, f64)>,
+    /// Along Z.
+    pub z: Option<(f64, f64)>,
 }

@@ -1,5 +1,7 @@
 //! The cutter: a solid of revolution with a corner radius.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// What a cutter's dimensions may not be.
@@ -21,7 +23,8 @@ pub enum ToolError {
 }
 
 /// The three families of end mill.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum ToolKind {
     /// Ball end: corner radius equals the radius.
     Ball,

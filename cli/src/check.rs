@@ -1,0 +1,171 @@
+//! `evencut check`: job files held against the format.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use evencut_core::job::{self, Fault, Faults, Job, Severity, SurfaceSource, line_and_column};
+use serde_json::{Value, json};
+
+use crate::{Exit, Streams};
+
+/// Arguments of `evencut check`.
+#[derive(Args)]
+pub struct Check {
+    /// Job files; `-` reads standard input
+    #[arg(required = true, value_name = "JOB")]
+    jobs: Vec<PathBuf>,
+    /// Print each good job with all its defaults filled in, as TOML
+    #[arg(long, conflicts_with = "json")]
+    resolved: bool,
+    /// Print the findings as JSON: an array with an object per job file
+    #[arg(long)]
+    json: bool,
+}
+
+/// What was found in one job file.
+struct Finding {
+    name: String,
+    source: Vec<u8>,
+    errors: Faults,
+    warnings: Faults,
+    /// The job, if there are no errors in it.
+    job: Option<Job>,
+    exit: Exit,
+}
+
+impl Check {
+    /// Checks all files; the exit code is that of the first bad one.
+    pub fn run(&self, streams: &mut Streams<'_>) -> Exit {
+        let mut exit = Exit::Done;
+        let mut objects = Vec::new();
+        for path in &self.jobs {
+            let finding = find(path);
+            if exit == Exit::Done {
+                exit = finding.exit;
+            }
+            if self.json {
+                objects.push(as_json(&finding));
+                continue;
+            }
+            report(&finding, streams);
+            if let (true, Some(job)) = (self.resolved, &finding.job) {
+                streams.data(&job.to_toml());
+            }
+        }
+        if self.json {
+            streams.data(&format!("{:#}\n", Value::Array(objects)));
+        }
+        exit
+    }
+}
+
+/// Reads one job file and what it refers to.
+fn find(path: &Path) -> Finding {
+    let name = if path == Path::new("-") { "standard input".into() } else { shown(path) };
+    let mut finding = Finding {
+        name,
+        source: Vec::new(),
+        errors: Faults::default(),
+        warnings: Faults::default(),
+        job: None,
+        exit: Exit::Done,
+    };
+    match read_job(path) {
+        Ok(source) => finding.source = source,
+        Err(error) => {
+            finding.fail(Exit::BadJob, Faults(vec![whole_file(error.to_string())]));
+            return finding;
+        }
+    }
+    match job::read(&finding.source) {
+        Ok(resolved) => {
+            finding.warnings = resolved.warnings;
+            if let Some(fault) = missing_surface(path, &resolved.job) {
+                finding.fail(Exit::BadSurface, Faults(vec![fault]));
+            }
+            finding.job = Some(resolved.job);
+        }
+        Err(faults) => finding.fail(Exit::BadJob, faults),
+    }
+    finding
+}
+
+impl Finding {
+    fn fail(&mut self, exit: Exit, errors: Faults) {
+        self.exit = exit;
+        self.errors = errors;
+    }
+}
+
+/// Longest input that is taken, bytes: enough for `job::read` to see that it is too much.
+const LONGEST: u64 = (1 << 20) + 1;
+
+fn read_job(path: &Path) -> std::io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    if path == Path::new("-") {
+        std::io::stdin().take(LONGEST).read_to_end(&mut bytes)?;
+    } else {
+        std::fs::File::open(path)?.take(LONGEST).read_to_end(&mut bytes)?;
+    }
+    Ok(bytes)
+}
+
+fn whole_file(message: String) -> Fault {
+    Fault { key: String::new(), message, help: Vec::new(), span: None }
+}
+
+fn missing_surface(job_path: &Path, job: &Job) -> Option<Fault> {
+    let SurfaceSource::File(file) = &job.surface.source else { return None };
+    let directory = job_path.parent().unwrap_or(Path::new(""));
+    let path = directory.join(file);
+    if path.is_file() {
+        return None;
+    }
+    let help = "paths in a job file are relative to the job file".to_owned();
+    Some(Fault {
+        key: "surface.file".into(),
+        message: format!("there is no file {}", shown(&path)),
+        help: vec![help],
+        span: None,
+    })
+}
+
+fn shown(path: &Path) -> String {
+    path.display().to_string()
+}
+
+fn report(finding: &Finding, streams: &mut Streams<'_>) {
+    let Finding { name, source, errors, warnings, .. } = finding;
+    streams.message(&errors.render(name, source));
+    streams.message(&warnings.render_as(Severity::Warning, name, source));
+    let count = |n: usize, word: &str| format!("{n} {word}{}", if n == 1 { "" } else { "s" });
+    streams.message(&match (errors.0.len(), warnings.0.len()) {
+        (0, 0) => format!("{name}: good\n"),
+        (0, n) => format!("{name}: good, {}\n", count(n, "warning")),
+        (n, 0) => format!("{name}: {}\n", count(n, "error")),
+        (n, m) => format!("{name}: {}, {}\n", count(n, "error"), count(m, "warning")),
+    });
+}
+
+fn as_json(finding: &Finding) -> Value {
+    let text = String::from_utf8_lossy(&finding.source);
+    let list = |faults: &Faults| -> Vec<Value> {
+        faults.0.iter().map(|fault| fault_as_json(fault, &text)).collect()
+    };
+    json!({
+        "file": finding.name,
+        "good": finding.errors.is_empty(),
+        "errors": list(&finding.errors),
+        "warnings": list(&finding.warnings),
+    })
+}
+
+fn fault_as_json(fault: &Fault, source: &str) -> Value {
+    let place = fault.span.as_ref().map(|span| {
+        let (line, column) = line_and_column(source, span.start);
+        let (end_line, end_column) = line_and_column(source, span.end);
+        json!({ "line": line, "column": column, "end_line": end_line, "end_column": end_column })
+    });
+    json!({ "key": fault.key, "message": fault.message, "help": fault.help, "place": place })
+}

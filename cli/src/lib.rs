@@ -1,0 +1,128 @@
+//! The `evencut` command: arguments → core → files, exit codes.
+//!
+//! Messages go to standard error, data to standard output. What the commands share is public so
+//! that it can be tested without starting a process.
+
+pub mod check;
+pub mod output;
+pub mod progress;
+pub mod streams;
+
+use std::ffi::OsString;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use clap::{Parser, Subcommand};
+
+pub use streams::Streams;
+
+/// How a run ended; the process's exit code.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Exit {
+    /// Done.
+    Done = 0,
+    /// A bug in evencut, or output that cannot be written.
+    Internal = 1,
+    /// Bad usage or a bad job file.
+    BadJob = 2,
+    /// The surface cannot be read or used.
+    BadSurface = 3,
+    /// Planned, but a limit cannot be met.
+    LimitNotMet = 4,
+    /// The finished path failed verification.
+    NotVerified = 5,
+}
+
+impl Exit {
+    /// The exit code.
+    pub fn code(self) -> u8 {
+        self as u8
+    }
+}
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  done
+  1  internal error, or output that cannot be written
+  2  bad usage or bad job file
+  3  unreadable or unusable surface
+  4  planned, but a limit cannot be met
+  5  verification failed
+
+Messages go to standard error, data to standard output.";
+
+#[derive(Parser)]
+#[command(
+    name = "evencut",
+    version,
+    about = "Plans milling paths for freeform surfaces with even cusps and an even cut",
+    long_about = "Plans milling paths for freeform surfaces so that the cusps are even (scallop \
+                  height at, and never above, a limit) and the cut is even (material removal \
+                  rate, and so the cutting force, never above a limit).\n\n\
+                  A job file in TOML says what to machine and how. The smallest one:\n\n    \
+                  version = 1\n    [surface]\n    file = \"part.stl\"\n    [tool]\n    \
+                  diameter = 10.0\n    [cut]\n    scallop = 0.01\n    feed = 1200.0",
+    after_help = EXIT_CODES,
+    arg_required_else_help = true
+)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Check job files and show all their faults
+    #[command(long_about = "Checks job files without planning them. All faults of a file are \
+                            shown at once, each with its line, what was found and what is \
+                            allowed. Also checks that the surface file is there.")]
+    Check(check::Check),
+    /// Print the JSON Schema of the job file
+    #[command(long_about = "Prints the JSON Schema (draft 2020-12) of the job file, with which \
+                            editors complete and check job files.\n\n    \
+                            evencut schema > evencut.schema.json\n\n\
+                            In editors with the Taplo or Even Better TOML extension, name it in \
+                            the first line of a job file:\n\n    #:schema evencut.schema.json")]
+    Schema,
+}
+
+/// Runs the command with the given arguments, the first of which is the program's name.
+pub fn run(arguments: impl IntoIterator<Item = OsString>, mut streams: Streams<'_>) -> Exit {
+    let arguments = match Arguments::try_parse_from(arguments) {
+        Ok(arguments) => arguments,
+        Err(error) => return usage(&error, &mut streams),
+    };
+    let exit = match arguments.command {
+        Command::Check(check) => check.run(&mut streams),
+        Command::Schema => {
+            streams.data(&evencut_core::job::schema());
+            Exit::Done
+        }
+    };
+    streams.finish(exit)
+}
+
+/// Help and version are data; everything else that clap reports is bad usage.
+fn usage(error: &clap::Error, streams: &mut Streams<'_>) -> Exit {
+    let text = error.render().to_string();
+    if error.use_stderr() {
+        streams.message(&text);
+        return Exit::BadJob;
+    }
+    streams.data(&text);
+    streams.finish(Exit::Done)
+}
+
+/// Runs `command`; a panic becomes a message that asks for a report, and [`Exit::Internal`].
+pub fn guarded(command: impl FnOnce() -> Exit) -> Exit {
+    std::panic::set_hook(Box::new(|panic| {
+        use std::io::Write;
+        let text = format!(
+            "internal error: {panic}\nThis is a bug in evencut {}. Please report it with the job \
+             file and the surface file.\n",
+            env!("CARGO_PKG_VERSION")
+        );
+        // Where standard error is closed there is nobody to tell.
+        let _ = std::io::stderr().write_all(text.as_bytes());
+    }));
+    catch_unwind(AssertUnwindSafe(command)).unwrap_or(Exit::Internal)
+}

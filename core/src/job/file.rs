@@ -1,0 +1,393 @@
+//! The job file as it is written: every key optional, in the job's own units.
+//!
+//! These types are the one description of the format. Their [schema](super::schema()) drives the
+//! reading, is shipped for editors, and is printed as the reference.
+//!
+//! Attributes of a key: `x-unit` is its unit in a job with `units = "mm"`; `default` is a constant
+//! default and `x-default` one that depends on other keys, both filled in by the resolution.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{
+    AnalyticKind, Boundary, CutDirection, FeedComponent, FlattenMethod, ForceControl, Links,
+    Picture, RingOrder, TooTight,
+};
+use crate::machine::Axes;
+use crate::tool::ToolKind;
+
+/// The version of the format that is read and written.
+pub const VERSION: u32 = 1;
+
+/// A job: which surface to machine, with what, and how.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(
+    title = "evencut job file",
+    extend("required" = ["version", "surface", "tool", "cut"])
+)]
+pub struct JobFile {
+    /// Version of the job file format.
+    #[schemars(extend("minimum" = VERSION, "maximum" = VERSION))]
+    pub version: Option<u32>,
+    /// Name of the job, written into programs and reports. Control characters and `( ) ; %`
+    /// are refused, since they end comments in programs.
+    #[schemars(extend("minLength" = 1, "maxLength" = 100, "x-default" = "the surface file's name without its extension, or the kind of formula"))]
+    pub name: Option<String>,
+    /// Unit of every length in this file: lengths in mm or inch, feeds in mm/min or inch/min,
+    /// removal rates in mm³/min or inch³/min, accelerations in mm/s² or inch/s².
+    #[schemars(extend("default" = "mm"))]
+    pub units: Option<Units>,
+    /// The surface to machine: a mesh `file`, or a formula in `[surface.analytic]`.
+    #[serde(default)]
+    pub surface: SurfaceTable,
+    /// How the surface is laid flat.
+    #[serde(default)]
+    pub flatten: FlattenTable,
+    /// The cutter.
+    #[serde(default)]
+    pub tool: ToolTable,
+    /// Cutting data. The side step comes from either `scallop` or `stepover`.
+    #[serde(default)]
+    pub cut: CutTable,
+    /// Division of the surface into regions.
+    #[serde(default)]
+    pub regions: RegionsTable,
+    /// Passes and links.
+    #[serde(default)]
+    pub path: PathTable,
+    /// The limit on the material removal rate: at most one of `mrr_limit` and `relative`.
+    #[serde(default)]
+    pub force: ForceTable,
+    /// Trochoids, used with `force.control = "trochoid"`.
+    #[serde(default)]
+    pub trochoid: TrochoidTable,
+    /// The machine and its limits.
+    #[serde(default)]
+    pub machine: MachineTable,
+    /// What to write besides the report, the path and the resolved job.
+    #[serde(default)]
+    pub output: OutputTable,
+}
+
+/// Unit of length.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Units {
+    /// Millimetres.
+    Mm,
+    /// Inches of 25.4 mm.
+    Inch,
+}
+
+/// `[surface]`.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["file"] }, { "required": ["analytic"] }]))]
+pub struct SurfaceTable {
+    /// Mesh file (stl, obj, ply or off), its path relative to the job file.
+    #[schemars(extend("x-default" = "required, or `analytic`", "minLength" = 1, "maxLength" = 4096))]
+    pub file: Option<String>,
+    /// Unit of the lengths in the mesh file.
+    #[schemars(extend("x-default" = "`units` of the job"))]
+    pub units: Option<Units>,
+    /// Factor on the surface's lengths, applied first.
+    #[schemars(extend("default" = 1.0, "minimum" = 1e-6, "maximum" = 1e6))]
+    pub scale: Option<f64>,
+    /// Rotations about X, then Y, then Z, applied after the scale.
+    #[schemars(extend("default" = [0.0, 0.0, 0.0], "items" = { "type": "number", "x-unit": "deg", "minimum": -360.0, "maximum": 360.0 }))]
+    pub rotate: Option<[f64; 3]>,
+    /// Shift along X, Y, Z, applied last.
+    #[schemars(extend("default" = [0.0, 0.0, 0.0], "items" = { "type": "number", "x-unit": "mm", "minimum": -1e6, "maximum": 1e6 }))]
+    pub translate: Option<[f64; 3]>,
+    /// Machine the surface from the side that its faces point away from.
+    #[schemars(extend("default" = false))]
+    pub flip: Option<bool>,
+    /// Which faces are machined; the conditions add up.
+    #[schemars(extend("x-default" = "all faces, which must be connected"))]
+    pub select: Option<SelectTable>,
+    /// Radius over which curvature is estimated.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "from the mesh's edge lengths", "exclusiveMinimum" = 0.0, "maximum" = 1e4))]
+    pub curvature_radius: Option<f64>,
+    /// A surface given by a formula, centred on the origin and machined from above.
+    pub analytic: Option<AnalyticTable>,
+}
+
+/// Conditions on the faces to machine, after scale, rotation and translation.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SelectTable {
+    /// Keep faces whose normal is within this angle of the direction `of`.
+    #[schemars(extend("x-unit" = "deg", "x-default" = "any normal", "exclusiveMinimum" = 0.0, "maximum" = 180.0))]
+    pub normal_within: Option<f64>,
+    /// Direction for `normal_within`; need not have length 1.
+    #[schemars(extend("default" = [0.0, 0.0, 1.0], "items" = { "type": "number", "minimum": -1e6, "maximum": 1e6 }))]
+    pub of: Option<[f64; 3]>,
+    /// Keep faces whose centroid lies in this box: least corner, greatest corner.
+    #[serde(rename = "box")]
+    #[schemars(extend("x-default" = "everywhere", "items" = { "type": "array", "minItems": 3, "maxItems": 3, "items": { "type": "number", "x-unit": "mm", "minimum": -1e6, "maximum": 1e6 } }))]
+    pub within_box: Option<[[f64; 3]; 2]>,
+    /// Which connected piece of what is left: `"only"` (there must be one), `"largest"` by area, or
+    /// an index in order of decreasing area, from 0.
+    #[schemars(extend("default" = "only"))]
+    pub component: Option<ComponentKey>,
+}
+
+/// A connected piece, by rule or by index.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum ComponentKey {
+    /// By rule.
+    Rule(ComponentRule),
+    /// By index, in order of decreasing area, from 0.
+    Index(#[schemars(extend("maximum" = 1_000_000))] u32),
+}
+
+/// A connected piece, by rule.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ComponentRule {
+    /// There must be only one.
+    Only,
+    /// The one of largest area.
+    Largest,
+}
+
+/// A surface given by a formula. Only `kind` is required; a number that the kind does not use is
+/// refused.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("required" = ["kind"]))]
+pub struct AnalyticTable {
+    /// Which formula.
+    pub kind: Option<AnalyticKind>,
+    /// Side of the square, or diameter of the disk, seen from above.
+    #[schemars(extend("x-unit" = "mm", "default" = 100.0, "minimum" = 0.001, "maximum" = 1e4))]
+    pub size: Option<f64>,
+    /// Main radius (sphere-cap, cylinder, torus-patch, bump).
+    #[schemars(extend("x-unit" = "mm", "default" = 80.0, "minimum" = 0.001, "maximum" = 1e6))]
+    pub radius: Option<f64>,
+    /// Radius of the tube (torus-patch).
+    #[schemars(extend("x-unit" = "mm", "default" = 30.0, "minimum" = 0.001, "maximum" = 1e6))]
+    pub tube_radius: Option<f64>,
+    /// Height (saddle, monkey-saddle, bump); negative turns it over.
+    #[schemars(extend("x-unit" = "mm", "default" = 10.0, "minimum" = -1e4, "maximum" = 1e4))]
+    pub height: Option<f64>,
+    /// Edge length of the mesh that is made.
+    #[schemars(extend("x-unit" = "mm", "default" = 1.0, "minimum" = 1e-4, "maximum" = 1e3))]
+    pub resolution: Option<f64>,
+}
+
+/// `[flatten]`.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FlattenTable {
+    /// Conformal flattening method.
+    #[schemars(extend("default" = "bff"))]
+    pub method: Option<FlattenMethod>,
+}
+
+/// `[tool]`.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("required" = ["diameter"]))]
+pub struct ToolTable {
+    /// Family of end mill.
+    #[schemars(extend("x-default" = "from `corner_radius`: flat where it is 0, bull where it is below the radius, else ball"))]
+    pub kind: Option<ToolKind>,
+    /// Cutter diameter.
+    #[schemars(extend("x-unit" = "mm", "minimum" = 0.001, "maximum" = 500.0))]
+    pub diameter: Option<f64>,
+    /// Corner radius.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "ball: half the diameter; flat: 0; bull: a tenth of the diameter", "minimum" = 0.0, "maximum" = 250.0))]
+    pub corner_radius: Option<f64>,
+    /// Number of flutes.
+    #[schemars(extend("default" = 4, "minimum" = 1, "maximum" = 64))]
+    pub flutes: Option<u32>,
+    /// Helix angle.
+    #[schemars(extend("x-unit" = "deg", "default" = 30.0, "minimum" = 0.0, "maximum" = 75.0))]
+    pub helix: Option<f64>,
+}
+
+/// `[cut]`.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("required" = ["feed"], "oneOf" = [{ "required": ["scallop"] }, { "required": ["stepover"] }]))]
+pub struct CutTable {
+    /// Scallop height that the cusps may reach; sets the side step place by place.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "required, or `stepover`", "minimum" = 1e-6, "maximum" = 10.0))]
+    pub scallop: Option<f64>,
+    /// Side step, the same everywhere on the surface.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "required, or `scallop`", "minimum" = 1e-5, "maximum" = 500.0))]
+    pub stepover: Option<f64>,
+    /// Axial depth of cut, along the surface normal.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "5 % of the tool diameter", "minimum" = 1e-5, "maximum" = 500.0))]
+    pub axial_depth: Option<f64>,
+    /// Nominal feed.
+    #[schemars(extend("x-unit" = "mm/min", "minimum" = 0.001, "maximum" = 1e6))]
+    pub feed: Option<f64>,
+    /// Spindle speed.
+    #[schemars(extend("x-unit" = "rev/min", "x-default" = "a cutting speed of 150 m/min, at most 12000 rev/min", "minimum" = 1.0, "maximum" = 1e6))]
+    pub spindle: Option<f64>,
+    /// Lead angle: tilt of the tool axis in the feed direction. Five axes only.
+    #[schemars(extend("x-unit" = "deg", "x-default" = "0 on three axes, else 5", "minimum" = 0.0, "maximum" = 60.0))]
+    pub lead: Option<f64>,
+    /// Chord tolerance of the path.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "0.005 mm", "minimum" = 1e-6, "maximum" = 10.0))]
+    pub tolerance: Option<f64>,
+    /// Allowance left on the surface.
+    #[schemars(extend("x-unit" = "mm", "default" = 0.0, "minimum" = 0.0, "maximum" = 100.0))]
+    pub stock: Option<f64>,
+    /// On which side of the cutter the material lies.
+    #[schemars(extend("default" = "climb"))]
+    pub direction: Option<CutDirection>,
+    /// What to do where the cutter does not fit.
+    #[schemars(extend("default" = "avoid"))]
+    pub too_tight: Option<TooTight>,
+}
+
+/// `[regions]`.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RegionsTable {
+    /// How the surface is divided.
+    #[schemars(extend("default" = "single"))]
+    pub method: Option<RegionMethod>,
+}
+
+/// How the surface is divided.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum RegionMethod {
+    /// Not at all: the whole surface is one region.
+    Single,
+}
+
+/// `[path]`.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PathTable {
+    /// Pattern of the passes.
+    #[schemars(extend("default" = "contour"))]
+    pub pattern: Option<Pattern>,
+    /// Order of the rings.
+    #[schemars(extend("default" = "outside-in"))]
+    pub order: Option<RingOrder>,
+    /// How consecutive passes are joined.
+    #[schemars(extend("default" = "surface"))]
+    pub links: Option<Links>,
+    /// What lies outside of the surface's boundary, for engagement.
+    #[schemars(extend("default" = "open"))]
+    pub boundary: Option<Boundary>,
+}
+
+/// Pattern of the passes.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Pattern {
+    /// Rings parallel to the boundary.
+    Contour,
+}
+
+/// `[force]`.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("not" = { "required": ["mrr_limit", "relative"] }))]
+pub struct ForceTable {
+    /// Largest material removal rate.
+    #[schemars(extend("x-unit" = "mm³/min", "x-default" = "`relative` counts", "exclusiveMinimum" = 0.0, "maximum" = 1e9))]
+    pub mrr_limit: Option<f64>,
+    /// Largest material removal rate, as a multiple of that of a straight pass at the nominal side
+    /// step: side step × axial depth × feed.
+    #[schemars(extend("x-default" = "1.5 where `mrr_limit` is not given", "minimum" = 0.01, "maximum" = 1000.0))]
+    pub relative: Option<f64>,
+    /// What is done where the limit would be exceeded.
+    #[schemars(extend("default" = "trochoid"))]
+    pub control: Option<ForceControl>,
+    /// Which feed component the removal rate is formed with.
+    #[schemars(extend("default" = "mean"))]
+    pub vfc: Option<FeedComponent>,
+}
+
+/// `[trochoid]`.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TrochoidTable {
+    /// Largest step between loops.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "20 % of the tool diameter", "minimum" = 1e-5, "maximum" = 500.0))]
+    pub max_step: Option<f64>,
+    /// Smallest radius of a loop of the cutter's centre.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "5 % of the tool diameter", "minimum" = 1e-5, "maximum" = 500.0))]
+    pub min_radius: Option<f64>,
+    /// Feed on the half of a loop that cuts nothing.
+    #[schemars(extend("x-unit" = "mm/min", "x-default" = "2.5 × `cut.feed`, at most `machine.max_feed`", "minimum" = 0.001, "maximum" = 1e6))]
+    pub return_feed: Option<f64>,
+}
+
+/// `[machine]`.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MachineTable {
+    /// Arrangement of the axes.
+    #[schemars(extend("default" = "3"))]
+    pub axes: Option<Axes>,
+    /// Fastest feed; rapids are timed with it too.
+    #[schemars(extend("x-unit" = "mm/min", "x-default" = "15000 mm/min", "minimum" = 0.001, "maximum" = 1e6))]
+    pub max_feed: Option<f64>,
+    /// Acceleration of the linear axes.
+    #[schemars(extend("x-unit" = "mm/s²", "x-default" = "2000 mm/s²", "minimum" = 0.01, "maximum" = 1e6))]
+    pub max_acceleration: Option<f64>,
+    /// Height above part and stock at which rapids run.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "10 mm", "exclusiveMinimum" = 0.0, "maximum" = 1e4))]
+    pub clearance: Option<f64>,
+    /// Where the linear axes can go, in the part's coordinates.
+    #[schemars(extend("x-default" = "not checked"))]
+    pub travel: Option<TravelTable>,
+}
+
+/// Least and greatest position of each linear axis, in the part's coordinates.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TravelTable {
+    /// Reach along X.
+    #[schemars(extend("x-default" = "not checked", "items" = { "type": "number", "x-unit": "mm", "minimum": -1e6, "maximum": 1e6 }))]
+    pub x: Option<[f64; 2]>,
+    /// Reach along Y.
+    #[schemars(extend("x-default" = "not checked", "items" = { "type": "number", "x-unit": "mm", "minimum": -1e6, "maximum": 1e6 }))]
+    pub y: Option<[f64; 2]>,
+    /// Reach along Z.
+    #[schemars(extend("x-default" = "not checked", "items" = { "type": "number", "x-unit": "mm", "minimum": -1e6, "maximum": 1e6 }))]
+    pub z: Option<[f64; 2]>,
+}
+
+/// `[output]`.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OutputTable {
+    /// The program.
+    #[schemars(extend("x-default" = "a LinuxCNC program"))]
+    pub gcode: Option<GcodeTable>,
+    /// Pictures to draw.
+    #[schemars(extend("default" = ["flat", "surface", "mrr"], "maxItems" = 3, "uniqueItems" = true))]
+    pub svg: Option<Vec<Picture>>,
+}
+
+/// The program.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GcodeTable {
+    /// G-code dialect.
+    #[schemars(extend("default" = "linuxcnc"))]
+    pub post: Option<PostKey>,
+}
+
+/// G-code dialect, or none.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum PostKey {
+    /// LinuxCNC (RS-274/NGC).
+    #[serde(rename = "linuxcnc")]
+    LinuxCnc,
+    /// No program is written.
+    #[serde(rename = "none")]
+    None,
+}

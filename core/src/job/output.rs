@@ -1,0 +1,34 @@
+//! What a run writes.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// G-code dialect.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Post {
+    /// LinuxCNC (RS-274/NGC).
+    LinuxCnc,
+}
+
+/// Pictures that can be drawn.
+#[derive(
+    Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum Picture {
+    /// Flat map with the path coloured by removal rate.
+    Flat,
+    /// Shaded surface with the path on it.
+    Surface,
+    /// Removal rate along time.
+    Mrr,
+}
+
+/// What to write.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OutputOptions {
+    /// G-code dialect, if a program is wanted.
+    pub gcode: Option<Post>,
+    /// Pictures wanted, without repeats.
+    pub pictures: Vec<Picture>,
+}

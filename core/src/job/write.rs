@@ -1,0 +1,160 @@
+//! From the complete job back to a job file with every key written out.
+
+use super::file::{
+    AnalyticTable, ComponentKey, ComponentRule, CutTable, FlattenTable, ForceTable, GcodeTable,
+    JobFile, MachineTable, OutputTable, PathTable, Pattern, PostKey, RegionMethod, RegionsTable,
+    SelectTable, SurfaceTable, ToolTable, TravelTable, TrochoidTable, Units, VERSION,
+};
+use super::resolve::uses;
+use super::units::{to_degrees, to_per_minute};
+use super::{
+    AnalyticOptions, Component, Cut, Job, MrrLimit, Post, Selection, Stepover, SurfaceOptions,
+    SurfaceSource,
+};
+use crate::machine::Machine;
+
+impl Job {
+    /// The job as a job file, in mm, mm/min, degrees, with every default written out.
+    ///
+    /// Read again, it resolves to an equal job.
+    pub fn to_toml(&self) -> String {
+        let file = self.to_file();
+        // The file holds strings, numbers and tables only, which TOML can all express.
+        let body = toml::to_string(&file).unwrap_or_default();
+        format!("# The job as it was planned, with every default filled in.\n{body}")
+    }
+
+    /// The job as a job file, every key given.
+    pub fn to_file(&self) -> JobFile {
+        JobFile {
+            version: Some(VERSION),
+            name: Some(self.name.clone()),
+            units: Some(Units::Mm),
+            surface: surface_table(&self.surface),
+            flatten: FlattenTable { method: Some(self.flatten) },
+            tool: self.tool_table(),
+            cut: cut_table(&self.cut),
+            regions: RegionsTable { method: Some(RegionMethod::Single) },
+            path: PathTable {
+                pattern: Some(Pattern::Contour),
+                order: Some(self.path.order),
+                links: Some(self.path.links),
+                boundary: Some(self.path.boundary),
+            },
+            force: self.force_table(),
+            trochoid: TrochoidTable {
+                max_step: Some(self.trochoid.max_step),
+                min_radius: Some(self.trochoid.min_radius),
+                return_feed: Some(to_per_minute(self.trochoid.return_feed)),
+            },
+            machine: machine_table(&self.machine),
+            output: self.output_table(),
+        }
+    }
+
+    fn tool_table(&self) -> ToolTable {
+        ToolTable {
+            kind: Some(self.tool.kind()),
+            diameter: Some(2.0 * self.tool.radius()),
+            corner_radius: Some(self.tool.corner_radius()),
+            flutes: Some(self.flutes),
+            helix: Some(to_degrees(self.helix)),
+        }
+    }
+
+    fn force_table(&self) -> ForceTable {
+        let (mrr_limit, relative) = match self.force.limit {
+            MrrLimit::Absolute(limit) => (Some(to_per_minute(limit)), None),
+            MrrLimit::Relative(factor) => (None, Some(factor)),
+        };
+        let (control, vfc) = (Some(self.force.control), Some(self.force.vfc));
+        ForceTable { mrr_limit, relative, control, vfc }
+    }
+
+    fn output_table(&self) -> OutputTable {
+        let post = match self.output.gcode {
+            Some(Post::LinuxCnc) => PostKey::LinuxCnc,
+            None => PostKey::None,
+        };
+        OutputTable {
+            gcode: Some(GcodeTable { post: Some(post) }),
+            svg: Some(self.output.pictures.clone()),
+        }
+    }
+}
+
+fn surface_table(surface: &SurfaceOptions) -> SurfaceTable {
+    let (file, analytic) = match &surface.source {
+        SurfaceSource::File(file) => (Some(file.clone()), None),
+        SurfaceSource::Analytic(options) => (None, Some(analytic_table(options))),
+    };
+    SurfaceTable {
+        units: file.is_some().then_some(Units::Mm),
+        file,
+        scale: Some(surface.scale),
+        rotate: Some(surface.rotate.to_array().map(to_degrees)),
+        translate: Some(surface.translate.to_array()),
+        flip: Some(surface.flip),
+        select: Some(select_table(&surface.select)),
+        curvature_radius: surface.curvature_radius,
+        analytic,
+    }
+}
+
+fn analytic_table(options: &AnalyticOptions) -> AnalyticTable {
+    let p = &options.parameters;
+    let used = |name: &str, value: f64| uses(options.kind).contains(&name).then_some(value);
+    AnalyticTable {
+        kind: Some(options.kind),
+        size: Some(p.size),
+        radius: used("radius", p.radius),
+        tube_radius: used("tube_radius", p.tube_radius),
+        height: used("height", p.height),
+        resolution: Some(p.resolution),
+    }
+}
+
+fn select_table(select: &Selection) -> SelectTable {
+    SelectTable {
+        normal_within: select.normal_within.map(|(angle, _)| to_degrees(angle)),
+        of: select.normal_within.map(|(_, direction)| direction.to_array()),
+        within_box: select.within_box.map(|(a, b)| [a.to_array(), b.to_array()]),
+        component: Some(match select.component {
+            Component::Only => ComponentKey::Rule(ComponentRule::Only),
+            Component::Largest => ComponentKey::Rule(ComponentRule::Largest),
+            Component::Index(index) => ComponentKey::Index(index),
+        }),
+    }
+}
+
+fn cut_table(cut: &Cut) -> CutTable {
+    let (scallop, stepover) = match cut.stepover {
+        Stepover::Scallop(h) => (Some(h), None),
+        Stepover::Fixed(side_step) => (None, Some(side_step)),
+    };
+    CutTable {
+        scallop,
+        stepover,
+        axial_depth: Some(cut.axial_depth),
+        feed: Some(to_per_minute(cut.feed)),
+        spindle: Some(to_per_minute(cut.spindle)),
+        lead: Some(to_degrees(cut.lead)),
+        tolerance: Some(cut.tolerance),
+        stock: Some(cut.stock),
+        direction: Some(cut.direction),
+        too_tight: Some(cut.too_tight),
+    }
+}
+
+fn machine_table(machine: &Machine) -> MachineTable {
+    let travel = &machine.travel;
+    let pair = |reach: Option<(f64, f64)>| reach.map(|(least, greatest)| [least, greatest]);
+    let table = TravelTable { x: pair(travel.x), y: pair(travel.y), z: pair(travel.z) };
+    MachineTable {
+        axes: Some(machine.axes),
+        max_feed: Some(to_per_minute(machine.max_feed)),
+        max_acceleration: Some(machine.max_acceleration),
+        clearance: Some(machine.clearance),
+        travel: (table != TravelTable::default()).then_some(table),
+    }
+}
