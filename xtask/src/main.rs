@@ -1,3 +1,45 @@
-//! Project tasks.
+//! Project tasks: `cargo xtask surfaces` writes the surfaces that `jobs/` machines.
 
-fn main() {}
+mod mesh_file;
+mod surfaces;
+mod triangulate;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+const USAGE: &str = "usage: cargo xtask surfaces    writes jobs/surfaces/*";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["surfaces"] => report(write_surfaces(&surfaces_folder())),
+        _ => {
+            eprintln!("{USAGE}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn report(result: Result<(), String>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("xtask: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn surfaces_folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../jobs/surfaces")
+}
+
+fn write_surfaces(folder: &Path) -> Result<(), String> {
+    std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    for (name, bytes) in surfaces::all()? {
+        let path = folder.join(name);
+        std::fs::write(&path, &bytes).map_err(|e| format!("{}: {e}", path.display()))?;
+        println!("{name}: {} bytes", bytes.len());
+    }
+    Ok(())
+}
