@@ -41,9 +41,8 @@ fn obj(text: &str) -> MeshFile {
             Some("v") => mesh.positions.push(numbers(&mut words)),
             Some("vt") => texture.push(numbers::<2>(&mut words)),
             Some("f") => {
-                let corners: Vec<Vec<u32>> = words
-                    .map(|w| w.split('/').map(|i| i.parse().unwrap_or(0)).collect())
-                    .collect();
+                let corners: Vec<Vec<u32>> =
+                    words.map(|w| w.split('/').map(|i| i.parse().unwrap_or(0)).collect()).collect();
                 fan(&mut mesh, &corners.iter().map(|c| c[0] - 1).collect::<Vec<_>>());
                 if corners.iter().all(|c| c.len() > 1 && c[1] > 0) {
                     let at = |k: usize| texture[corners[k][1] as usize - 1];

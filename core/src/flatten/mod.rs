@@ -10,6 +10,7 @@ mod distortion;
 mod error;
 mod intrinsic;
 mod laplace;
+mod locator;
 #[cfg(test)]
 mod samples;
 mod validity;
@@ -19,6 +20,7 @@ pub use bff::{bff, bff_unchecked};
 pub use disk::outer_loop;
 pub use distortion::{Distortion, Quality};
 pub use error::{FlattenError, OutsideChart};
+pub use locator::Locator;
 
 use crate::geometry::{DVec2, cross2};
 use crate::mesh::FaceId;

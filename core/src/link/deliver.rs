@@ -179,6 +179,7 @@ fn rapid(
     to: DVec3,
     axis: DVec3,
 ) {
+    let last = points.last().copied();
     let mut push = |tip: DVec3, axis: DVec3| {
         points.push(PathPoint {
             kind: MoveKind::Rapid,
@@ -194,7 +195,7 @@ fn rapid(
             time: 0.0,
         });
     };
-    let Some(last) = points.last().copied() else { return push(to, axis) };
+    let Some(last) = last else { return push(to, axis) };
     if matches!(options.pass.axis, ToolAxis::Fixed(_)) {
         return push(to, axis);
     }
