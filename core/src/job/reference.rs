@@ -4,8 +4,9 @@ use std::fmt::Write;
 
 use serde_json::Value;
 
-use super::document::{choices, expectation, join};
+use super::document::join;
 use super::schema;
+use super::words::{choices, expectation};
 
 const HEAD: &str = "\
 # The job file
