@@ -93,14 +93,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<Document, Faults> {
         return Err(faults);
     }
     let lines = std::iter::once(0).chain(source.match_indices('\n').map(|(i, _)| i + 1)).collect();
+    let root = schema::described();
     let mut walk = Walk {
-        root: schema::described().to_value(),
+        root,
         unit: unit_of_length(document.get_ref()),
         faults,
         places: Places { lines, ..Places::default() },
     };
-    let root = walk.root.clone();
-    let clean = walk.table("", document.get_ref(), &root, None);
+    let clean = walk.table("", document.get_ref(), root, None);
     let file = match JobFile::deserialize(toml::Value::Table(clean)) {
         Ok(file) => file,
         Err(error) => {
@@ -165,7 +165,7 @@ fn is_decimal_comma(source: &str, byte: usize) -> bool {
 }
 
 struct Walk {
-    root: Schema,
+    root: &'static Schema,
     /// mm in the job's unit of length.
     unit: f64,
     faults: Vec<Fault>,
@@ -241,7 +241,7 @@ impl Walk {
     /// The tables, one or two levels deep, that know `name`.
     fn homes(&self, name: &str) -> Vec<String> {
         let mut homes = Vec::new();
-        let mut pending = vec![(String::new(), &self.root)];
+        let mut pending = vec![(String::new(), self.root)];
         while let Some((path, schema)) = pending.pop() {
             let Some(properties) = schema["properties"].as_object() else { continue };
             if properties.contains_key(name) {

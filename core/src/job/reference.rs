@@ -37,7 +37,7 @@ feed = 1200.0
 /// The reference of the job file as Markdown: every key with unit, default, range and meaning.
 pub fn reference() -> String {
     let mut text = HEAD.to_owned();
-    table(&mut text, "", &schema::described().to_value());
+    table(&mut text, "", schema::described());
     text
 }
 
