@@ -191,6 +191,10 @@ fn bytes_that_are_no_job_are_refused() {
 #[test]
 fn a_byte_order_mark_is_no_fault() {
     assert!(job::read(format!("\u{feff}{SMALLEST}").as_bytes()).is_ok());
+    let text = diagnostics("marked.toml", "\u{feff}version = 2\n".as_bytes());
+    assert!(text.contains("marked.toml:1:11\n  |\n1 | version = 2\n  |           ^\n"), "{text}");
+    let text = diagnostics("marked.toml", "\u{feff}\u{feff}".as_bytes());
+    assert!(text.contains("marked.toml:1:"), "{text}");
 }
 
 #[test]

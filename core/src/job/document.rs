@@ -20,6 +20,7 @@ use toml::de::{DeArray, DeInteger, DeTable, DeValue};
 use super::fault::{Fault, Faults};
 use super::file::JobFile;
 use super::schema;
+use super::words::{choices, expectation, keys, kind, names, quoted};
 
 /// Largest job file that is read, bytes. Jobs are a few kilobytes; a mesh given by mistake is not.
 const LARGEST: usize = 1 << 20;
@@ -92,14 +93,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<Document, Faults> {
         return Err(faults);
     }
     let lines = std::iter::once(0).chain(source.match_indices('\n').map(|(i, _)| i + 1)).collect();
+    let root = schema::described();
     let mut walk = Walk {
-        root: schema::described().to_value(),
+        root,
         unit: unit_of_length(document.get_ref()),
         faults,
         places: Places { lines, ..Places::default() },
     };
-    let root = walk.root.clone();
-    let clean = walk.table("", document.get_ref(), &root, None);
+    let clean = walk.table("", document.get_ref(), root, None);
     let file = match JobFile::deserialize(toml::Value::Table(clean)) {
         Ok(file) => file,
         Err(error) => {
@@ -164,7 +165,7 @@ fn is_decimal_comma(source: &str, byte: usize) -> bool {
 }
 
 struct Walk {
-    root: Schema,
+    root: &'static Schema,
     /// mm in the job's unit of length.
     unit: f64,
     faults: Vec<Fault>,
@@ -240,7 +241,7 @@ impl Walk {
     /// The tables, one or two levels deep, that know `name`.
     fn homes(&self, name: &str) -> Vec<String> {
         let mut homes = Vec::new();
-        let mut pending = vec![(String::new(), &self.root)];
+        let mut pending = vec![(String::new(), self.root)];
         while let Some((path, schema)) = pending.pop() {
             let Some(properties) = schema["properties"].as_object() else { continue };
             if properties.contains_key(name) {
@@ -425,28 +426,8 @@ fn to_i64(integer: &DeInteger<'_>) -> Option<i64> {
     i64::from_str_radix(integer.as_str(), integer.radix()).ok()
 }
 
-fn keys(schema: &Schema) -> impl Iterator<Item = &str> {
-    schema["properties"].as_object().into_iter().flatten().map(|(key, _)| key.as_str())
-}
-
-fn names(list: &Schema) -> impl Iterator<Item = &str> {
-    list.as_array().into_iter().flatten().filter_map(Schema::as_str)
-}
-
 fn is_number(schema: &Schema) -> bool {
     matches!(schema["type"].as_str(), Some("number" | "integer"))
-}
-
-/// The strings that a schema of choices allows; `None` for other schemas.
-pub(super) fn choices(schema: &Schema) -> Option<Vec<&str>> {
-    if schema["enum"].is_array() {
-        return Some(names(&schema["enum"]).collect());
-    }
-    if schema["type"] == "object" {
-        return None;
-    }
-    let branches = schema["oneOf"].as_array()?;
-    Some(branches.iter().filter_map(|b| b["const"].as_str()).collect())
 }
 
 /// Whether a value is of the TOML type that a schema describes, whatever its size.
@@ -474,76 +455,4 @@ fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a s
         .filter(|(distance, _)| *distance <= allowed)
         .min()
         .map(|(_, k)| k)
-}
-
-fn kind(value: &DeValue<'_>) -> &'static str {
-    match value {
-        DeValue::String(_) => "a string",
-        DeValue::Integer(_) => "an integer",
-        DeValue::Float(_) => "a number with decimals",
-        DeValue::Boolean(_) => "a boolean",
-        DeValue::Datetime(_) => "a date or time",
-        DeValue::Array(_) => "an array",
-        DeValue::Table(_) => "a table",
-    }
-}
-
-fn quoted(choices: &[&str]) -> String {
-    choices.iter().map(|c| format!("{c:?}")).collect::<Vec<_>>().join(", ")
-}
-
-/// What a schema allows, in words: "a number greater than 0 and at most 10 (mm)".
-pub(super) fn expectation(schema: &Schema) -> String {
-    let unit = schema["x-unit"].as_str().map_or(String::new(), |unit| format!(" ({unit})"));
-    if let Some(branches) = schema["anyOf"].as_array() {
-        return branches.iter().map(expectation).collect::<Vec<_>>().join(", or ");
-    }
-    if let Some(choices) = choices(schema) {
-        return match choices.as_slice() {
-            [only] => format!("{only:?}"),
-            several => format!("one of {}", quoted(several)),
-        };
-    }
-    match schema["type"].as_str() {
-        Some("integer") if schema["minimum"] == schema["maximum"] => {
-            format!("{}", schema["minimum"])
-        }
-        Some("number") => format!("a number{}{unit}", range_words(schema)),
-        Some("integer") => format!("an integer{}{unit}", range_words(schema)),
-        Some("boolean") => "true or false".into(),
-        Some("string") => "a string".into(),
-        Some("array") => array_words(schema, &unit),
-        _ => table_words(schema),
-    }
-}
-
-fn range_words(schema: &Schema) -> String {
-    let least = schema["minimum"].as_f64();
-    let above = schema["exclusiveMinimum"].as_f64();
-    let most = schema["maximum"].as_f64();
-    match (least, above, most) {
-        (Some(least), _, Some(most)) => format!(" from {least} to {most}"),
-        (None, Some(above), Some(most)) => format!(" greater than {above} and at most {most}"),
-        (Some(least), _, None) => format!(" of at least {least}"),
-        (None, Some(above), None) => format!(" greater than {above}"),
-        (None, None, Some(most)) => format!(" of at most {most}"),
-        (None, None, None) => String::new(),
-    }
-}
-
-fn array_words(schema: &Schema, unit: &str) -> String {
-    let count = match (schema["minItems"].as_u64(), schema["maxItems"].as_u64()) {
-        (Some(least), Some(most)) if least == most => format!("of {least}"),
-        (_, Some(most)) => format!("of at most {most}"),
-        _ => "of any length".into(),
-    };
-    format!("an array {count}, each {}{unit}", expectation(&schema["items"]))
-}
-
-fn table_words(schema: &Schema) -> String {
-    let known = keys(schema).collect::<Vec<_>>().join(", ");
-    match names(&schema["required"]).collect::<Vec<_>>().as_slice() {
-        [] => format!("a table with keys out of: {known}"),
-        required => format!("a table with {} and keys out of: {known}", required.join(", ")),
-    }
 }

@@ -104,8 +104,14 @@ const RENDERED: usize = 100;
 pub fn line_and_column(source: &str, byte: usize) -> (usize, usize) {
     let byte = floor_boundary(source, byte);
     let before = &source[..byte];
-    let line_start = before.rfind('\n').map_or(0, |i| i + 1);
-    (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+    let line_start = start_of_line(source, byte);
+    (before.matches('\n').count() + 1, source[line_start..byte.max(line_start)].chars().count() + 1)
+}
+
+/// First byte of the line that holds `byte`; a byte order mark is not part of the first line.
+fn start_of_line(source: &str, byte: usize) -> usize {
+    let mark = if source.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
+    source[..byte].rfind('\n').map_or(mark, |i| i + 1)
 }
 
 fn floor_boundary(source: &str, byte: usize) -> usize {
@@ -137,9 +143,10 @@ fn render_one(out: &mut String, fault: &Fault, severity: Severity, file: &str, s
 /// Writes the arrow, the source line and the carets; returns the gutter's width.
 fn render_place(out: &mut String, span: &Range<usize>, file: &str, source: &str) -> usize {
     let start = floor_boundary(source, span.start);
+    let start = start.max(start_of_line(source, start));
     let end = floor_boundary(source, span.end.max(start));
     let (line, column) = line_and_column(source, start);
-    let line_start = source[..start].rfind('\n').map_or(0, |i| i + 1);
+    let line_start = start_of_line(source, start);
     let line_end = source[start..].find('\n').map_or(source.len(), |i| start + i);
     let text = source[line_start..line_end].trim_end_matches('\r');
     let last = end.min(line_start + text.len());

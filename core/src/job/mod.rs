@@ -17,6 +17,7 @@ mod schema;
 mod surface;
 mod template;
 mod units;
+mod words;
 mod write;
 
 pub use cut::{Cut, CutDirection, Stepover, TooTight};

@@ -4,8 +4,9 @@ use std::fmt::Write;
 
 use serde_json::Value;
 
-use super::document::{choices, expectation, join};
+use super::document::join;
 use super::schema;
+use super::words::{choices, expectation};
 
 const HEAD: &str = "\
 # The job file
@@ -36,7 +37,7 @@ feed = 1200.0
 /// The reference of the job file as Markdown: every key with unit, default, range and meaning.
 pub fn reference() -> String {
     let mut text = HEAD.to_owned();
-    table(&mut text, "", &schema::described().to_value());
+    table(&mut text, "", schema::described());
     text
 }
 

@@ -1,5 +1,8 @@
 //! JSON Schema of the job file, made from the types in [`super::file`].
 
+use std::sync::LazyLock;
+
+use schemars::Schema;
 use schemars::generate::SchemaSettings;
 use schemars::transform::{RecursiveTransform, Transform};
 use serde_json::Value;
@@ -11,7 +14,7 @@ use super::file::JobFile;
 /// Lengths are described for jobs in millimetres; every description ends with the key's unit and
 /// default.
 pub fn schema() -> String {
-    let mut schema = described();
+    let mut schema = generated();
     RecursiveTransform(explain).transform(&mut schema);
     let mut text = serde_json::to_string_pretty(&schema).unwrap_or_default();
     text.push('\n');
@@ -19,7 +22,13 @@ pub fn schema() -> String {
 }
 
 /// The schema as the reader of job files walks it: no references, no nulls.
-pub(super) fn described() -> schemars::Schema {
+pub(super) fn described() -> &'static Value {
+    // Made of nothing but the types, and read for every job file.
+    static DESCRIBED: LazyLock<Value> = LazyLock::new(|| generated().to_value());
+    &DESCRIBED
+}
+
+fn generated() -> Schema {
     let settings = SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
     let mut schema = settings.into_generator().into_root_schema_for::<JobFile>();
     RecursiveTransform(drop_null).transform(&mut schema);
@@ -28,7 +37,7 @@ pub(super) fn described() -> schemars::Schema {
 }
 
 /// TOML has no null: an optional key is one that may be left out.
-fn drop_null(schema: &mut schemars::Schema) {
+fn drop_null(schema: &mut Schema) {
     let Some(object) = schema.as_object_mut() else { return };
     if let Some(Value::Array(types)) = object.get_mut("type") {
         types.retain(|t| t != "null");
@@ -54,7 +63,7 @@ fn drop_null(schema: &mut schemars::Schema) {
 }
 
 /// Removes what says nothing: number formats, defaults of whole tables, line breaks of comments.
-fn tidy(schema: &mut schemars::Schema) {
+fn tidy(schema: &mut Schema) {
     let Some(object) = schema.as_object_mut() else { return };
     object.remove("format");
     if object.get("default").is_some_and(|d| d.is_object() || d.is_null()) {
@@ -66,7 +75,7 @@ fn tidy(schema: &mut schemars::Schema) {
 }
 
 /// Appends unit and default to the description, where editors show them.
-fn explain(schema: &mut schemars::Schema) {
+fn explain(schema: &mut Schema) {
     let Some(object) = schema.as_object_mut() else { return };
     let mut facts = Vec::new();
     if let Some(unit) = unit_of(object) {

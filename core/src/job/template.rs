@@ -43,12 +43,12 @@ file = {name}
 {}
 [tool]
 kind = \"ball\"              # ball | flat | bull
-diameter = {diameter:?}            # {}
+{:<26} # {}
 flutes = 2
 
 [cut]
 scallop = 0.01             # cusp height; or stepover = the same side step everywhere
-axial_depth = {:?}        # material above the surface, along its normal
+{:<26} # material above the surface, along its normal
 feed = {feed:?}
 spindle = {spindle:?}
 tolerance = 0.005
@@ -71,8 +71,9 @@ gcode = {{ post = \"linuxcnc\" }}
 svg = [\"flat\", \"surface\", \"mrr\"]
 ",
         selection(facts),
+        format!("diameter = {diameter:?}"),
         reason(facts),
-        (diameter * 5.0).round() / 100.0,
+        format!("axial_depth = {:?}", (diameter * 5.0).round() / 100.0),
     );
     text
 }

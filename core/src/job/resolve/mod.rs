@@ -1,0 +1,262 @@
+//! From the file as written to the complete job: defaults, units, combinations.
+//!
+//! Each table has one function. A value that another fault already concerns is replaced by its
+//! default and raises no second fault; the job is given out only if there is none at all.
+
+mod cutting;
+mod surface;
+
+pub(super) use surface::uses;
+
+use surface::kind_name;
+
+use super::document::{Document, Places};
+use super::fault::{Fault, Faults};
+use super::file::{AnalyticTable, JobFile, PostKey, Units};
+use super::units::{INCH, per_second, radians};
+use super::{
+    Boundary, FeedComponent, FlattenMethod, Force, ForceControl, Job, Links, MrrLimit,
+    OutputOptions, PathOptions, Picture, Post, Resolved, RingOrder, Stepover,
+};
+use crate::geometry::DVec3;
+use crate::machine::{Axes, Machine, Travel};
+
+/// Resolves a document.
+///
+/// # Errors
+/// The faults of the document and all that are found here, in the order of the file.
+pub(super) fn resolve(document: Document) -> Result<Resolved, Faults> {
+    let Document { file, places, faults } = document;
+    let unit = match file.units {
+        Some(Units::Inch) => INCH,
+        Some(Units::Mm) | None => 1.0,
+    };
+    let mut resolver = Resolver { file: &file, places, unit, faults: faults.0, warnings: vec![] };
+    let job = resolver.job();
+    let (mut faults, mut warnings) = (Faults(resolver.faults), Faults(resolver.warnings));
+    match job {
+        Some(job) if faults.is_empty() => {
+            warnings.sort();
+            Ok(Resolved { job, warnings })
+        }
+        _ => {
+            faults.sort();
+            Err(faults)
+        }
+    }
+}
+
+struct Resolver<'a> {
+    file: &'a JobFile,
+    places: Places,
+    /// mm in the job's unit of length.
+    unit: f64,
+    faults: Vec<Fault>,
+    warnings: Vec<Fault>,
+}
+
+impl Resolver<'_> {
+    fn job(&mut self) -> Option<Job> {
+        let surface = self.surface();
+        let name = self.name();
+        let tool = self.tool();
+        let machine = self.machine();
+        let cut = self.cut(tool, &machine);
+        let trochoid = self.trochoid(tool, &machine);
+        let force = self.force();
+        let file = self.file;
+        let job = Job {
+            name,
+            surface: surface?,
+            flatten: file.flatten.method.unwrap_or(FlattenMethod::Bff),
+            tool: tool?,
+            flutes: file.tool.flutes.unwrap_or(4),
+            helix: radians(file.tool.helix.unwrap_or(30.0)),
+            cut: cut?,
+            path: self.path(),
+            force,
+            trochoid: trochoid?,
+            machine,
+            output: self.output(),
+        };
+        self.second_looks(&job);
+        Some(job)
+    }
+
+    /// Notes a fault of `key` at its place.
+    fn fault(&mut self, key: &str, message: impl Into<String>, help: impl Into<String>) {
+        let place = self.places.of(key);
+        self.faults.push(Fault::new(key, message).help(help).at(place));
+    }
+
+    fn warn(&mut self, key: &str, message: impl Into<String>, help: impl Into<String>) {
+        let place = self.places.of(key);
+        self.warnings.push(Fault::new(key, message).help(help).at(place));
+    }
+
+    /// `key` and the line it stands on, for messages that concern two keys.
+    fn named(&self, key: &str) -> String {
+        match self.places.line(key) {
+            Some(line) => format!("`{key}` (line {line})"),
+            None => format!("`{key}` (default)"),
+        }
+    }
+
+    /// A length of so many mm in the unit of the job, to six decimals.
+    fn show(&self, length: f64) -> String {
+        let name = if self.unit == 1.0 { "mm" } else { "inch" };
+        let rounded = (length / self.unit * 1e6).round() / 1e6;
+        format!("{rounded} {name}")
+    }
+
+    fn length(&self, value: Option<f64>, default: f64) -> f64 {
+        value.map_or(default, |v| v * self.unit)
+    }
+
+    fn feed(&self, value: Option<f64>, default: f64) -> f64 {
+        per_second(value.map_or(default, |v| v * self.unit))
+    }
+
+    fn point(&self, p: [f64; 3]) -> DVec3 {
+        DVec3::from(p) * self.unit
+    }
+
+    fn name(&mut self) -> String {
+        let Some(name) = &self.file.name else { return self.default_name() };
+        if let Some(bad) = name.chars().find(|c| !fits_name(*c)) {
+            let help = "any characters but control characters and ( ) ; %";
+            self.fault(
+                "name",
+                format!("contains {bad:?}, which ends a comment in a program"),
+                help,
+            );
+        } else if name.trim() != name {
+            self.fault("name", "begins or ends with a space", "remove it");
+        }
+        name.clone()
+    }
+
+    fn default_name(&self) -> String {
+        let surface = &self.file.surface;
+        let stem = match (&surface.file, &surface.analytic) {
+            (Some(file), _) => {
+                let last = file.rsplit(['/', '\\']).next().unwrap_or_default();
+                last.rsplit_once('.').map_or(last, |(stem, _)| stem).to_owned()
+            }
+            (None, Some(AnalyticTable { kind: Some(kind), .. })) => kind_name(*kind),
+            _ => String::new(),
+        };
+        let stem: String = stem.chars().filter(|c| fits_name(*c)).take(100).collect();
+        let stem = stem.trim();
+        if stem.is_empty() { "job".to_owned() } else { stem.to_owned() }
+    }
+
+    fn machine(&mut self) -> Machine {
+        let table = &self.file.machine;
+        let travel = table.travel.clone().unwrap_or_default();
+        Machine {
+            axes: table.axes.unwrap_or(Axes::ThreeAxis),
+            max_feed: self.feed(table.max_feed, 15_000.0),
+            max_acceleration: self.length(table.max_acceleration, 2000.0),
+            clearance: self.length(table.clearance, 10.0),
+            travel: Travel {
+                x: self.reach("x", travel.x),
+                y: self.reach("y", travel.y),
+                z: self.reach("z", travel.z),
+            },
+        }
+    }
+
+    fn reach(&mut self, axis: &str, reach: Option<[f64; 2]>) -> Option<(f64, f64)> {
+        let [least, greatest] = reach?;
+        if least >= greatest {
+            let key = format!("machine.travel.{axis}");
+            let message = format!("from {least} to {greatest} there is no way to go");
+            self.fault(&key, message, "give the least position first, then the greatest");
+        }
+        Some((least * self.unit, greatest * self.unit))
+    }
+
+    fn force(&mut self) -> Force {
+        let table = &self.file.force;
+        if self.places.has("force.mrr_limit") && self.places.has("force.relative") {
+            let message = format!("given beside {}", self.named("force.mrr_limit"));
+            self.fault("force.relative", message, "keep one of the two");
+        }
+        let cubic = self.unit * self.unit * self.unit;
+        Force {
+            limit: match table.mrr_limit {
+                Some(limit) => MrrLimit::Absolute(per_second(limit * cubic)),
+                None => MrrLimit::Relative(table.relative.unwrap_or(1.5)),
+            },
+            control: table.control.unwrap_or(ForceControl::Trochoid),
+            vfc: table.vfc.unwrap_or(FeedComponent::Mean),
+        }
+    }
+
+    fn path(&self) -> PathOptions {
+        let table = &self.file.path;
+        PathOptions {
+            order: table.order.unwrap_or(RingOrder::OutsideIn),
+            links: table.links.unwrap_or(Links::Surface),
+            boundary: table.boundary.unwrap_or(Boundary::Open),
+        }
+    }
+
+    fn output(&self) -> OutputOptions {
+        let table = &self.file.output;
+        let all = || vec![Picture::Flat, Picture::Surface, Picture::Mrr];
+        OutputOptions {
+            gcode: match table.gcode.as_ref().and_then(|g| g.post) {
+                Some(PostKey::None) => None,
+                Some(PostKey::LinuxCnc) | None => Some(Post::LinuxCnc),
+            },
+            pictures: table.svg.clone().unwrap_or_else(all),
+        }
+    }
+
+    /// Warnings about a complete job.
+    fn second_looks(&mut self, job: &Job) {
+        if let Stepover::Scallop(h) = job.cut.stepover
+            && job.cut.tolerance >= h
+        {
+            let message = format!(
+                "{} is not below the scallop {}",
+                self.show(job.cut.tolerance),
+                self.show(h)
+            );
+            let help = "a chord tolerance of half the scallop or less shows in the cusps";
+            self.warn("cut.tolerance", message, help);
+        }
+        let (limit, straight) = (60.0 * job.mrr_limit(), 60.0 * job.nominal_mrr());
+        if limit < straight && job.force.control != ForceControl::Off {
+            let key = match job.force.limit {
+                MrrLimit::Absolute(_) => "force.mrr_limit",
+                MrrLimit::Relative(_) => "force.relative",
+            };
+            let message = format!(
+                "a straight pass removes {straight:.1} mm³/min, above the limit of {limit:.1} mm³/min"
+            );
+            self.warn(
+                key,
+                message,
+                "every pass will need the cure; lower feed, depth or side step",
+            );
+        }
+        let per_tooth = job.cut.feed / (job.cut.spindle * f64::from(job.flutes));
+        if per_tooth > 0.1 * job.tool.radius() {
+            let message =
+                format!("{} per tooth is more than 5 % of the diameter", self.show(per_tooth));
+            self.warn("cut.feed", message, "check `cut.feed`, `cut.spindle` and `tool.flutes`");
+        }
+        if job.cut.axial_depth > 2.0 * job.tool.radius() {
+            let message =
+                format!("{} is deeper than the tool is wide", self.show(job.cut.axial_depth));
+            self.warn("cut.axial_depth", message, "check it against the length of the flutes");
+        }
+    }
+}
+
+fn fits_name(c: char) -> bool {
+    !c.is_control() && !"();%".contains(c)
+}

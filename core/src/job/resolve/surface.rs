@@ -1,0 +1,208 @@
+//! Where the surface comes from, how it is placed, and which of its faces are machined.
+
+use super::Resolver;
+use crate::geometry::DVec3;
+use crate::job::file::{AnalyticTable, ComponentKey, ComponentRule, SelectTable, Units};
+use crate::job::units::{INCH, radians};
+use crate::job::{
+    AnalyticKind, AnalyticOptions, AnalyticParameters, Component, Selection, SurfaceOptions,
+    SurfaceSource,
+};
+
+/// Mesh formats by the ending of the file's name.
+const MESH_FORMATS: [&str; 4] = ["stl", "obj", "ply", "off"];
+
+/// Largest number of mesh edges along a surface given by a formula: four million vertices.
+const LARGEST_GRID: f64 = 2000.0;
+
+/// Difference of a squared length from 1 that rounding explains; such directions are kept as they
+/// are, so that a resolved job reads back to the same bits.
+const UNIT_LENGTH: f64 = 1e-15;
+
+impl Resolver<'_> {
+    pub(super) fn surface(&mut self) -> Option<SurfaceOptions> {
+        let table = &self.file.surface;
+        let source = self.source();
+        let is_file = matches!(source, Some(SurfaceSource::File(_)));
+        let unit = match table.units {
+            Some(Units::Inch) if is_file => INCH,
+            None if is_file => self.unit,
+            _ => 1.0,
+        };
+        let scale = table.scale.unwrap_or(1.0) * unit;
+        if !(1e-6..=1e6).contains(&scale) {
+            let message = format!("with the file's unit, lengths are multiplied with {scale}");
+            self.fault("surface.scale", message, "the product may be from 1e-6 to 1e6");
+        }
+        Some(SurfaceOptions {
+            source: source?,
+            scale,
+            rotate: DVec3::from(table.rotate.unwrap_or_default().map(radians)),
+            translate: self.point(table.translate.unwrap_or_default()),
+            select: self.selection(),
+            curvature_radius: table.curvature_radius.map(|r| r * self.unit),
+            flip: table.flip.unwrap_or(false),
+        })
+    }
+
+    fn source(&mut self) -> Option<SurfaceSource> {
+        let table = &self.file.surface;
+        let has_file = self.places.has("surface.file");
+        let has_formula = self.places.has("surface.analytic");
+        if has_file && has_formula {
+            let message = format!("a formula beside {}", self.named("surface.file"));
+            self.fault("surface.analytic", message, "keep one of the two");
+            return None;
+        }
+        if has_formula && self.places.has("surface.units") {
+            let help = "a formula has the job's `units`";
+            self.fault("surface.units", "is the unit of a mesh file, and there is none", help);
+        }
+        match (&table.file, &table.analytic) {
+            (Some(file), _) => {
+                self.check_file(file);
+                Some(SurfaceSource::File(file.clone()))
+            }
+            (None, Some(analytic)) => self.analytic(analytic).map(SurfaceSource::Analytic),
+            (None, None) => {
+                if !has_file && !has_formula && self.places.found("surface") {
+                    let help = "give `file = \"part.stl\"`, or a formula in [surface.analytic]";
+                    self.fault("surface", "neither `file` nor `analytic` is given", help);
+                }
+                None
+            }
+        }
+    }
+
+    fn check_file(&mut self, file: &str) {
+        let ending = file.rsplit_once('.').map(|(_, e)| e.to_ascii_lowercase());
+        let known = ending.as_deref().is_some_and(|e| MESH_FORMATS.contains(&e));
+        if file.chars().any(char::is_control) {
+            self.fault("surface.file", "contains a control character", "give the file's name");
+        } else if !known {
+            let message = format!("{file:?} does not end in the name of a mesh format");
+            let help = format!("available: {}", MESH_FORMATS.join(", "));
+            self.fault("surface.file", message, help);
+        }
+    }
+
+    fn analytic(&mut self, table: &AnalyticTable) -> Option<AnalyticOptions> {
+        let kind = table.kind?;
+        let default = AnalyticParameters::default();
+        let written = [
+            ("radius", table.radius),
+            ("tube_radius", table.tube_radius),
+            ("height", table.height),
+        ];
+        for (name, value) in written {
+            if value.is_some() && !uses(kind).contains(&name) {
+                let message = format!("a {} does not have this number", kind_name(kind));
+                let help = format!("it has: size, resolution, {}", uses(kind).join(", "));
+                let help = help.trim_end_matches(", ");
+                self.fault(&format!("surface.analytic.{name}"), message, help);
+            }
+        }
+        let parameters = AnalyticParameters {
+            size: self.length(table.size, default.size),
+            radius: self.length(table.radius, default.radius),
+            tube_radius: self.length(table.tube_radius, default.tube_radius),
+            height: self.length(table.height, default.height),
+            resolution: self.length(table.resolution, default.resolution),
+        };
+        self.check_analytic(kind, &parameters);
+        Some(AnalyticOptions { kind, parameters })
+    }
+
+    fn check_analytic(&mut self, kind: AnalyticKind, p: &AnalyticParameters) {
+        if p.size / p.resolution > LARGEST_GRID {
+            let message =
+                format!("{} over a size of {}", self.show(p.resolution), self.show(p.size));
+            let help = format!(
+                "give at least size / {LARGEST_GRID}, {}",
+                self.show(p.size / LARGEST_GRID)
+            );
+            self.fault("surface.analytic.resolution", message, help);
+        }
+        if p.resolution > 0.25 * p.size {
+            let message =
+                format!("{} over a size of {}", self.show(p.resolution), self.show(p.size));
+            self.fault("surface.analytic.resolution", message, "give at most size / 4");
+        }
+        let round = matches!(kind, AnalyticKind::SphereCap | AnalyticKind::Cylinder);
+        if round && p.size >= 2.0 * p.radius {
+            let message =
+                format!("{}, but the radius is {}", self.show(p.size), self.show(p.radius));
+            self.fault("surface.analytic.size", message, "give less than twice the radius");
+        }
+        if kind == AnalyticKind::TorusPatch && p.tube_radius >= p.radius {
+            let message =
+                format!("{}, but the radius is {}", self.show(p.tube_radius), self.show(p.radius));
+            self.fault("surface.analytic.tube_radius", message, "give less than the radius");
+        }
+    }
+
+    fn selection(&mut self) -> Selection {
+        let Some(table) = &self.file.surface.select else { return Selection::default() };
+        Selection {
+            normal_within: self.normal_cone(table),
+            within_box: self.selection_box(table),
+            component: match table.component {
+                None | Some(ComponentKey::Rule(ComponentRule::Only)) => Component::Only,
+                Some(ComponentKey::Rule(ComponentRule::Largest)) => Component::Largest,
+                Some(ComponentKey::Index(index)) => Component::Index(index),
+            },
+        }
+    }
+
+    fn normal_cone(&mut self, table: &SelectTable) -> Option<(f64, DVec3)> {
+        let direction = DVec3::from(table.of.unwrap_or([0.0, 0.0, 1.0]));
+        let length = direction.length();
+        if length < 1e-9 {
+            let help = "give a direction such as [0, 0, 1]";
+            self.fault("surface.select.of", format!("a vector of length {length}"), help);
+        }
+        if table.of.is_some() && !self.places.has("surface.select.normal_within") {
+            let help = "give `normal_within = 75.0`, or remove `of`";
+            self.fault("surface.select.of", "a direction without `normal_within`", help);
+        }
+        let is_unit = (direction.length_squared() - 1.0).abs() <= UNIT_LENGTH;
+        let unit = if is_unit { direction } else { direction.normalize_or_zero() };
+        table.normal_within.map(|angle| (radians(angle), unit))
+    }
+
+    fn selection_box(&mut self, table: &SelectTable) -> Option<(DVec3, DVec3)> {
+        let [least, greatest] = table.within_box?;
+        for (axis, name) in ["x", "y", "z"].iter().enumerate() {
+            let (a, b) = (least[axis], greatest[axis]);
+            if a >= b {
+                let help = "the first corner is the least, the second the greatest";
+                self.fault("surface.select.box", format!("empty along {name}: {a} to {b}"), help);
+            }
+        }
+        Some((self.point(least), self.point(greatest)))
+    }
+}
+
+pub(super) fn kind_name(kind: AnalyticKind) -> String {
+    let name = match kind {
+        AnalyticKind::Plane => "plane",
+        AnalyticKind::SphereCap => "sphere-cap",
+        AnalyticKind::Cylinder => "cylinder",
+        AnalyticKind::TorusPatch => "torus-patch",
+        AnalyticKind::Saddle => "saddle",
+        AnalyticKind::MonkeySaddle => "monkey-saddle",
+        AnalyticKind::Bump => "bump",
+    };
+    name.to_owned()
+}
+
+/// The numbers of a formula besides `size` and `resolution`.
+pub(in crate::job) fn uses(kind: AnalyticKind) -> &'static [&'static str] {
+    match kind {
+        AnalyticKind::Plane => &[],
+        AnalyticKind::SphereCap | AnalyticKind::Cylinder => &["radius"],
+        AnalyticKind::TorusPatch => &["radius", "tube_radius"],
+        AnalyticKind::Saddle | AnalyticKind::MonkeySaddle => &["height"],
+        AnalyticKind::Bump => &["radius", "height"],
+    }
+}
