@@ -36,3 +36,5 @@ pub mod lift;
 pub mod toolpath;
 
 pub mod link;
+
+pub mod plan;

@@ -1,6 +1,7 @@
 //! Vectors, reproducible elementary functions and small planar geometry.
 
 pub mod math;
+pub mod polyline;
 
 pub use glam::{DMat3, DVec2, DVec3};
 

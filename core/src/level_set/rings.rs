@@ -4,9 +4,9 @@ use super::{DistanceField, PassMesh};
 use crate::geometry::DVec2;
 use crate::mesh::{FaceId, HalfEdgeId, VertexId};
 
-/// Ring 0 of an open boundary runs this far inside it, in passes: on the boundary to the eye, and
-/// a closed curve of the mesh's interior to the tracer.
-const FIRST_LEVEL: f64 = 1e-3;
+/// Ring 0 of an open boundary runs this far inside it, in passes: on the boundary to the eye, but
+/// with room for rounding before it leaves the chart.
+const FIRST_LEVEL: f64 = 0.02;
 /// A summit higher than this above the last ring gets a closing ring half way up.
 const HALF_STRIP: f64 = 0.5;
 
@@ -22,12 +22,18 @@ pub struct Ring {
 }
 
 /// Rings at the levels 0, 1, 2, …, then the closing rings; each level's in order of first face.
+///
+/// Where the field ends at 0 (an open boundary) ring 0 runs just inside of it.
 pub fn rings(mesh: &PassMesh, field: &DistanceField) -> Vec<Ring> {
     let mut tracer = Tracer::new(mesh, field.values());
+    let lowest = field.values().iter().copied().fold(f64::INFINITY, f64::min);
+    let first_level = if lowest < 0.0 { 0.0 } else { FIRST_LEVEL };
     let highest = field.values().iter().copied().filter(|v| v.is_finite()).fold(0.0, f64::max);
     let mut rings = Vec::new();
-    for (k, faces) in faces_by_level(mesh, field.values(), highest).into_iter().enumerate() {
-        let level = if k == 0 { FIRST_LEVEL } else { k as f64 };
+    for (k, faces) in
+        faces_by_level(mesh, field.values(), first_level, highest).into_iter().enumerate()
+    {
+        let level = if k == 0 { first_level } else { k as f64 };
         for face in faces {
             rings.extend(tracer.trace(face, level).map(|points| Ring {
                 level,
@@ -42,7 +48,12 @@ pub fn rings(mesh: &PassMesh, field: &DistanceField) -> Vec<Ring> {
 }
 
 /// For every whole level the faces it crosses, in order.
-fn faces_by_level(mesh: &PassMesh, values: &[f64], highest: f64) -> Vec<Vec<FaceId>> {
+fn faces_by_level(
+    mesh: &PassMesh,
+    values: &[f64],
+    first_level: f64,
+    highest: f64,
+) -> Vec<Vec<FaceId>> {
     let mut by_level = vec![Vec::new(); highest.ceil() as usize + 1];
     for (f, face) in mesh.connectivity().faces().iter().enumerate() {
         let v = face.map(|v| values[v.index()]);
@@ -51,7 +62,7 @@ fn faces_by_level(mesh: &PassMesh, values: &[f64], highest: f64) -> Vec<Vec<Face
         if !high.is_finite() || high <= 0.0 {
             continue;
         }
-        if low <= FIRST_LEVEL && high > FIRST_LEVEL {
+        if low <= first_level && high > first_level {
             by_level[0].push(FaceId(f as u32));
         }
         // A level is crossed when low <= level < high.

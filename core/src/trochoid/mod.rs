@@ -26,6 +26,9 @@ const TRIES: usize = 12;
 /// Smallest bite as a part of the cutter radius; where it is too much the feed is reduced.
 const SMALLEST_BITE: f64 = 2e-3;
 
+/// Passes that a loop may stand outside of ring 0, for the blur of the field between vertices.
+const ROOM_SLACK: f64 = 0.02;
+
 /// Options of the loops; lengths in mm on the surface, feeds in mm/s.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Loops {
@@ -122,7 +125,7 @@ impl Guide {
             let heading = (after - before).normalize_or_zero();
             // With the stock on the right of the move, `hand` +1, its side is the clockwise one.
             let side = -heading.perp() * (loops.hand * toward);
-            stations.push(largest_loop(walk, ring[i], side, loops, toward));
+            stations.push(largest_loop(walk, ring[i], side, loops));
         }
         let mut arc = vec![0.0];
         for w in stations.windows(2) {
@@ -187,24 +190,38 @@ fn resample(points: &[DVec2], spacing: f64) -> Vec<DVec2> {
 
 /// The largest loop up to the radius wanted that touches the ring at `touch` on the given side and
 /// stays inside of ring 0.
-fn largest_loop(walk: &Walk, touch: DVec2, side: DVec2, loops: &Loops, toward: f64) -> Station {
+fn largest_loop(walk: &Walk, touch: DVec2, side: DVec2, loops: &Loops) -> Station {
     let per_mm = walk.disc(touch) / walk.cutting.radius;
     let mut radius = loops.radius * per_mm;
-    let floor = walk.terrain.room(touch).unwrap_or(0.0).min(0.0) - 0.02;
     for _ in 0..12 {
         let center = touch + side * radius;
         let fits = (0..12).all(|k| {
             let a = TAU * k as f64 / 12.0;
-            let p = center + DVec2::new(math::cos(a), math::sin(a)) * radius;
-            walk.terrain.room(p).is_some_and(|room| room >= floor)
+            let arm = -side * math::cos(a) + side.perp() * math::sin(a);
+            is_inside(walk, center + arm * radius)
         });
         if fits {
             return Station { touch, center, radius };
         }
         radius *= 0.75;
     }
-    let _ = toward;
     Station { touch, center: touch, radius: 0.0 }
+}
+
+/// Whether the cutter centre may be at `p`: in the chart and not outside of ring 0.
+fn is_inside(walk: &Walk, p: DVec2) -> bool {
+    walk.terrain.room(p).is_some_and(|room| room >= -ROOM_SLACK)
+}
+
+/// `center + arm`, drawn in toward the centre until the cutter may be there.
+fn drawn_in(walk: &Walk, center: DVec2, mut arm: DVec2) -> DVec2 {
+    for _ in 0..200 {
+        if is_inside(walk, center + arm) {
+            break;
+        }
+        arm *= 0.98;
+    }
+    center + arm
 }
 
 /// One loop, from the station at `from` on.
@@ -275,7 +292,8 @@ impl LoopStep<'_> {
             let radius = self.here.radius + (next.radius - self.here.radius) * t;
             let center = self.here.center.lerp(next.center, t);
             let arm = heading * math::cos(angle) + heading.perp() * math::sin(angle);
-            go(walk, center + arm * radius);
+            let to = drawn_in(walk, center, arm * radius);
+            go(walk, to);
         }
         let peak = walk.points()[mark..].iter().map(|p| p.mrr).fold(0.0, f64::max);
         walk.hurry_idle(mark, self.loops.return_feed);
@@ -325,6 +343,7 @@ pub fn enter(walk: &mut Walk, back: DVec2, center: DVec2, loops: &Loops) {
         let angle = loops.hand * TAU * (i % sides) as f64 / sides as f64;
         let (c, s) = (math::cos(angle), math::sin(angle));
         let height = walk.cutting.depth * (1.0 - i as f64 / steps as f64).max(0.0);
-        walk.descend(center + arm * c + arm.perp() * s, height, mrr);
+        let to = drawn_in(walk, center, arm * c + arm.perp() * s);
+        walk.descend(to, height, mrr);
     }
 }

@@ -1,0 +1,393 @@
+//! The pipeline: job and bytes in, path and measures out, a line per stage.
+
+use crate::cutter_location::{CheckMesh, PassOptions, RaisedStretch, ToolAxis};
+use crate::engagement::{Cutting, Stock, Walk};
+use crate::flat_path::FlatPoint;
+use crate::flatten::{Chart, FlattenError, Locator, Quality, abf, bff};
+use crate::geometry::polyline::simplify_closed;
+use crate::geometry::{DVec2, DVec3};
+use crate::job::{
+    Boundary, CutDirection, FlattenMethod, ForceControl, Job, Stepover, SurfaceSource,
+};
+use crate::level_set::{
+    DistanceField, LevelSetError, PassMesh, Ring, RingTerrain, StripMetric, rings,
+};
+use crate::link::{
+    DeliverError, DeliverOptions, Delivered, KeepOut, Precedence, RingCounts, RingOptions,
+    cut_rings, deliver,
+};
+use crate::machine::Axes;
+use crate::mesh::{MeshFormat, ReadError, read};
+use crate::region::Region;
+use crate::surface::{Built, Part, SurfaceError, Warning, build};
+use crate::toolpath::Toolpath;
+use crate::trochoid::Loops;
+use thiserror::Error;
+
+/// Part of the tolerance that ring polylines may deviate from the level curve.
+const RING_TOLERANCE: f64 = 0.25;
+/// A move that would have to be slower than this part of the feed means that the limit cannot be
+/// kept.
+const SLOWEST: f64 = 0.005;
+
+/// Why a job cannot be planned.
+#[derive(Debug, Error)]
+pub enum PlanError {
+    /// The surface file was not given.
+    #[error("surface: the job names the file {0:?}, but it was not given")]
+    NoFile(String),
+    /// The file name does not tell a known format.
+    #[error(
+        "surface: the format of {0:?} is not known; its name must end in .stl, .obj, .ply or .off"
+    )]
+    UnknownFormat(String),
+    /// The file cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The triangles are no usable surface.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
+    /// The surface cannot be laid flat.
+    #[error(transparent)]
+    Flatten(#[from] FlattenError),
+    /// No rings can be laid.
+    #[error(transparent)]
+    Rings(#[from] LevelSetError),
+    /// The path cannot be delivered.
+    #[error(transparent)]
+    Deliver(#[from] DeliverError),
+    /// The limit on the removal rate cannot be kept.
+    #[error(
+        "force: near ({:.3}, {:.3}, {:.3}) mm the removal rate would be {:.0} mm³/min even at a feed of \
+         {:.1} mm/min; the limit is {:.0} mm³/min: raise force.mrr_limit, or reduce \
+         cut.axial_depth or cut.stepover",
+        place.x, place.y, place.z, 60.0 * rate, 60.0 * feed, 60.0 * limit
+    )]
+    LimitUnreachable {
+        /// Where, mm.
+        place: DVec3,
+        /// Least rate reached, mm³/s.
+        rate: f64,
+        /// The feed it would take, mm/s.
+        feed: f64,
+        /// The limit, mm³/s.
+        limit: f64,
+    },
+    /// The cutter does not fit and the job says to refuse.
+    #[error(
+        "cutter: it does not fit near ({:.3}, {:.3}, {:.3}) mm, where it would have to be raised by {raise:.3} mm \
+         ({stretches} stretches, {length:.1} mm of path); use a smaller cutter or cut.too_tight = \"avoid\"",
+        place.x, place.y, place.z
+    )]
+    TooTight {
+        /// Worst place, mm.
+        place: DVec3,
+        /// Raise there, mm.
+        raise: f64,
+        /// Number of stretches.
+        stretches: usize,
+        /// Their length, mm.
+        length: f64,
+    },
+}
+
+/// The steps of the pipeline that take time.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Reading and checking the surface.
+    Surface,
+    /// Laying it flat.
+    Flatten,
+    /// Distance field and rings.
+    Rings,
+    /// Measuring the plain rings.
+    Plain,
+    /// Cutting with force control.
+    Cut,
+    /// Lifting, locating, joining.
+    Locate,
+}
+
+/// A plan and what is known about it.
+#[derive(Debug)]
+pub struct Planned {
+    /// The surface.
+    pub surface: crate::surface::Surface,
+    /// Warnings about it.
+    pub warnings: Vec<Warning>,
+    /// Its flat image.
+    pub chart: Chart,
+    /// How conformal that is.
+    pub quality: Quality,
+    /// Constraint residual and steps of the angle-based map.
+    pub angle_residual: Option<(f64, usize)>,
+    /// The rings.
+    pub rings: Vec<Ring>,
+    /// Rings on the longest chain of rings inside each other.
+    pub ring_depth: usize,
+    /// The delivered path.
+    pub toolpath: Toolpath,
+    /// The path of the plain rings.
+    pub plain: Toolpath,
+    /// What was inserted.
+    pub counts: RingCounts,
+    /// Where the cutter had to be raised.
+    pub raised: Vec<RaisedStretch>,
+    /// What the path leaves.
+    pub coverage: Coverage,
+}
+
+/// What the delivered path leaves uncut in the plane, as areas on the surface, mm².
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Coverage {
+    /// Area of the region, mm².
+    pub area: f64,
+    /// Never covered although the cutter could, mm².
+    pub never_covered: f64,
+    /// A place of it, flat.
+    pub never_covered_at: Option<DVec2>,
+    /// In corners that the cutter cannot enter, mm².
+    pub too_tight: f64,
+    /// A place of it, flat.
+    pub too_tight_at: Option<DVec2>,
+}
+
+/// Plans a job. `file`: the bytes of the surface file, if the job names one.
+///
+/// `progress` is called with the stage and the part of it that is done.
+///
+/// # Errors
+/// [`PlanError`]: what cannot be planned, where, and what to change.
+pub fn plan(
+    job: &Job,
+    file: Option<&[u8]>,
+    progress: &mut dyn FnMut(Stage, f64),
+) -> Result<Planned, PlanError> {
+    progress(Stage::Surface, 0.0);
+    let Built { surface, part, warnings, .. } = load(job, file)?;
+    progress(Stage::Flatten, 0.0);
+    let (chart, angle_residual) = flatten(job, &surface)?;
+    let quality = chart.quality(&surface);
+    progress(Stage::Rings, 0.0);
+    let metric = strip_metric(job, &surface);
+    let mesh = PassMesh::new(&surface, &chart, metric)?;
+    let field = match job.path.boundary {
+        Boundary::Open => DistanceField::from_boundary(&mesh),
+        Boundary::Wall => DistanceField::from_inset(&mesh, job.tool.radius())?,
+    };
+    let rings = simplified(rings(&mesh, &field), job, &chart);
+    let precedence = Precedence::new(&rings, job.path.order);
+    let ring_depth = precedence.depth();
+    let region = Region::of_chart(&surface, &chart);
+    let refined = Locator::new(mesh.connectivity(), mesh.uv());
+    let plane = Plane { job, mesh: &mesh, field: &field, refined: &refined, region: &region };
+    progress(Stage::Plain, 0.0);
+    let plain = plane.cut(&rings, &precedence, ForceControl::Off, |p| progress(Stage::Plain, p));
+    let cut = match job.force.control {
+        ForceControl::Off => plain.clone(),
+        control => plane.cut(&rings, &precedence, control, |p| progress(Stage::Cut, p)),
+    };
+    progress(Stage::Locate, 0.0);
+    let locator = Locator::new(surface.connectivity(), chart.uv());
+    let lift = crate::lift::Lift::new(&surface, &chart, &locator, job.tool.radius());
+    refuse_too_slow(job, &cut.points, &lift)?;
+    let options = deliver_options(job);
+    let keep_out = keep_out(&part, job);
+    let no_check = CheckMesh::new(Vec::new(), Vec::new());
+    let plain_path = deliver(&plain.points, &lift, &no_check, &keep_out, &options, |_| {})?;
+    let check = CheckMesh::new(part.positions, part.faces);
+    let Delivered { toolpath, raised } =
+        deliver(&cut.points, &lift, &check, &keep_out, &options, |p| progress(Stage::Locate, p))?;
+    Ok(Planned {
+        coverage: plane.coverage(&cut.stock, &chart),
+        surface,
+        warnings,
+        chart,
+        quality,
+        angle_residual,
+        rings,
+        ring_depth,
+        toolpath,
+        plain: plain_path.toolpath,
+        counts: cut.counts,
+        raised,
+    })
+}
+
+fn load(job: &Job, file: Option<&[u8]>) -> Result<Built, PlanError> {
+    let soup = match &job.surface.source {
+        SurfaceSource::File(name) => {
+            let bytes = file.ok_or_else(|| PlanError::NoFile(name.clone()))?;
+            let format = MeshFormat::from_name(name)
+                .ok_or_else(|| PlanError::UnknownFormat(name.clone()))?;
+            read(bytes, format)?
+        }
+        SurfaceSource::Analytic(_) => todo!(),
+    };
+    Ok(build(soup, &job.surface)?)
+}
+
+type AngleResidual = Option<(f64, usize)>;
+
+fn flatten(
+    job: &Job,
+    surface: &crate::surface::Surface,
+) -> Result<(Chart, AngleResidual), FlattenError> {
+    match job.flatten {
+        FlattenMethod::Bff => Ok((bff(surface)?, None)),
+        FlattenMethod::Abf => {
+            let map = abf(surface)?;
+            Ok((map.chart, Some((map.residual, map.steps))))
+        }
+    }
+}
+
+/// The strip metric at every vertex: passes² per mm².
+fn strip_metric(job: &Job, surface: &crate::surface::Surface) -> Vec<StripMetric> {
+    let isotropic = |side_step: f64| {
+        let m = 1.0 / (side_step * side_step);
+        [m, m, m, 0.0, 0.0, 0.0]
+    };
+    match job.cut.stepover {
+        Stepover::Fixed(d) => vec![isotropic(d); surface.positions().len()],
+        Stepover::Scallop(_) => todo!(),
+    }
+}
+
+/// Rings with the points left out that the tolerance does not need.
+fn simplified(mut rings: Vec<Ring>, job: &Job, chart: &Chart) -> Vec<Ring> {
+    let largest = chart.vertex_scale().iter().copied().fold(0.0, f64::max);
+    for ring in &mut rings {
+        ring.points = simplify_closed(&ring.points, RING_TOLERANCE * job.cut.tolerance / largest);
+    }
+    rings
+}
+
+/// What the plane knows: mesh, field, region.
+struct Plane<'a> {
+    job: &'a Job,
+    mesh: &'a PassMesh,
+    field: &'a DistanceField,
+    refined: &'a Locator,
+    region: &'a Region,
+}
+
+/// A flat path with what it leaves.
+#[derive(Clone)]
+struct FlatCut {
+    points: Vec<FlatPoint>,
+    stock: Stock,
+    counts: RingCounts,
+}
+
+impl Plane<'_> {
+    fn terrain(&self) -> RingTerrain<'_> {
+        RingTerrain::new(self.mesh, self.field, self.refined)
+    }
+
+    fn cut(
+        &self,
+        rings: &[Ring],
+        precedence: &Precedence,
+        control: ForceControl,
+        progress: impl FnMut(f64),
+    ) -> FlatCut {
+        let job = self.job;
+        let cutting = Cutting {
+            radius: job.tool.radius(),
+            depth: job.cut.axial_depth,
+            feed: job.cut.feed,
+            vfc: job.force.vfc,
+            limit: if control == ForceControl::Off { f64::INFINITY } else { job.mrr_limit() },
+        };
+        let options = RingOptions {
+            order: job.path.order,
+            links: job.path.links,
+            control,
+            loops: Loops {
+                radius: (0.5 * job.nominal_side_step()).max(job.trochoid.min_radius),
+                smallest: (0.5 * job.trochoid.min_radius).min(0.25 * job.nominal_side_step()),
+                max_bite: job.trochoid.max_step,
+                return_feed: job.trochoid.return_feed,
+                tolerance: job.cut.tolerance,
+                hand: match job.cut.direction {
+                    CutDirection::Climb => 1.0,
+                    CutDirection::Conventional => -1.0,
+                },
+            },
+        };
+        let terrain = self.terrain();
+        let mut walk = Walk::new(cutting, &terrain, Stock::new(self.region));
+        let counts = cut_rings(&mut walk, rings, precedence, &options, progress);
+        let (points, stock) = walk.finish();
+        FlatCut { points, stock, counts }
+    }
+
+    /// Areas left, on the surface. Outside of ring 0 between walls only what a disc on ring 0
+    /// reaches can be cut, and ring 0 was cut: what is left there is too tight.
+    fn coverage(&self, stock: &Stock, chart: &Chart) -> Coverage {
+        use crate::flat_path::Terrain;
+        let terrain = self.terrain();
+        let mut out = Coverage { area: self.region.area(), ..Coverage::default() };
+        let scale = chart.vertex_scale().iter().copied().fold(0.0, f64::max);
+        let spacing = 0.05 * self.job.tool.radius() / scale.max(1e-12);
+        stock.remaining(spacing.max(1e-4 * self.region.area().sqrt()), |p, flat_area| {
+            let scale = terrain.scale(p).unwrap_or(1.0);
+            let area = flat_area * scale * scale;
+            if terrain.room(p).is_none_or(|room| room < 0.0) {
+                out.too_tight += area;
+                out.too_tight_at.get_or_insert(p);
+            } else {
+                out.never_covered += area;
+                out.never_covered_at.get_or_insert(p);
+            }
+        });
+        out
+    }
+}
+
+fn refuse_too_slow(
+    job: &Job,
+    points: &[FlatPoint],
+    lift: &crate::lift::Lift,
+) -> Result<(), PlanError> {
+    let slowest = points
+        .iter()
+        .filter(|p| p.feed < SLOWEST * job.cut.feed)
+        .min_by(|a, b| a.feed.total_cmp(&b.feed));
+    let Some(p) = slowest else { return Ok(()) };
+    let lifted = lift.run(core::slice::from_ref(p), 0).map_err(DeliverError::from)?;
+    let place = lifted.contacts.first().map_or(DVec3::ZERO, |c| c.position);
+    Err(PlanError::LimitUnreachable { place, rate: p.mrr, feed: p.feed, limit: job.mrr_limit() })
+}
+
+fn deliver_options(job: &Job) -> DeliverOptions {
+    DeliverOptions {
+        pass: PassOptions {
+            tool: job.tool,
+            axis: match job.machine.axes {
+                Axes::ThreeAxis => ToolAxis::Fixed(DVec3::Z),
+                Axes::Xyzac => ToolAxis::Lead(job.cut.lead),
+            },
+            axis_rate: f64::INFINITY,
+            stock: job.cut.stock,
+            tolerance: job.cut.tolerance,
+            reach: match job.machine.axes {
+                Axes::ThreeAxis => f64::INFINITY,
+                Axes::Xyzac => 4.0 * job.tool.radius(),
+            },
+        },
+        clearance: job.machine.clearance,
+        air_feed: job.trochoid.return_feed.min(job.machine.max_feed),
+        rapid_feed: job.machine.max_feed,
+    }
+}
+
+fn keep_out(part: &Part, job: &Job) -> KeepOut {
+    let (low, high) = part
+        .positions
+        .iter()
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
+    let stock = DVec3::splat(job.cut.axial_depth + job.cut.stock);
+    KeepOut { bounds: (low - stock, high + stock) }
+}
