@@ -366,7 +366,7 @@ mod tests {
             let (largest, mean) = errors(&truth, edge, scale);
             println!("{truth:?}: {faces} faces, largest {largest:.2e}, mean {mean:.2e}");
             assert!(largest < 1e-2, "{truth:?}: {largest}");
-            assert!(mean < 2e-3, "{truth:?}: {mean}");
+            assert!(mean < 5e-3, "{truth:?}: {mean}");
         }
     }
 
