@@ -138,9 +138,9 @@ pub enum SurfaceError {
 pub enum Fault {
     /// There is more than one piece and the job does not say which.
     #[error(
-        "{count} connected pieces (the two largest have {largest:.6} and {second:.6} mm², the \
-         second one is at {}); one is machined at a time: set surface.select.component to \
-         \"largest\" or to an index, or close the cracks between them", Spot(*.at)
+        "{count} connected pieces (the two largest have {} and {} mm², the second one is at {}); one \
+         is machined at a time: set surface.select.component to \"largest\" or to an index, or \
+         close the cracks between them", short(*.largest), short(*.second), Spot(*.at)
     )]
     Pieces {
         /// Number of pieces.
@@ -163,7 +163,7 @@ pub enum Fault {
     },
     /// Edges with more than two faces.
     #[error(
-        "{count} non-manifold edges (more than two faces meet), e.g. at {}; an edge has one or \
+        "non-manifold edges (more than two faces meet): {count}, e.g. at {}; an edge has one or \
          two faces: mend the mesh there or leave it out with surface.select", Spot(*.at)
     )]
     NonManifoldEdges {
@@ -174,7 +174,7 @@ pub enum Fault {
     },
     /// Vertices at which parts of the surface only touch.
     #[error(
-        "{count} non-manifold vertices (parts of the surface only touch there), e.g. at {}; mend \
+        "non-manifold vertices (parts of the surface only touch there): {count}, e.g. at {}; mend \
          the mesh there or leave it out with surface.select", Spot(*.at)
     )]
     NonManifoldVertices {

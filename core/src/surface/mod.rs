@@ -1,10 +1,16 @@
 //! The surface to be machined: one oriented manifold piece with its normals.
 
+mod analytic;
 mod build;
+mod curvature;
 mod select;
+mod shape;
 mod warning;
 
+pub use analytic::{AnalyticSurface, Domain};
 pub use build::{Built, Fault, Part, SurfaceError, build};
+pub use curvature::CurvatureField;
+pub use shape::ShapeOperator;
 pub use warning::Warning;
 
 use crate::geometry::DVec3;
@@ -70,6 +76,12 @@ impl Surface {
         sum.normalize_or_zero()
     }
 
+    /// Shape operators at the vertices, estimated at a scale of `radius` mm; see
+    /// [`CurvatureField::estimate`].
+    pub fn curvature(&self, radius: Option<f64>) -> CurvatureField {
+        CurvatureField::estimate(self, radius)
+    }
+
     /// Total area, mm².
     pub fn area(&self) -> f64 {
         (0..self.connectivity.face_count())
@@ -94,7 +106,3 @@ fn angle_weighted_normals(connectivity: &Connectivity, positions: &[DVec3]) -> V
     }
     normals.iter().map(|n| n.normalize_or_zero()).collect()
 }
-
-/// Test surfaces given by formulas, over a square or disk of parameters; mm.
-#[derive(Clone, Debug, PartialEq)]
-pub enum AnalyticSurface {}

@@ -18,6 +18,8 @@ const LARGEST_PART: f64 = 20_000.0;
 const COARSEST_STEP: f64 = 1e-5;
 /// Angle between neighbouring faces that counts as a crease, rad (40 degrees).
 const CREASE: f64 = 40.0 * std::f64::consts::PI / 180.0;
+/// Largest z of the mean unit normal of a surface that is said to look down.
+const DOWNWARD: f64 = -0.25;
 /// Faces below which nothing can be said about curvature.
 const FEWEST_FACES: usize = 8;
 
@@ -99,7 +101,7 @@ pub enum Warning {
         at: DVec3,
     },
     /// The surface has hardly any faces.
-    #[error("surface: only {faces} faces; that says nothing about curvature")]
+    #[error("surface: the mesh is too coarse to tell a curvature; number of faces: {faces}")]
     Coarse {
         /// Number of faces.
         faces: usize,
@@ -184,7 +186,7 @@ pub(super) fn of_surface(surface: &Surface) -> Vec<Warning> {
     let area: DVec3 = (0..faces as u32).map(|f| face_normal(surface, FaceId(f))).sum();
     let normal = area.normalize_or_zero();
     // A surface that closes on itself, such as a tube, has no mean normal to speak of.
-    if normal.z < 0.0 && area.length() > 0.2 * surface.area() {
+    if normal.z < DOWNWARD && area.length() > 0.2 * surface.area() {
         warnings.push(Warning::LooksDown { normal });
     }
     warnings

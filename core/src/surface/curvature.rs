@@ -1,0 +1,427 @@
+//! Curvature on a mesh, by fitting a polynomial height field around every vertex.
+//!
+//! The neighbours of a vertex within a radius are written in a frame aligned with its normal, and
+//! a height field of degree three (two, where there are too few neighbours) is fitted to them by
+//! weighted least squares. Its first and second derivatives at the vertex give the shape operator
+//! through both fundamental forms. The cubic terms make the estimate second-order accurate on
+//! neighbourhoods without symmetry, above all along the boundary.
+//!
+//! # Source
+//! Cazals and Pouget, "Estimating differential quantities using polynomial fitting of osculating
+//! jets", CAGD 22 (2005).
+
+use super::shape::ShapeOperator;
+use super::{Surface, SurfacePoint};
+use crate::geometry::{DVec3, any_perpendicular};
+use crate::mesh::{HalfEdgeId, VertexId};
+
+/// Default fit radius in mean edge lengths around the vertex. Smaller measures the tessellation
+/// and, along the boundary, sees too few rows for the cubic terms; larger blurs the shape.
+const RADIUS_IN_EDGES: f64 = 3.5;
+/// Most neighbours that a fit uses, nearest rings first; bounds the work for a huge radius.
+const MOST_NEIGHBOURS: usize = 512;
+/// Neighbours below which only the quadratic terms are fitted.
+const FEWEST_FOR_CUBIC: usize = 13;
+/// Neighbours below which the radius is enlarged.
+const FEWEST: usize = 8;
+/// How often the radius is enlarged, and by how much.
+const ENLARGEMENTS: usize = 6;
+const ENLARGEMENT: f64 = 1.6;
+/// Part of a column's norm that must be independent of the columns before it.
+const INDEPENDENT: f64 = 1e-5;
+/// Cosine between normals below which a neighbour lies on another sheet of the surface.
+const SAME_SHEET: f64 = 0.1;
+
+/// 1, u, v, u², uv, v² and the four cubic terms.
+const TERMS: usize = 10;
+const QUADRATIC_TERMS: usize = 6;
+
+/// Shape operators at the vertices of a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CurvatureField {
+    operators: Vec<ShapeOperator>,
+    poor: usize,
+}
+
+impl CurvatureField {
+    /// A field from `#V` known operators, for surfaces with exact derivatives.
+    pub fn from_operators(operators: Vec<ShapeOperator>) -> Self {
+        Self { operators, poor: 0 }
+    }
+
+    /// Estimates the shape operator at every vertex of `surface`.
+    ///
+    /// `radius`: scale of the fit, mm; `None` takes 3.5 mean edge lengths around each vertex. At
+    /// most 512 neighbours are used. A vertex with too few of them takes more, whatever the
+    /// radius; where even those do not tell a height field the operator is flat and counted by
+    /// [`poor`](Self::poor). Never NaN.
+    pub fn estimate(surface: &Surface, radius: Option<f64>) -> Self {
+        let rings = Rings::new(surface);
+        let radii = match radius {
+            Some(r) if r > 0.0 => vec![r; surface.positions().len()],
+            _ => rings.default_radii(surface.positions()),
+        };
+        let mut search = Search::new(surface.positions().len());
+        let mut operators = Vec::with_capacity(radii.len());
+        let mut poor = 0;
+        for (v, &radius) in radii.iter().enumerate() {
+            let fitted = fit_vertex(surface, &rings, &mut search, v, radius);
+            poor += usize::from(fitted.is_none());
+            let normal = surface.vertex_normals()[v];
+            operators.push(fitted.unwrap_or_else(|| ShapeOperator::flat(normal)));
+        }
+        Self { operators, poor }
+    }
+
+    /// `#V` operators.
+    pub fn operators(&self) -> &[ShapeOperator] {
+        &self.operators
+    }
+
+    /// The operator at a vertex.
+    pub fn vertex(&self, vertex: VertexId) -> &ShapeOperator {
+        &self.operators[vertex.index()]
+    }
+
+    /// Vertices whose curvature could not be estimated and is given as flat.
+    pub fn poor(&self) -> usize {
+        self.poor
+    }
+
+    /// The operator at a surface point, interpolated from the three vertices.
+    ///
+    /// Each one is first turned to the normal there, so that the tilt between the vertices takes
+    /// nothing away.
+    pub fn at(&self, surface: &Surface, point: SurfacePoint) -> ShapeOperator {
+        let vertices = surface.connectivity().face(point.face);
+        let mut normal = surface.normal(point);
+        if normal == DVec3::ZERO {
+            normal = surface.vertex_normals()[vertices[0].index()];
+        }
+        let u = any_perpendicular(normal);
+        let frame = [u, normal.cross(u)];
+        let mut k = [0.0; 3];
+        for (vertex, weight) in vertices.iter().zip(point.weights) {
+            let turned = self.vertex(*vertex).turned_to(normal).in_frame(frame);
+            for (sum, part) in k.iter_mut().zip(turned.k) {
+                *sum += weight * part;
+            }
+        }
+        ShapeOperator { frame, k }
+    }
+}
+
+/// Neighbours of every vertex along edges.
+struct Rings {
+    start: Vec<u32>,
+    neighbours: Vec<u32>,
+}
+
+impl Rings {
+    fn new(surface: &Surface) -> Self {
+        let connectivity = surface.connectivity();
+        let sides = || (0..3 * connectivity.face_count() as u32).map(HalfEdgeId);
+        // Every side gives its end to its start; a boundary side also the other way round.
+        let pairs = || {
+            sides().flat_map(|side| {
+                let (a, b) = connectivity.ends(side);
+                let back = connectivity.opposite(side).is_none().then_some((b, a));
+                std::iter::once((a, b)).chain(back)
+            })
+        };
+        let mut start = vec![0; surface.positions().len() + 1];
+        for (a, _) in pairs() {
+            start[a.index() + 1] += 1;
+        }
+        for v in 1..start.len() {
+            start[v] += start[v - 1];
+        }
+        let mut fill = start.clone();
+        let mut neighbours = vec![0; start[start.len() - 1] as usize];
+        for (a, b) in pairs() {
+            neighbours[fill[a.index()] as usize] = b.0;
+            fill[a.index()] += 1;
+        }
+        Self { start, neighbours }
+    }
+
+    fn around(&self, v: u32) -> &[u32] {
+        let v = v as usize;
+        &self.neighbours[self.start[v] as usize..self.start[v + 1] as usize]
+    }
+
+    /// Mean edge lengths, averaged once more over the neighbours, times the default factor.
+    fn default_radii(&self, positions: &[DVec3]) -> Vec<f64> {
+        let at = |v: u32| positions[v as usize];
+        let mean = |v: u32, value: &dyn Fn(u32) -> f64| {
+            let ring = self.around(v);
+            ring.iter().map(|&w| value(w)).sum::<f64>() / ring.len().max(1) as f64
+        };
+        let vertices = 0..positions.len() as u32;
+        let edge: Vec<f64> =
+            vertices.clone().map(|v| mean(v, &|w| (at(w) - at(v)).length())).collect();
+        let smooth = |v: u32| 0.5 * (edge[v as usize] + mean(v, &|w| edge[w as usize]));
+        vertices.map(|v| RADIUS_IN_EDGES * smooth(v)).collect()
+    }
+}
+
+/// The vertices around one, ring by ring.
+struct Search {
+    /// Last search that saw a vertex.
+    seen: Vec<u32>,
+    current: u32,
+    found: Vec<u32>,
+}
+
+impl Search {
+    fn new(vertices: usize) -> Self {
+        Self { seen: vec![0; vertices], current: 0, found: Vec::new() }
+    }
+
+    /// Vertices within `radius` of vertex `v`, connected to it within the radius; `v` is first.
+    fn run(&mut self, positions: &[DVec3], rings: &Rings, v: u32, radius: f64) -> &[u32] {
+        self.current += 1;
+        self.found.clear();
+        self.found.push(v);
+        self.seen[v as usize] = self.current;
+        let mut at = 0;
+        while at < self.found.len() && self.found.len() < MOST_NEIGHBOURS {
+            for &w in rings.around(self.found[at]) {
+                let near = (positions[w as usize] - positions[v as usize]).length_squared()
+                    <= radius * radius;
+                if near && self.seen[w as usize] != self.current {
+                    self.seen[w as usize] = self.current;
+                    self.found.push(w);
+                }
+            }
+            at += 1;
+        }
+        &self.found
+    }
+}
+
+/// Fits with the radius given, then with larger ones.
+fn fit_vertex(
+    surface: &Surface,
+    rings: &Rings,
+    search: &mut Search,
+    v: usize,
+    radius: f64,
+) -> Option<ShapeOperator> {
+    let mut radius = radius;
+    for _ in 0..=ENLARGEMENTS {
+        let near = search.run(surface.positions(), rings, v as u32, radius);
+        if near.len() > FEWEST
+            && let Some(operator) = fit(surface, v, near, radius)
+        {
+            return Some(operator);
+        }
+        radius *= ENLARGEMENT;
+    }
+    // A surface of few faces: whatever quadric its vertices tell.
+    let near = search.run(surface.positions(), rings, v as u32, f64::INFINITY);
+    let reach = |w: &u32| (surface.positions()[*w as usize] - surface.positions()[v]).length();
+    let radius = near.iter().map(reach).fold(0.0, f64::max);
+    fit(surface, v, near, radius)
+}
+
+/// The least-squares height field over `near`; `None` if they do not determine one.
+fn fit(surface: &Surface, v: usize, near: &[u32], radius: f64) -> Option<ShapeOperator> {
+    let origin = surface.positions()[v];
+    let normal = surface.vertex_normals()[v];
+    let x = any_perpendicular(normal);
+    let y = normal.cross(x);
+    let mut system = Normal::default();
+    let mut used = 0;
+    for &w in near {
+        if surface.vertex_normals()[w as usize].dot(normal) < SAME_SHEET {
+            continue;
+        }
+        // Lengths in radii keep the powers of the basis comparable.
+        let d = (surface.positions()[w as usize] - origin) / radius;
+        // Neighbours at the rim fade out, so that the estimate changes little as they come and go.
+        let weight = 1.05 - d.length_squared();
+        if weight > 0.0 {
+            system.add(d.dot(x), d.dot(y), d.dot(normal), weight);
+            used += 1;
+        }
+    }
+    let cubic = if used > FEWEST_FOR_CUBIC { system.solve::<TERMS>() } else { None };
+    let c = match cubic {
+        Some(c) => [c[1], c[2], c[3], c[4], c[5]],
+        None if used > QUADRATIC_TERMS => {
+            let c = system.solve::<QUADRATIC_TERMS>()?;
+            [c[1], c[2], c[3], c[4], c[5]]
+        }
+        None => return None,
+    };
+    let [p, q, uu, uv, vv] = c;
+    let second = [2.0 * uu, uv, 2.0 * vv].map(|s| normal * (s / radius));
+    let operator = ShapeOperator::from_derivatives([x + normal * p, y + normal * q], second);
+    operator.k.iter().all(|k| k.is_finite()).then_some(operator)
+}
+
+/// Weighted normal equations of the fit; the quadratic ones are their leading block.
+#[derive(Default)]
+struct Normal {
+    matrix: [[f64; TERMS]; TERMS],
+    right: [f64; TERMS],
+}
+
+impl Normal {
+    fn add(&mut self, u: f64, v: f64, height: f64, weight: f64) {
+        let (uu, uv, vv) = (u * u, u * v, v * v);
+        let basis = [1.0, u, v, uu, uv, vv, u * uu, u * uv, v * uv, v * vv];
+        for i in 0..TERMS {
+            let scaled = weight * basis[i];
+            for j in 0..=i {
+                self.matrix[i][j] += scaled * basis[j];
+            }
+            self.right[i] += scaled * height;
+        }
+    }
+
+    /// Cholesky solution of the leading `N` equations; `None` if a term depends on those before.
+    fn solve<const N: usize>(&self) -> Option<[f64; N]> {
+        let mut l = [[0.0; N]; N];
+        for i in 0..N {
+            for j in 0..=i {
+                let mut sum = self.matrix[i][j];
+                for k in 0..j {
+                    sum -= l[i][k] * l[j][k];
+                }
+                if i > j {
+                    l[i][j] = sum / l[j][j];
+                } else if sum > INDEPENDENT * self.matrix[i][i] {
+                    l[i][i] = sum.sqrt();
+                } else {
+                    return None;
+                }
+            }
+        }
+        let mut c = [0.0; N];
+        for i in 0..N {
+            let known: f64 = (0..i).map(|k| l[i][k] * c[k]).sum();
+            c[i] = (self.right[i] - known) / l[i][i];
+        }
+        for i in (0..N).rev() {
+            let known: f64 = (i + 1..N).map(|k| l[k][i] * c[k]).sum();
+            c[i] = (c[i] - known) / l[i][i];
+        }
+        Some(c)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Connectivity, TriangleSoup};
+    use crate::surface::AnalyticSurface;
+
+    fn surface(mesh: TriangleSoup) -> Surface {
+        let faces = mesh.faces.iter().map(|f| f.map(VertexId)).collect();
+        Surface::new(Connectivity::new(mesh.positions.len(), faces).unwrap(), mesh.positions)
+    }
+
+    /// Largest error of both principal curvatures, and its mean, relative to `scale` (1/mm).
+    fn errors(truth: &AnalyticSurface, edge: f64, scale: f64) -> (f64, f64) {
+        let surface = surface(truth.mesh(edge));
+        let field = CurvatureField::estimate(&surface, None);
+        assert_eq!(field.poor(), 0);
+        let samples = truth.samples(edge);
+        let error = |(operator, s): (&ShapeOperator, &crate::geometry::DVec2)| {
+            let exact = truth.curvature(*s).turned_to(operator.normal()).in_frame(operator.frame);
+            let off = (0..3).map(|i| (operator.k[i] - exact.k[i]).abs()).fold(0.0, f64::max);
+            off / scale
+        };
+        let all: Vec<f64> = field.operators().iter().zip(&samples).map(error).collect();
+        let largest = all.iter().copied().fold(0.0, f64::max);
+        (largest, all.iter().sum::<f64>() / all.len() as f64)
+    }
+
+    fn truths() -> [(AnalyticSurface, f64, f64); 5] {
+        // Surface, edge length that gives about 10 000 faces, and the scale of its curvature.
+        [
+            (AnalyticSurface::SphereCap { radius: 20.0, diameter: 36.0 }, 0.48, 1.0 / 20.0),
+            (AnalyticSurface::SphereCap { radius: -20.0, diameter: 36.0 }, 0.48, 1.0 / 20.0),
+            (
+                AnalyticSurface::Cylinder { radius: 15.0, width: 40.0, length: 40.0 },
+                0.6,
+                1.0 / 15.0,
+            ),
+            (
+                AnalyticSurface::Torus { major: 30.0, minor: 10.0, length: 40.0, width: 25.0 },
+                0.48,
+                1.0 / 10.0,
+            ),
+            (AnalyticSurface::Saddle { radius: 20.0, size: 30.0 }, 0.45, 1.0 / 20.0),
+        ]
+    }
+
+    #[test]
+    fn truth_within_one_percent_at_ten_thousand_faces() {
+        for (truth, edge, scale) in truths() {
+            let faces = truth.mesh(edge).faces.len();
+            assert!((8_000..14_000).contains(&faces), "{truth:?}: {faces} faces");
+            let (largest, mean) = errors(&truth, edge, scale);
+            println!("{truth:?}: {faces} faces, largest {largest:.2e}, mean {mean:.2e}");
+            assert!(largest < 1e-2, "{truth:?}: {largest}");
+            assert!(mean < 5e-3, "{truth:?}: {mean}");
+        }
+    }
+
+    #[test]
+    fn errors_fall_with_the_square_of_the_edge_length() {
+        for (truth, edge, scale) in truths() {
+            let (coarse, fine) = (errors(&truth, 2.0 * edge, scale), errors(&truth, edge, scale));
+            let ratio = coarse.1 / fine.1;
+            println!("{truth:?}: {coarse:?} -> {fine:?}, ratio {ratio:.2}");
+            assert!(ratio > 3.4, "{truth:?}: {ratio}");
+        }
+    }
+
+    #[test]
+    fn moved_and_reordered_meshes_bend_alike() {
+        let truth = AnalyticSurface::Bump { size: 20.0, height: 3.0, width: 5.0 };
+        let mesh = truth.mesh(1.0);
+        let n = mesh.positions.len() as u32;
+        let turned = TriangleSoup {
+            positions: mesh
+                .positions
+                .iter()
+                .rev()
+                .map(|p| DVec3::new(p.y, p.z, p.x) + 100.0)
+                .collect(),
+            faces: mesh.faces.iter().rev().map(|f| f.map(|v| n - 1 - v)).collect(),
+            texture: None,
+        };
+        let one = CurvatureField::estimate(&surface(mesh), None);
+        let other = CurvatureField::estimate(&surface(turned), None);
+        for (a, b) in one.operators().iter().zip(other.operators().iter().rev()) {
+            let ((low, high, _), (low_b, high_b, _)) = (a.principal(), b.principal());
+            assert!((low - low_b).abs() < 1e-9 && (high - high_b).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn poor_neighbourhoods_are_flat_and_counted() {
+        let corner = [DVec3::ZERO, DVec3::X, DVec3::Y].to_vec();
+        let mesh = TriangleSoup { positions: corner, faces: vec![[0, 1, 2]], texture: None };
+        let field = CurvatureField::estimate(&surface(mesh), Some(0.1));
+        assert_eq!(field.poor(), 3);
+        assert!(field.operators().iter().all(|o| o.k == [0.0; 3]));
+    }
+
+    #[test]
+    fn interpolation_keeps_a_sphere_round() {
+        let truth = AnalyticSurface::SphereCap { radius: 10.0, diameter: 16.0 };
+        let mesh = truth.mesh(2.0);
+        let exact = truth.samples(2.0).iter().map(|s| truth.curvature(*s)).collect();
+        let (surface, field) = (surface(mesh), CurvatureField::from_operators(exact));
+        for f in 0..surface.connectivity().face_count() as u32 {
+            let point = SurfacePoint { face: crate::mesh::FaceId(f), weights: [0.2, 0.3, 0.5] };
+            let (low, high, _) = field.at(&surface, point).principal();
+            assert!((low - 0.1).abs() < 1e-12 && (high - 0.1).abs() < 1e-12);
+        }
+    }
+}
