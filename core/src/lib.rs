@@ -21,3 +21,7 @@ pub mod flatten;
 pub mod cutter_location;
 
 pub mod toolpath;
+
+pub mod feed;
+
+pub mod post;

@@ -193,7 +193,7 @@ impl<'a> Probe<'a> {
 fn require_finite(contacts: &[Contact]) -> Result<(), LocateError> {
     let bad = contacts.iter().position(|c| {
         let finite = c.position.is_finite() && c.feed_direction.is_finite() && c.feed.is_finite();
-        !finite || !((c.normal.length() - 1.0).abs() < 1e-6)
+        !finite || !(1.0 - 1e-6..1.0 + 1e-6).contains(&c.normal.length())
     });
     match bad {
         Some(index) => Err(LocateError::NotFinite { index, place: contacts[index].position }),
