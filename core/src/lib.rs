@@ -35,6 +35,10 @@ pub mod lift;
 
 pub mod toolpath;
 
+pub mod feed;
+
 pub mod link;
+
+pub mod post;
 
 pub mod plan;

@@ -1,6 +1,8 @@
 //! The waist: the path that is delivered, as typed points with feed, axis and purpose.
 
 use crate::geometry::{DVec2, DVec3};
+use std::ops::{Index, IndexMut};
+use thiserror::Error;
 
 /// What a move is for.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -15,6 +17,57 @@ pub enum MoveKind {
     Link,
     /// At rapid speed, above the clearance height.
     Rapid,
+}
+
+impl MoveKind {
+    /// All kinds, in the order of [`PerKind`].
+    pub const ALL: [Self; 5] = [Self::Cut, Self::Trochoid, Self::Return, Self::Link, Self::Rapid];
+
+    /// Its name in `toolpath.csv`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cut => "cut",
+            Self::Trochoid => "trochoid",
+            Self::Return => "return",
+            Self::Link => "link",
+            Self::Rapid => "rapid",
+        }
+    }
+}
+
+/// A number for each kind of move.
+#[derive(Copy, Clone, Debug, PartialEq, Default)]
+pub struct PerKind([f64; 5]);
+
+impl PerKind {
+    /// Sum over the kinds.
+    pub fn total(&self) -> f64 {
+        self.0.iter().sum()
+    }
+}
+
+impl Index<MoveKind> for PerKind {
+    type Output = f64;
+    fn index(&self, kind: MoveKind) -> &f64 {
+        &self.0[kind as usize]
+    }
+}
+
+impl IndexMut<MoveKind> for PerKind {
+    fn index_mut(&mut self, kind: MoveKind) -> &mut f64 {
+        &mut self.0[kind as usize]
+    }
+}
+
+/// Sums over a path.
+#[derive(Copy, Clone, Debug, PartialEq, Default)]
+pub struct Statistics {
+    /// Travel of the tip, mm.
+    pub length: PerKind,
+    /// Time from the points' own `time`, s.
+    pub time: PerKind,
+    /// Largest predicted removal rate, mm³/s.
+    pub peak_mrr: f64,
 }
 
 /// The end of a move; the move starts at the point before. The first point is where the path starts.
@@ -49,4 +102,284 @@ pub struct PathPoint {
 pub struct Toolpath {
     /// The points, in cutting order.
     pub points: Vec<PathPoint>,
+}
+
+/// Header of `toolpath.csv`: tip in mm, unit axis and normal, feed in mm/min, removal rate in
+/// mm³/min, engagement in degrees, time in s.
+pub const CSV_HEADER: &str = "pass,region,kind,x,y,z,i,j,k,nx,ny,nz,feed,mrr,alpha,t";
+
+/// Names of the columns, for messages.
+const COLUMNS: [&str; 16] = [
+    "pass", "region", "kind", "x", "y", "z", "i", "j", "k", "nx", "ny", "nz", "feed", "mrr",
+    "alpha", "t",
+];
+
+/// What a `toolpath.csv` may not be.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum CsvError {
+    /// The first line is another header.
+    #[error("toolpath.csv, line 1: header \"{found}\"; it must be \"{CSV_HEADER}\"")]
+    Header {
+        /// The line found.
+        found: String,
+    },
+    /// A row has another number of fields.
+    #[error("toolpath.csv, line {line}: {found} fields; a row has 16")]
+    Fields {
+        /// Line, from 1.
+        line: usize,
+        /// How many fields.
+        found: usize,
+    },
+    /// A field is not what its column holds.
+    #[error("toolpath.csv, line {line}, column {column}: \"{found}\"; {expected}")]
+    Field {
+        /// Line, from 1.
+        line: usize,
+        /// Column name.
+        column: &'static str,
+        /// The field's text.
+        found: String,
+        /// What it must be.
+        expected: &'static str,
+    },
+    /// An axis or a normal is not a unit vector.
+    #[error(
+        "toolpath.csv, line {line}, column {column}: a vector of length {length}; it must be 1"
+    )]
+    NotUnit {
+        /// Line, from 1.
+        line: usize,
+        /// First column of the vector.
+        column: &'static str,
+        /// Its length.
+        length: f64,
+    },
+}
+
+impl Toolpath {
+    /// Lengths and times per kind of move.
+    pub fn statistics(&self) -> Statistics {
+        let mut sums = Statistics::default();
+        for pair in self.points.windows(2) {
+            let kind = pair[1].kind;
+            sums.length[kind] += pair[1].tip.distance(pair[0].tip);
+            sums.time[kind] += pair[1].time - pair[0].time;
+            sums.peak_mrr = sums.peak_mrr.max(pair[1].mrr);
+        }
+        sums
+    }
+
+    /// The path as text: [`CSV_HEADER`] and a row a point.
+    pub fn to_csv(&self) -> String {
+        let mut out = String::with_capacity(160 * self.points.len() + CSV_HEADER.len() + 1);
+        out.push_str(CSV_HEADER);
+        out.push('\n');
+        for p in &self.points {
+            push_fixed(&mut out, f64::from(p.pass), 0);
+            out.push(',');
+            push_fixed(&mut out, f64::from(p.region), 0);
+            out.push(',');
+            out.push_str(p.kind.name());
+            for (vector, decimals) in [(p.tip, 6), (p.axis, 9), (p.normal, 9)] {
+                for value in vector.to_array() {
+                    out.push(',');
+                    push_fixed(&mut out, value, decimals);
+                }
+            }
+            let rest =
+                [(60.0 * p.feed, 4), (60.0 * p.mrr, 4), (p.alpha.to_degrees(), 4), (p.time, 6)];
+            for (value, decimals) in rest {
+                out.push(',');
+                push_fixed(&mut out, value, decimals);
+            }
+            out.push('\n');
+        }
+        out
+    }
+
+    /// The path from such a text; flat images are not part of it.
+    ///
+    /// # Errors
+    /// [`CsvError`], naming line and column.
+    pub fn from_csv(text: &str) -> Result<Self, CsvError> {
+        let mut lines = text.lines();
+        let header = lines.next().unwrap_or_default().trim_start_matches('\u{feff}').trim();
+        if header != CSV_HEADER {
+            return Err(CsvError::Header { found: header.chars().take(200).collect() });
+        }
+        let rows = lines.enumerate().filter(|(_, row)| !row.trim().is_empty());
+        let points = rows.map(|(i, row)| read_row(row, i + 2)).collect::<Result<_, _>>()?;
+        Ok(Self { points })
+    }
+}
+
+fn read_row(row: &str, line: usize) -> Result<PathPoint, CsvError> {
+    let fields: Vec<&str> = row.split(',').map(str::trim).collect();
+    if fields.len() != COLUMNS.len() {
+        return Err(CsvError::Fields { line, found: fields.len() });
+    }
+    let wrong = |c: usize, expected| CsvError::Field {
+        line,
+        column: COLUMNS[c],
+        found: fields[c].chars().take(40).collect(),
+        expected,
+    };
+    let count = |c: usize| {
+        fields[c].parse::<u32>().map_err(|_| wrong(c, "it must be a whole number from 0"))
+    };
+    let number = |c: usize| match fields[c].parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err(wrong(c, "it must be a finite number")),
+    };
+    let vector = |c: usize| Ok(DVec3::new(number(c)?, number(c + 1)?, number(c + 2)?));
+    let unit = |c: usize| {
+        let v: DVec3 = vector(c)?;
+        let length = v.length();
+        if (length - 1.0).abs() > 1e-4 {
+            return Err(CsvError::NotUnit { line, column: COLUMNS[c], length });
+        }
+        Ok(v / length)
+    };
+    let kind = MoveKind::ALL
+        .into_iter()
+        .find(|kind| kind.name() == fields[2])
+        .ok_or_else(|| wrong(2, "it must be cut, trochoid, return, link or rapid"))?;
+    Ok(PathPoint {
+        kind,
+        pass: count(0)?,
+        region: count(1)?,
+        tip: vector(3)?,
+        axis: unit(6)?,
+        normal: unit(9)?,
+        flat: None,
+        feed: number(12)? / 60.0,
+        mrr: number(13)? / 60.0,
+        alpha: number(14)?.to_radians(),
+        time: number(15)?,
+    })
+}
+
+/// Appends a number with fixed decimals, halves rounded away from zero, and never a negative zero.
+pub(crate) fn push_fixed(out: &mut String, value: f64, decimals: u32) {
+    let scale = 10u64.pow(decimals);
+    let scaled = (value * scale as f64).round();
+    if scaled.is_nan() || scaled.abs() >= 9e15 {
+        // Beyond exact integers; also names what is not a number.
+        out.push_str(&format!("{value:.*}", decimals as usize));
+        return;
+    }
+    if scaled < 0.0 {
+        out.push('-');
+    }
+    let mut number = scaled.abs() as u64;
+    // 16 digits of the number and the point.
+    let mut buffer = [0u8; 24];
+    let mut at = buffer.len();
+    let mut written = 0;
+    while number > 0 || written <= decimals {
+        if written == decimals && decimals > 0 {
+            at -= 1;
+            buffer[at] = b'.';
+        }
+        at -= 1;
+        buffer[at] = b'0' + (number % 10) as u8;
+        number /= 10;
+        written += 1;
+    }
+    out.extend(buffer[at..].iter().map(|&b| char::from(b)));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(kind: MoveKind, tip: DVec3, time: f64) -> PathPoint {
+        PathPoint {
+            kind,
+            pass: 3,
+            region: 1,
+            tip,
+            axis: DVec3::new(0.6, 0.0, 0.8),
+            normal: DVec3::Z,
+            flat: None,
+            feed: 20.0,
+            mrr: 1.5,
+            alpha: 0.25,
+            time,
+        }
+    }
+
+    #[test]
+    fn numbers_have_fixed_digits_and_no_negative_zero() {
+        let text = |value, decimals| {
+            let mut out = String::new();
+            push_fixed(&mut out, value, decimals);
+            out
+        };
+        assert_eq!(text(0.0, 0), "0");
+        assert_eq!(text(-0.00004, 4), "0.0000");
+        assert_eq!(text(-0.00005, 4), "-0.0001");
+        assert_eq!(text(12.5, 3), "12.500");
+        assert_eq!(text(-1234.0, 0), "-1234");
+        assert_eq!(text(0.05, 6), "0.050000");
+        assert_eq!(text(999999.9999999, 6), "1000000.000000");
+        assert_eq!(text(1e17, 2), "100000000000000000.00");
+    }
+
+    #[test]
+    fn csv_gives_the_path_back() {
+        let path = Toolpath {
+            points: vec![
+                point(MoveKind::Rapid, DVec3::new(1.0, -2.5, 3.000001), 0.0),
+                point(MoveKind::Trochoid, DVec3::new(-1e-9, 100.25, 0.0), 1.5),
+            ],
+        };
+        let text = path.to_csv();
+        let mut lines = text.lines();
+        assert_eq!(lines.next(), Some(CSV_HEADER));
+        assert!(lines.next().unwrap().starts_with("3,1,rapid,1.000000,-2.500000,3.000001,0.6"));
+        let back = Toolpath::from_csv(&text).unwrap();
+        for (a, b) in path.points.iter().zip(&back.points) {
+            assert_eq!((a.kind, a.pass, a.region), (b.kind, b.pass, b.region));
+            assert!(a.tip.distance(b.tip) < 1e-6 && a.axis.distance(b.axis) < 1e-8);
+            assert!((a.feed - b.feed).abs() < 1e-5 && (a.time - b.time).abs() < 1e-6);
+            assert!((a.mrr - b.mrr).abs() < 1e-5 && (a.alpha - b.alpha).abs() < 1e-5);
+        }
+        assert_eq!(back.to_csv(), text);
+    }
+
+    #[test]
+    fn csv_errors_name_line_and_column() {
+        let row = "0,0,cut,0,0,0,0,0,1,0,0,1,1,1,1,1";
+        let read = |row: &str| Toolpath::from_csv(&format!("{CSV_HEADER}\n{row}\n")).unwrap_err();
+        assert!(matches!(Toolpath::from_csv("x,y"), Err(CsvError::Header { .. })));
+        assert_eq!(read("1,2"), CsvError::Fields { line: 2, found: 2 });
+        let column = |e| match e {
+            CsvError::Field { line: 2, column, .. } => column,
+            other => panic!("{other}"),
+        };
+        assert_eq!(column(read(&row.replacen("cut", "dig", 1))), "kind");
+        assert_eq!(column(read(&row.replacen("cut,0", "cut,inf", 1))), "x");
+        assert_eq!(column(read(&row.replacen("0", "-1", 1))), "pass");
+        let bent = read("0,0,cut,0,0,0,0,0,2,0,0,1,1,1,1,1");
+        assert_eq!(bent, CsvError::NotUnit { line: 2, column: "i", length: 2.0 });
+    }
+
+    #[test]
+    fn statistics_are_per_kind() {
+        let path = Toolpath {
+            points: vec![
+                point(MoveKind::Rapid, DVec3::ZERO, 0.0),
+                point(MoveKind::Cut, DVec3::X * 3.0, 1.0),
+                point(MoveKind::Link, DVec3::new(3.0, 4.0, 0.0), 1.5),
+                point(MoveKind::Cut, DVec3::Y * 4.0, 3.0),
+            ],
+        };
+        let sums = path.statistics();
+        assert_eq!(sums.length[MoveKind::Cut], 6.0);
+        assert_eq!(sums.length[MoveKind::Link], 4.0);
+        assert_eq!(sums.time[MoveKind::Cut], 2.5);
+        assert_eq!(sums.length.total(), 10.0);
+    }
 }

@@ -315,7 +315,8 @@ impl Query {
         let along = upright + tangent.pull * (node.normal.dot(d) - height * upright);
         let squared = 1.0 + tangent.pull * tangent.pull * rho_squared;
         if tangent.concavity == 0.0 {
-            return tangent.value + node.extent(along, squared);
+            let bound = tangent.value + node.extent(along, squared);
+            return bound.min(self.bound_nearer(node, d, height, upright));
         }
         // A step y in the plane of the slab is at least `upright * y - half_width / 2` across the axis.
         let across =
@@ -327,6 +328,35 @@ impl Query {
             (across - 0.5 * bend * node.radius) * node.radius
         };
         tangent.value + along.abs() * node.half_width + rise
+    }
+
+    /// Bound from the tangent nearer to where the cutter would touch the middle plane of the slab: at
+    /// that point the gradient stands on the slab, and only its thickness counts. Bull-nose
+    /// corners bend too unevenly for the second-order bound of the ball.
+    fn bound_nearer(&self, node: &Node, d: DVec3, height: f64, upright: f64) -> f64 {
+        let profile = &self.profile;
+        if profile.bottom == 0.0 || profile.corner == 0.0 || upright.abs() < 0.1 {
+            return f64::INFINITY;
+        }
+        let axis = self.frame[2];
+        let normal = if upright > 0.0 { node.normal } else { -node.normal };
+        let upright = upright.abs();
+        let across = normal - axis * upright;
+        let slope = across.length();
+        if slope < 1e-9 {
+            return f64::INFINITY;
+        }
+        let lateral = d - axis * height;
+        let touch = across * -(profile.corner + profile.bottom / slope);
+        let step = (touch - lateral).clamp_length_max(node.radius);
+        let at = lateral + step;
+        let climb = -normal.dot(step) / upright;
+        let rho_squared = at.length_squared();
+        let tangent = profile.tangent(height + climb, rho_squared);
+        let back = -climb - tangent.pull * at.dot(step);
+        let along = upright + tangent.pull * normal.dot(at);
+        let squared = 1.0 + tangent.pull * tangent.pull * rho_squared;
+        tangent.value + back + node.extent(along, squared)
     }
 
     /// The larger of `floor` and the need of the part of a facet that is not above reach.

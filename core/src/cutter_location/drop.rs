@@ -108,12 +108,15 @@ impl Profile {
         };
         let mut best = floor;
         let mut inside = true;
+        let search = self.bottom > 0.0 && self.corner > 0.0;
         for i in 0..3 {
             let (a, b) = (t[i], t[(i + 1) % 3]);
             let beyond = (b - a).truncate().perp_dot(tangent_point - a.truncate()) * side < 0.0;
             if beyond {
                 inside = false;
-                best = best.max(self.edge(a, b));
+                if !search || self.edge_bound(a, b) > best {
+                    best = best.max(self.edge(a, b));
+                }
             }
         }
         if inside {
@@ -131,6 +134,14 @@ impl Profile {
         let gradient = (lateral * tangent.pull).extend(1.0);
         let rise = t.map(|v| gradient.dot(v - q));
         tangent.value + rise[0].max(rise[1]).max(rise[2])
+    }
+
+    /// Upper bound of the need over the segment, from the tangent at its middle.
+    fn edge_bound(&self, a: DVec3, b: DVec3) -> f64 {
+        let q = 0.5 * (a + b);
+        let tangent = self.tangent(q.z, q.truncate().length_squared());
+        let gradient = (q.truncate() * tangent.pull).extend(1.0);
+        tangent.value + gradient.dot(b - q).abs()
     }
 
     /// Largest need over the segment; minus infinity where no part of it is under the cutter.

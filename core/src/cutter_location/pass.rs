@@ -114,7 +114,7 @@ pub fn facet_error(corners: [DVec3; 3], normals: [DVec3; 3], radius: f64) -> f64
 ///
 /// Three-axis passes keep the axis; five-axis ones turn it at most `axis_rate`. Every straight piece of
 /// the result stays within `tolerance` of the raised path and penetrates the part (grown by the
-/// allowance) no deeper than that; in five axes the contact moves with the tip and the axis and is held to
+/// allowance) no deeper than that; in five axes the depth of the cut follows tip and axis and is held to
 /// the same tolerance. Where the wanted position would need a jump, the cutter is lifted
 /// along its axis beside the obstacle.
 ///
@@ -196,7 +196,7 @@ impl<'a> Probe<'a> {
 fn require_finite(contacts: &[Contact]) -> Result<(), LocateError> {
     let bad = contacts.iter().position(|c| {
         let finite = c.position.is_finite() && c.feed_direction.is_finite() && c.feed.is_finite();
-        !finite || !((c.normal.length() - 1.0).abs() < 1e-6)
+        !finite || !(1.0 - 1e-6..1.0 + 1e-6).contains(&c.normal.length())
     });
     match bad {
         Some(index) => Err(LocateError::NotFinite { index, place: contacts[index].position }),
@@ -420,8 +420,8 @@ fn on_chord(dense: &[Dense], a: usize, b: usize, k: usize, radius: f64) -> (DVec
     (from.tip + chord * u, from.axis.lerp(to.axis, u).try_normalize().unwrap_or(p.axis))
 }
 
-/// Distance of dense point `k` from the straight piece `a`-`b`: of the tip, or of the contact that tip and
-/// axis give, whichever is larger.
+/// Distance of dense point `k` from the straight piece `a`-`b`: of the tip, or along the normal of the
+/// contact that tip and axis give, whichever is larger. Along the surface a contact may slide on the cutter.
 fn deviation(dense: &[Dense], a: usize, b: usize, k: usize, tool: &Tool) -> f64 {
     let p = &dense[k];
     let (tip, axis) = on_chord(dense, a, b, k, tool.radius());
@@ -430,7 +430,8 @@ fn deviation(dense: &[Dense], a: usize, b: usize, k: usize, tool: &Tool) -> f64 
         return of_tip;
     }
     let contact = |t: DVec3, a: DVec3| t + contact_offset(tool, p.normal, a);
-    of_tip.max(contact(tip, axis).distance(contact(p.tip, p.axis)))
+    let slip = contact(tip, axis) - contact(p.tip, p.axis);
+    of_tip.max(slip.dot(p.normal).abs())
 }
 
 /// Appends `b`, and before it the points at which the piece `a`-`b` must be split not to cut in.

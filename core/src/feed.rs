@@ -1,0 +1,251 @@
+//! Machine time: how long a path takes as commanded, and on a machine that must accelerate.
+//!
+//! Terms. A *junction* is where two moves meet; its speed is limited by the arc that rounds the
+//! corner without leaving the tolerance and without using more than half of either move,
+//! `v <= sqrt(a rho)`. A backward pass lowers junction speeds so that every move can brake to its end, a
+//! forward pass so that it can reach its end; between them moves follow trapezoids.
+
+use crate::cutter_location::contact_offset;
+use crate::geometry::DVec3;
+use crate::machine::Machine;
+use crate::tool::Tool;
+use crate::toolpath::{MoveKind, PathPoint, PerKind, Toolpath};
+
+/// Time of a path, s, per kind of move.
+#[derive(Copy, Clone, Debug, PartialEq, Default)]
+pub struct MachineTime {
+    /// Every move at its commanded feed, rapids at the fastest feed.
+    pub commanded: PerKind,
+    /// With the machine's fastest feed and acceleration.
+    pub limited: PerKind,
+}
+
+/// Length that a move's feed refers to, mm.
+///
+/// The tip's travel while the axis stays, as controllers count it; while the axis turns, the larger
+/// of the tip's and the contact's travel, so that the feed is exceeded at neither. A pure turn
+/// without contact counts as the travel of the cutter's rim.
+pub fn feed_length(from: &PathPoint, to: &PathPoint, tool: &Tool) -> f64 {
+    let tip = to.tip.distance(from.tip);
+    let turn = to.axis.distance(from.axis);
+    if turn < 1e-12 {
+        return tip;
+    }
+    let contact = |p: &PathPoint| {
+        (p.normal.distance_squared(p.axis) > 1e-18)
+            .then(|| p.tip + contact_offset(tool, p.normal, p.axis))
+    };
+    match (contact(from), contact(to)) {
+        (Some(a), Some(b)) => tip.max(a.distance(b)),
+        _ => tip.max(turn * tool.radius()),
+    }
+}
+
+/// Time of a move at its commanded feed, s; 0 for a move without length, infinite for one without feed.
+pub fn commanded_time(from: &PathPoint, to: &PathPoint, tool: &Tool, machine: &Machine) -> f64 {
+    let length = feed_length(from, to, tool);
+    if length == 0.0 { 0.0 } else { length / commanded_feed(to, machine) }
+}
+
+fn commanded_feed(to: &PathPoint, machine: &Machine) -> f64 {
+    if to.kind == MoveKind::Rapid { machine.max_feed } else { to.feed }
+}
+
+/// Sets every point's `time` from the commanded feeds, starting at 0.
+pub fn fill_time(path: &mut Toolpath, tool: &Tool, machine: &Machine) {
+    let mut time = 0.0;
+    let mut before: Option<PathPoint> = None;
+    for point in &mut path.points {
+        if let Some(before) = before {
+            time += commanded_time(&before, point, tool, machine);
+        }
+        point.time = time;
+        before = Some(*point);
+    }
+}
+
+/// A move with length.
+struct Move {
+    kind: MoveKind,
+    length: f64,
+    feed: f64,
+    /// Unit direction of the tip; `None` for a turn about it.
+    direction: Option<DVec3>,
+}
+
+/// Time of a path as commanded and under the machine's limits, corners rounded within `tolerance` mm.
+///
+/// The path starts and ends at rest.
+///
+/// # Source
+/// Junction speed from the arc inscribed in the corner, forward and backward passes: the look-ahead of
+/// open controllers, e.g. Altintas, "Manufacturing Automation" (2012), ch. 5.
+pub fn machine_time(
+    path: &Toolpath,
+    tool: &Tool,
+    machine: &Machine,
+    tolerance: f64,
+) -> MachineTime {
+    let mut time = MachineTime::default();
+    let mut moves = Vec::with_capacity(path.points.len());
+    for pair in path.points.windows(2) {
+        let kind = pair[1].kind;
+        let length = feed_length(&pair[0], &pair[1], tool);
+        if length == 0.0 {
+            continue;
+        }
+        let feed = commanded_feed(&pair[1], machine);
+        time.commanded[kind] += length / feed;
+        let direction = (pair[1].tip - pair[0].tip).try_normalize();
+        moves.push(Move { kind, length, feed: feed.min(machine.max_feed), direction });
+    }
+    let squared = junction_speeds(&moves, machine.max_acceleration, tolerance);
+    for (i, m) in moves.iter().enumerate() {
+        time.limited[m.kind] += trapezoid(m, squared[i], squared[i + 1], machine.max_acceleration);
+    }
+    time
+}
+
+/// Squared speeds at the `#moves + 1` junctions, mm²/s².
+fn junction_speeds(moves: &[Move], acceleration: f64, tolerance: f64) -> Vec<f64> {
+    let mut squared = vec![0.0; moves.len() + 1];
+    for i in 1..moves.len() {
+        let (before, after) = (&moves[i - 1], &moves[i]);
+        let feed = before.feed.min(after.feed);
+        squared[i] = corner(before, after, acceleration, tolerance).min(feed * feed);
+    }
+    for i in (0..moves.len()).rev() {
+        squared[i] = squared[i].min(squared[i + 1] + 2.0 * acceleration * moves[i].length);
+    }
+    for i in 0..moves.len() {
+        squared[i + 1] = squared[i + 1].min(squared[i] + 2.0 * acceleration * moves[i].length);
+    }
+    squared
+}
+
+/// Largest squared speed at which the corner between two moves can be rounded.
+fn corner(before: &Move, after: &Move, acceleration: f64, tolerance: f64) -> f64 {
+    let (Some(a), Some(b)) = (before.direction, after.direction) else { return f64::INFINITY };
+    // With phi the turn: cos(phi/2)^2 = (1 + cos phi) / 2.
+    let half_cosine = (0.5 * (1.0 + a.dot(b))).clamp(0.0, 1.0).sqrt();
+    let half_sine = 0.5 * a.distance(b);
+    if half_sine < 1e-12 {
+        return f64::INFINITY;
+    }
+    let by_tolerance = tolerance * half_cosine * (1.0 + half_cosine) / (half_sine * half_sine);
+    let by_length = 0.5 * before.length.min(after.length) * half_cosine / half_sine;
+    acceleration * by_tolerance.min(by_length)
+}
+
+/// Time of a move that starts and ends at the given squared speeds.
+fn trapezoid(m: &Move, start: f64, end: f64, acceleration: f64) -> f64 {
+    let reachable = 0.5 * (start + end) + acceleration * m.length;
+    let top = reachable.min(m.feed * m.feed);
+    let (v0, v1, v) = (start.sqrt(), end.sqrt(), top.sqrt());
+    let ramps = (2.0 * top - start - end) / (2.0 * acceleration);
+    (2.0 * v - v0 - v1) / acceleration + (m.length - ramps).max(0.0) / v
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::math::{cos, sin};
+    use crate::machine::Axes;
+
+    fn machine() -> Machine {
+        Machine {
+            axes: Axes::ThreeAxis,
+            max_feed: 250.0,
+            max_acceleration: 2000.0,
+            clearance: 10.0,
+        }
+    }
+
+    fn path(points: impl IntoIterator<Item = (MoveKind, DVec3)>, feed: f64) -> Toolpath {
+        let points = points
+            .into_iter()
+            .map(|(kind, tip)| PathPoint {
+                kind,
+                pass: 0,
+                region: 0,
+                tip,
+                axis: DVec3::Z,
+                normal: DVec3::Z,
+                flat: None,
+                feed,
+                mrr: 0.0,
+                alpha: 0.0,
+                time: 0.0,
+            })
+            .collect();
+        Toolpath { points }
+    }
+
+    fn ball() -> Tool {
+        Tool::new(5.0, 5.0).unwrap()
+    }
+
+    #[test]
+    fn a_straight_line_takes_its_length_and_two_ramps() {
+        let line = |n: u32| {
+            let at = |i: u32| (MoveKind::Cut, DVec3::X * (100.0 * f64::from(i) / f64::from(n)));
+            machine_time(&path((0..=n).map(at), 50.0), &ball(), &machine(), 0.005)
+        };
+        for n in [1, 7, 1000] {
+            let time = line(n);
+            assert!((time.commanded.total() - 2.0).abs() < 1e-12);
+            assert!((time.limited.total() - (2.0 + 50.0 / 2000.0)).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_circle_is_run_at_the_speed_its_curvature_allows() {
+        let n = 3600;
+        let at = |i: u32| {
+            let t = std::f64::consts::TAU * f64::from(i) / f64::from(n);
+            (MoveKind::Cut, DVec3::new(cos(t), sin(t), 0.0) * 2.0)
+        };
+        let time = machine_time(&path((0..=20 * n).map(at), 200.0), &ball(), &machine(), 0.01);
+        // sqrt(2000 * 2) = 63.2 mm/s instead of 200.
+        let expected = 20.0 * std::f64::consts::TAU * 2.0 / 4000.0f64.sqrt();
+        let limited = time.limited.total();
+        assert!(limited > expected && limited < 1.01 * expected, "{limited} is not {expected}");
+    }
+
+    #[test]
+    fn a_sharp_corner_is_nearly_a_stop_and_a_reversal_is_one() {
+        let corner = |end: DVec3| {
+            let points = [DVec3::ZERO, DVec3::X * 50.0, end].map(|p| (MoveKind::Cut, p));
+            machine_time(&path(points, 100.0), &ball(), &machine(), 0.005).limited.total()
+        };
+        let stop = 2.0 * (0.5 + 0.05);
+        assert!((corner(DVec3::ZERO) - stop).abs() < 1e-9);
+        let square = corner(DVec3::new(50.0, 50.0, 0.0));
+        assert!(square < stop && square > stop - 0.01);
+    }
+
+    #[test]
+    fn kinds_are_told_apart_and_rapids_run_at_the_fastest_feed() {
+        let points = [
+            (MoveKind::Rapid, DVec3::ZERO),
+            (MoveKind::Rapid, DVec3::X * 500.0),
+            (MoveKind::Link, DVec3::new(500.0, 0.0, -10.0)),
+            (MoveKind::Cut, DVec3::new(480.0, 0.0, -10.0)),
+        ];
+        let mut path = path(points, 10.0);
+        let time = machine_time(&path, &ball(), &machine(), 0.005);
+        assert_eq!(time.commanded[MoveKind::Rapid], 2.0);
+        assert_eq!(time.commanded[MoveKind::Link], 1.0);
+        assert!(time.limited[MoveKind::Rapid] > 2.0);
+        fill_time(&mut path, &ball(), &machine());
+        assert_eq!(path.points.iter().map(|p| p.time).collect::<Vec<_>>(), [0.0, 2.0, 3.0, 5.0]);
+    }
+
+    #[test]
+    fn a_turn_about_the_contact_still_takes_time() {
+        let tool = Tool::new(5.0, 0.0).unwrap();
+        let mut p = path([(MoveKind::Cut, DVec3::ZERO); 2], 10.0);
+        p.points[1].axis = DVec3::new(0.6, 0.0, 0.8);
+        assert!(commanded_time(&p.points[0], &p.points[1], &tool, &machine()) > 0.1);
+    }
+}

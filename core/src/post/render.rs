@@ -1,0 +1,311 @@
+//! The renderer: points → blocks, with unchanged words left out.
+
+use super::xyzac::Rotary;
+use super::{Dialect, PostError, Program, ProgramOptions};
+use crate::feed::commanded_time;
+use crate::geometry::DVec3;
+use crate::machine::Axes;
+use crate::tool::ToolKind;
+use crate::toolpath::{MoveKind, PathPoint, Toolpath, push_fixed};
+
+/// Halvings of one move between rotary positions.
+const DEEPEST: u32 = 14;
+
+/// How far below the clearance a rapid may be through rounding, mm.
+const ROUNDING: f64 = 1e-6;
+
+pub(super) fn render(
+    path: &Toolpath,
+    options: &ProgramOptions,
+    dialect: &Dialect,
+) -> Result<Program, PostError> {
+    check(path, options)?;
+    let mut text = String::with_capacity(48 * path.points.len() + 1024);
+    header(&mut text, options, dialect);
+    let rotary = Rotary::default();
+    let mut writer = Writer { text, options, dialect, rotary, modal: Default::default() };
+    writer.start(&path.points)?;
+    for pair in path.points.windows(2) {
+        writer.step(&pair[0], &pair[1])?;
+    }
+    writer.finish(&path.points[path.points.len() - 1], last_feed(&path.points));
+    Ok(Program { text: writer.text, extension: dialect.extension })
+}
+
+/// Everything that would make the program wrong, before anything is written.
+fn check(path: &Toolpath, options: &ProgramOptions) -> Result<(), PostError> {
+    if path.points.is_empty() {
+        return Err(PostError::Empty);
+    }
+    let clearance = options.machine.clearance;
+    for (index, p) in path.points.iter().enumerate() {
+        if !p.tip.is_finite() || !(1.0 - 1e-6..1.0 + 1e-6).contains(&p.axis.length()) {
+            return Err(PostError::NotFinite { index });
+        }
+        if options.machine.axes == Axes::ThreeAxis && p.axis.distance(DVec3::Z) > 1e-9 {
+            return Err(PostError::TiltedAxis { index, tip: p.tip, axis: p.axis });
+        }
+        if index == 0 {
+            continue;
+        }
+        if p.kind == MoveKind::Rapid {
+            let height = height(p).min(height(&path.points[index - 1]));
+            if height < clearance - ROUNDING {
+                return Err(PostError::LowRapid { index, tip: p.tip, height, clearance });
+            }
+        } else if !(p.feed.is_finite() && p.feed > 0.0) {
+            return Err(PostError::Feed { index, feed: p.feed });
+        }
+    }
+    Ok(())
+}
+
+/// Machine Z of the tip.
+fn height(p: &PathPoint) -> f64 {
+    p.tip.dot(p.axis)
+}
+
+fn feed_of<'a>(mut points: impl Iterator<Item = &'a PathPoint>) -> Option<f64> {
+    points.find(|p| p.kind != MoveKind::Rapid).map(|p| p.feed)
+}
+
+fn last_feed(points: &[PathPoint]) -> Option<f64> {
+    feed_of(points[1..].iter().rev())
+}
+
+fn header(text: &mut String, options: &ProgramOptions, dialect: &Dialect) {
+    let tool = &options.tool;
+    let kind = match tool.kind() {
+        ToolKind::Ball => "ball",
+        ToolKind::Flat => "flat",
+        ToolKind::Bull => "bull",
+    };
+    let mut cutter = format!("tool {}: {kind} end mill, diameter ", options.tool_number);
+    push_fixed(&mut cutter, 2.0 * tool.radius(), 4);
+    cutter.push_str(" corner radius ");
+    push_fixed(&mut cutter, tool.corner_radius(), 4);
+    let name = format!("job: {}", options.name);
+    let mut comments = vec!["evencut", &name, &cutter, "mm, tool tip programmed"];
+    if options.machine.axes == Axes::Xyzac {
+        comments.push("table A about X carries table C about Z, centre at program zero");
+    }
+    for comment in comments {
+        text.push_str(dialect.comment[0]);
+        text.extend(comment.chars().take(100).map(plain));
+        text.push_str(dialect.comment[1]);
+        text.push('\n');
+    }
+    for block in dialect.preamble {
+        text.push_str(&filled(block, options, dialect));
+        text.push('\n');
+    }
+}
+
+/// A character that means nothing to a controller inside a comment.
+fn plain(c: char) -> char {
+    let harmless = c.is_ascii_alphanumeric() || " .,:-+_=/".contains(c);
+    if harmless { c } else { '_' }
+}
+
+fn filled(block: &str, options: &ProgramOptions, dialect: &Dialect) -> String {
+    let number = |value: f64, decimals: u32| {
+        let mut out = String::new();
+        push_fixed(&mut out, value, decimals);
+        out
+    };
+    let feed_mode = match options.machine.axes {
+        Axes::ThreeAxis => dialect.feed_per_minute,
+        Axes::Xyzac => dialect.inverse_time,
+    };
+    block
+        .replace("{tolerance}", &number(options.tolerance, 4))
+        .replace("{tool}", &options.tool_number.to_string())
+        .replace("{speed}", &number(60.0 * options.spindle, 0))
+        .replace("{feed_mode}", feed_mode)
+}
+
+/// What the controller remembers, as written.
+#[derive(Default)]
+struct Modal {
+    motion: Option<bool>,
+    words: [String; 5],
+    feed: String,
+}
+
+struct Writer<'a> {
+    text: String,
+    options: &'a ProgramOptions,
+    dialect: &'a Dialect,
+    rotary: Rotary,
+    modal: Modal,
+}
+
+/// How fast a block runs.
+#[derive(Copy, Clone)]
+enum Speed {
+    Rapid,
+    /// mm/s.
+    Feed(f64),
+    /// Time of the block, s.
+    Time(f64),
+}
+
+impl Writer<'_> {
+    /// To the first point: up to the clearance, across, then down.
+    fn start(&mut self, points: &[PathPoint]) -> Result<(), PostError> {
+        let first = &points[0];
+        let clearance = self.options.machine.clearance;
+        let target = self.place(first);
+        let safe = target.z.max(clearance);
+        self.block(Speed::Rapid, [None, None, Some(safe)], false);
+        self.block(Speed::Rapid, [Some(target.x), Some(target.y), Some(safe)], true);
+        if target.z < clearance - ROUNDING {
+            let feed = feed_of(points[1..].iter()).unwrap_or(self.options.machine.max_feed);
+            self.vertical(target, safe - target.z, feed);
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self, last: &PathPoint, feed: Option<f64>) {
+        let clearance = self.options.machine.clearance;
+        let at = self.rotary.to_machine(last.tip);
+        if at.z < clearance - ROUNDING {
+            let feed = feed.unwrap_or(self.options.machine.max_feed);
+            self.vertical(DVec3::new(at.x, at.y, clearance), clearance - at.z, feed);
+        }
+        for block in self.dialect.ending {
+            self.text.push_str(block);
+            self.text.push('\n');
+        }
+    }
+
+    /// A move at feed along the machine's Z.
+    fn vertical(&mut self, target: DVec3, length: f64, feed: f64) {
+        let speed = match self.options.machine.axes {
+            Axes::ThreeAxis => Speed::Feed(feed),
+            Axes::Xyzac => Speed::Time(length / feed),
+        };
+        self.block(speed, target.to_array().map(Some), true);
+    }
+
+    /// The move between two points of the path.
+    fn step(&mut self, from: &PathPoint, to: &PathPoint) -> Result<(), PostError> {
+        if to.kind == MoveKind::Rapid {
+            let target = self.place(to);
+            self.block(Speed::Rapid, target.to_array().map(Some), true);
+            return Ok(());
+        }
+        if self.options.machine.axes == Axes::ThreeAxis {
+            self.block(Speed::Feed(to.feed), to.tip.to_array().map(Some), true);
+            return Ok(());
+        }
+        let time = commanded_time(from, to, &self.options.tool, &self.options.machine);
+        self.turn((from.tip, from.axis), (to.tip, to.axis), time, DEEPEST)
+    }
+
+    /// Turns the tables for a point and gives its machine coordinates.
+    fn place(&mut self, p: &PathPoint) -> DVec3 {
+        if self.options.machine.axes == Axes::ThreeAxis {
+            return p.tip;
+        }
+        self.rotary = self.rotary.toward(p.axis).rounded(self.dialect.decimals[1]);
+        self.rotary.to_machine(p.tip)
+    }
+
+    /// A move of `time` s in five axes, halved until the controller's straight interpolation of
+    /// all five stays within half the tolerance of the straight tip line and of the turning axis.
+    fn turn(
+        &mut self,
+        from: (DVec3, DVec3),
+        to: (DVec3, DVec3),
+        time: f64,
+        depth: u32,
+    ) -> Result<(), PostError> {
+        let next = self.rotary.toward(to.1).rounded(self.dialect.decimals[1]);
+        let allowed = 0.5 * self.options.tolerance;
+        if interpolation_error(self.rotary, next, from, to, self.options.tool.radius()) <= allowed {
+            let target = next.to_machine(to.0);
+            self.rotary = next;
+            self.block(Speed::Time(time), target.to_array().map(Some), true);
+            return Ok(());
+        }
+        if depth == 0 {
+            let tolerance = self.options.tolerance;
+            return Err(PostError::Singular { place: from.0, tolerance });
+        }
+        let axis = (from.1 + to.1).try_normalize().unwrap_or(to.1);
+        let middle = (0.5 * (from.0 + to.0), axis);
+        self.turn(from, middle, 0.5 * time, depth - 1)?;
+        self.turn(middle, to, 0.5 * time, depth - 1)
+    }
+
+    /// Writes a block of the words that change; `None` leaves a coordinate alone.
+    fn block(&mut self, speed: Speed, position: [Option<f64>; 3], turn: bool) {
+        let [lengths, angles, feeds] = self.dialect.decimals;
+        let rotary = match (self.options.machine.axes, turn) {
+            (Axes::Xyzac, true) => {
+                [Some(self.rotary.a.to_degrees()), Some(self.rotary.c.to_degrees())]
+            }
+            _ => [None, None],
+        };
+        let values = position.into_iter().chain(rotary);
+        let mut moved = String::new();
+        for (i, value) in values.enumerate() {
+            let Some(value) = value else { continue };
+            let mut word = String::with_capacity(16);
+            word.push(['X', 'Y', 'Z', 'A', 'C'][i]);
+            push_fixed(&mut word, value, if i < 3 { lengths } else { angles });
+            if word != self.modal.words[i] {
+                moved.push(' ');
+                moved.push_str(&word);
+                self.modal.words[i] = word;
+            }
+        }
+        if moved.is_empty() {
+            return;
+        }
+        let feeding = !matches!(speed, Speed::Rapid);
+        let mut block = String::with_capacity(48);
+        if self.modal.motion != Some(feeding) {
+            self.modal.motion = Some(feeding);
+            block.push_str(if feeding { self.dialect.feed } else { self.dialect.rapid });
+        }
+        block.push_str(&moved);
+        let mut feed = String::new();
+        match speed {
+            Speed::Rapid => {}
+            Speed::Feed(feed_rate) => push_fixed(&mut feed, 60.0 * feed_rate, feeds),
+            // Each block is timed by itself; a move too short to time takes a tenth of a ms.
+            Speed::Time(time) => push_fixed(&mut feed, 60.0 / time.max(1e-4), feeds),
+        }
+        let always = matches!(speed, Speed::Time(_));
+        if feeding && (always || feed != self.modal.feed) {
+            block.push_str(" F");
+            block.push_str(&feed);
+            self.modal.feed = feed;
+        }
+        self.text.push_str(block.trim_start());
+        self.text.push('\n');
+    }
+}
+
+/// How far a move in which all five axes run straight leaves the straight line of the tip, or the cutter's
+/// rim through the turn of the axis, at its quarters; mm.
+fn interpolation_error(
+    a: Rotary,
+    b: Rotary,
+    from: (DVec3, DVec3),
+    to: (DVec3, DVec3),
+    radius: f64,
+) -> f64 {
+    let (start, end) = (a.to_machine(from.0), b.to_machine(to.0));
+    if a == b {
+        return 0.0;
+    }
+    [0.25, 0.5, 0.75].into_iter().fold(0.0, |worst: f64, u| {
+        let rotary = a.lerp(b, u);
+        let tip = rotary.to_part(start.lerp(end, u)).distance(from.0.lerp(to.0, u));
+        let wanted = from.1.lerp(to.1, u).try_normalize().unwrap_or(to.1);
+        worst.max(tip).max(radius * rotary.axis().distance(wanted))
+    })
+}
