@@ -261,9 +261,8 @@ impl VertexSystem {
         let mut entries: Vec<(u32, u32, f64)> =
             (0..n as u32).map(|i| (2 * i, 2 * i + 1, 0.0)).collect();
         for (i, j, _) in pairs {
-            entries.extend(
-                [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(a, b)| (2 * i + a, 2 * j + b, 0.0)),
-            );
+            entries
+                .extend([(0, 0), (0, 1), (1, 0), (1, 1)].map(|(a, b)| (2 * i + a, 2 * j + b, 0.0)));
         }
         let matrix = SymmetricMatrix::new(&vec![0.0; 2 * n], &entries);
         let slots = connectivity
@@ -306,11 +305,7 @@ impl VertexSystem {
         Ok(right.chunks_exact(2).map(|m| [m[0][0], m[1][0]]).collect())
     }
 
-    fn factor(
-        &mut self,
-        disk: &Disk,
-        problem: &AngleProblem,
-    ) -> Result<&Cholesky, FlattenError> {
+    fn factor(&mut self, disk: &Disk, problem: &AngleProblem) -> Result<&Cholesky, FlattenError> {
         let done = match self.factor.take() {
             Some(mut factor) => factor.refactor(&self.matrix).map(|()| factor),
             None => Cholesky::new(&self.matrix, &self.order),

@@ -43,8 +43,7 @@ fn boundary_from_angles(disk: &Disk, angles: &[[f64; 3]]) -> (Vec<f64>, Vec<f64>
     }
     // All around it returns to its start but for the residual of the angles, shared out here.
     let drift = logarithm / fans.len() as f64;
-    let lengths =
-        logarithms.iter().enumerate().map(|(i, l)| exp(l - drift * i as f64)).collect();
+    let lengths = logarithms.iter().enumerate().map(|(i, l)| exp(l - drift * i as f64)).collect();
     (lengths, turning)
 }
 

@@ -95,11 +95,7 @@ fn flood(
 }
 
 /// Whether an inner edge of the cap joins two vertices that the surface joins already.
-fn doubles_an_edge(
-    cap: &[[VertexId; 3]],
-    cycle: &[VertexId],
-    connectivity: &Connectivity,
-) -> bool {
+fn doubles_an_edge(cap: &[[VertexId; 3]], cycle: &[VertexId], connectivity: &Connectivity) -> bool {
     let mut sides: Vec<(VertexId, VertexId)> =
         (0..cycle.len()).map(|i| (cycle[i], cycle[(i + 1) % cycle.len()])).collect();
     sides.sort_unstable();
@@ -127,8 +123,7 @@ fn joined(connectivity: &Connectivity, a: VertexId, b: VertexId) -> bool {
 fn project(cycle: &[VertexId], positions: &[DVec3]) -> Vec<DVec2> {
     let at = |i: usize| positions[cycle[i % cycle.len()].index()];
     let centre: DVec3 = (0..cycle.len()).map(at).sum::<DVec3>() / cycle.len() as f64;
-    let area: DVec3 =
-        (0..cycle.len()).map(|i| (at(i) - centre).cross(at(i + 1) - centre)).sum();
+    let area: DVec3 = (0..cycle.len()).map(|i| (at(i) - centre).cross(at(i + 1) - centre)).sum();
     let normal = area.try_normalize().unwrap_or(DVec3::Z);
     let x = any_perpendicular(normal);
     let y = normal.cross(x);

@@ -63,7 +63,11 @@ fn outer_loop_index(surface: &Surface) -> usize {
     let positions = surface.positions();
     let length = |cycle: &[VertexId]| -> f64 {
         let next = cycle.iter().cycle().skip(1);
-        cycle.iter().zip(next).map(|(a, b)| positions[a.index()].distance(positions[b.index()])).sum()
+        cycle
+            .iter()
+            .zip(next)
+            .map(|(a, b)| positions[a.index()].distance(positions[b.index()]))
+            .sum()
     };
     let mut longest = (0, 0.0);
     for (i, cycle) in surface.connectivity().boundary_loops().iter().enumerate() {

@@ -222,9 +222,8 @@ mod tests {
         let surface = samples::sheared_plane(12, 5.0);
         let disk = Disk::new(&surface).unwrap();
         let (_, mut metric) = measure(&disk).unwrap();
-        let obtuse = |m: &IntrinsicTriangulation| {
-            m.weights().iter().filter(|w| w.2 < -1e-9).count()
-        };
+        let obtuse =
+            |m: &IntrinsicTriangulation| m.weights().iter().filter(|w| w.2 < -1e-9).count();
         assert!(obtuse(&metric) > 50);
         metric.flip_to_delaunay();
         let boundary = |v: u32| disk.connectivity.is_boundary(crate::mesh::VertexId(v));

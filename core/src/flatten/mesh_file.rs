@@ -41,9 +41,8 @@ fn obj(text: &str) -> MeshFile {
             Some("v") => mesh.positions.push(numbers(&mut words)),
             Some("vt") => texture.push(numbers::<2>(&mut words)),
             Some("f") => {
-                let corners: Vec<Vec<u32>> = words
-                    .map(|w| w.split('/').map(|i| i.parse().unwrap_or(0)).collect())
-                    .collect();
+                let corners: Vec<Vec<u32>> =
+                    words.map(|w| w.split('/').map(|i| i.parse().unwrap_or(0)).collect()).collect();
                 fan(&mut mesh, &corners.iter().map(|c| c[0] - 1).collect::<Vec<_>>());
                 if corners.iter().all(|c| c.len() > 1 && c[1] > 0) {
                     let at = |k: usize| texture[corners[k][1] as usize - 1];
@@ -61,8 +60,8 @@ fn obj(text: &str) -> MeshFile {
 fn off(text: &str) -> MeshFile {
     let mut words = text.split_whitespace().skip(1);
     let [vertices, faces, _] = numbers(&mut words).map(|n: f64| n as usize);
-    let mut mesh = MeshFile::default();
-    mesh.positions = (0..vertices).map(|_| numbers(&mut words)).collect();
+    let positions = (0..vertices).map(|_| numbers(&mut words)).collect();
+    let mut mesh = MeshFile { positions, ..MeshFile::default() };
     for _ in 0..faces {
         let [size] = numbers(&mut words);
         let polygon: Vec<u32> =

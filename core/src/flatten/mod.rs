@@ -9,7 +9,14 @@ mod disk;
 mod distortion;
 mod error;
 mod intrinsic;
+#[cfg(test)]
+mod known_charts;
 mod laplace;
+mod locator;
+#[cfg(test)]
+mod mesh_file;
+#[cfg(test)]
+mod real_meshes;
 #[cfg(test)]
 mod samples;
 mod validity;
@@ -19,6 +26,7 @@ pub use bff::{bff, bff_unchecked};
 pub use disk::outer_loop;
 pub use distortion::{Distortion, Quality};
 pub use error::{FlattenError, OutsideChart};
+pub use locator::Locator;
 
 use crate::geometry::{DVec2, cross2};
 use crate::mesh::FaceId;

@@ -75,8 +75,7 @@ impl Cholesky {
             for (i, &row) in rows.iter().enumerate() {
                 place[row as usize] = i as u32;
             }
-            let values =
-                &mut self.values[symbolic.panel_start[s]..symbolic.panel_start[s + 1]];
+            let values = &mut self.values[symbolic.panel_start[s]..symbolic.panel_start[s + 1]];
             let mut panel = Panel { values, height: rows.len(), width: columns.len() };
             symbolic.assemble(&mut panel, columns.clone(), matrix, &place);
             let below = panel.height - panel.width;
@@ -88,9 +87,9 @@ impl Cholesky {
                 extend_add(&mut panel, &mut update, &passed, from, &place);
                 child = children.next(c);
             }
-            panel.factor(&mut packed).map_err(|j| NotPositiveDefinite {
-                row: symbolic.order[columns.start + j],
-            })?;
+            panel
+                .factor(&mut packed)
+                .map_err(|j| NotPositiveDefinite { row: symbolic.order[columns.start + j] })?;
             if below > 0 {
                 panel.subtract_below(&mut update, &mut packed);
                 updates[s] = update;

@@ -164,9 +164,8 @@ mod tests {
             panel.subtract_below(&mut update, &mut packed);
             for j in 0..n {
                 for i in j..n {
-                    let mut sum: f64 = (0..width.min(j + 1))
-                        .map(|p| values[p * n + i] * values[p * n + j])
-                        .sum();
+                    let mut sum: f64 =
+                        (0..width.min(j + 1)).map(|p| values[p * n + i] * values[p * n + j]).sum();
                     if j >= width {
                         sum = -update[(j - width) * below + i - width];
                         let direct: f64 =

@@ -171,7 +171,9 @@ impl Leaf {
     }
 
     fn cheapest(&self) -> Option<usize> {
-        (0..self.degree.len()).min_by_key(|&v| self.degree[v]).filter(|&v| self.degree[v] < u32::MAX)
+        (0..self.degree.len())
+            .min_by_key(|&v| self.degree[v])
+            .filter(|&v| self.degree[v] < u32::MAX)
     }
 
     fn eliminate(&mut self, v: usize) {
