@@ -23,17 +23,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     reset_peak();
     let base = status_mb("VmRSS");
     let (start, cpu, system) = (Instant::now(), cpu_seconds(), system_seconds());
-    let (chart, extra) = match method.as_str() {
-        "bff" => (flatten::bff_unchecked(&surface)?, String::new()),
+    let (chart, angles) = match method.as_str() {
+        "bff" => (flatten::bff_unchecked(&surface)?, None),
         "abf" => {
             let result = flatten::abf_unchecked(&surface)?;
-            let extra = format!(
-                ", \"steps\": {}, \"residual\": {:e}, \"corner_error\": {:e}",
-                result.steps,
-                result.residual,
-                corner_error(&surface, &result)
-            );
-            (result.chart, extra)
+            (result.chart.clone(), Some(result))
         }
         other => return Err(format!("no method {other}").into()),
     };
@@ -45,9 +39,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Ok(()) => "true".to_owned(),
         Err(fault) => format!("{:?}", fault.to_string()),
     };
+    let quality = chart.quality(&surface);
+    let extra = angles.map_or(String::new(), |result| {
+        format!(
+            ", \"steps\": {}, \"residual\": {:e}, \"corner_error\": {:e}",
+            result.steps,
+            result.residual,
+            corner_error(&surface, &result)
+        )
+    });
     println!(
         "{{\"wall_s\": {wall}, \"user_s\": {user}, \"sys_s\": {sys}, \"base_mb\": {base}, \
-         \"peak_mb\": {peak}, \"valid\": {valid}{extra}}}"
+         \"peak_mb\": {peak}, \"valid\": {valid}, \
+         \"min_s\": {:e}, \"max_s\": {:e}{extra}}}",
+        quality.min_s, quality.max_s
     );
     let bytes: Vec<u8> =
         chart.uv().iter().flat_map(|p| [p.x, p.y]).flat_map(f64::to_le_bytes).collect();

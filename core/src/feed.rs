@@ -158,6 +158,7 @@ mod tests {
             max_feed: 250.0,
             max_acceleration: 2000.0,
             clearance: 10.0,
+            travel: crate::machine::Travel::default(),
         }
     }
 

@@ -32,7 +32,7 @@ pub struct Lifted {
 pub struct Lift<'a> {
     surface: &'a Surface,
     chart: &'a Chart,
-    locator: &'a Locator,
+    locator: &'a Locator<'a>,
     tool_radius: f64,
 }
 
@@ -41,7 +41,7 @@ impl<'a> Lift<'a> {
     pub fn new(
         surface: &'a Surface,
         chart: &'a Chart,
-        locator: &'a Locator,
+        locator: &'a Locator<'a>,
         tool_radius: f64,
     ) -> Self {
         Self { surface, chart, locator, tool_radius }
@@ -73,7 +73,7 @@ impl<'a> Lift<'a> {
     }
 
     fn locate(&self, at: DVec2) -> Result<SurfacePoint, OutsideChart> {
-        self.locator.locate(at).ok_or(OutsideChart { uv: at })
+        self.locator.locate(at)
     }
 
     /// Pushes the crossings of one move and its end; returns where it ends.

@@ -2,15 +2,17 @@
 
 use crate::cutter_location::{CheckMesh, PassOptions, RaisedStretch, ToolAxis};
 use crate::engagement::{Cutting, Stock, Walk};
+use crate::feed::fill_time;
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, FlattenError, Locator, Quality, abf, bff};
 use crate::geometry::polyline::simplify_closed;
-use crate::geometry::{DVec2, DVec3};
+use crate::geometry::{DVec2, DVec3, math};
 use crate::job::{
-    Boundary, CutDirection, FlattenMethod, ForceControl, Job, Stepover, SurfaceSource,
+    AnalyticKind, AnalyticOptions, AnalyticParameters, Boundary, CutDirection, FlattenMethod,
+    ForceControl, Job, Stepover, SurfaceSource,
 };
 use crate::level_set::{
-    DistanceField, LevelSetError, PassMesh, Ring, RingTerrain, StripMetric, rings,
+    DistanceField, LevelSetError, PassMesh, Ring, RingTerrain, StripMetric, rings, strip_metric,
 };
 use crate::link::{
     DeliverError, DeliverOptions, Delivered, KeepOut, Precedence, RingCounts, RingOptions,
@@ -19,7 +21,9 @@ use crate::link::{
 use crate::machine::Axes;
 use crate::mesh::{MeshFormat, ReadError, read};
 use crate::region::Region;
-use crate::surface::{Built, Part, SurfaceError, Warning, build};
+use crate::surface::{
+    AnalyticSurface, Built, CurvatureField, Part, ShapeOperator, SurfaceError, Warning, build,
+};
 use crate::toolpath::Toolpath;
 use crate::trochoid::Loops;
 use thiserror::Error;
@@ -169,8 +173,8 @@ pub fn plan(
     let (chart, angle_residual) = flatten(job, &surface)?;
     let quality = chart.quality(&surface);
     progress(Stage::Rings, 0.0);
-    let metric = strip_metric(job, &surface);
-    let mesh = PassMesh::new(&surface, &chart, metric)?;
+    let curvature = CurvatureField::estimate(&surface, job.surface.curvature_radius);
+    let mesh = PassMesh::new(&surface, &chart, strip_metrics(job, &curvature))?;
     let field = match job.path.boundary {
         Boundary::Open => DistanceField::from_boundary(&mesh),
         Boundary::Wall => DistanceField::from_inset(&mesh, job.tool.radius())?,
@@ -194,10 +198,12 @@ pub fn plan(
     let options = deliver_options(job);
     let keep_out = keep_out(&part, job);
     let no_check = CheckMesh::new(Vec::new(), Vec::new());
-    let plain_path = deliver(&plain.points, &lift, &no_check, &keep_out, &options, |_| {})?;
+    let mut plain = deliver(&plain.points, &lift, &no_check, &keep_out, &options, |_| {})?.toolpath;
+    fill_time(&mut plain, &job.tool, &job.machine);
     let check = CheckMesh::new(part.positions, part.faces);
-    let Delivered { toolpath, raised } =
+    let Delivered { mut toolpath, raised } =
         deliver(&cut.points, &lift, &check, &keep_out, &options, |p| progress(Stage::Locate, p))?;
+    fill_time(&mut toolpath, &job.tool, &job.machine);
     Ok(Planned {
         coverage: plane.coverage(&cut.stock, &chart),
         surface,
@@ -208,7 +214,7 @@ pub fn plan(
         rings,
         ring_depth,
         toolpath,
-        plain: plain_path.toolpath,
+        plain,
         counts: cut.counts,
         raised,
     })
@@ -222,7 +228,9 @@ fn load(job: &Job, file: Option<&[u8]>) -> Result<Built, PlanError> {
                 .ok_or_else(|| PlanError::UnknownFormat(name.clone()))?;
             read(bytes, format)?
         }
-        SurfaceSource::Analytic(_) => todo!(),
+        SurfaceSource::Analytic(options) => {
+            analytic_surface(options).mesh(options.parameters.resolution)
+        }
     };
     Ok(build(soup, &job.surface)?)
 }
@@ -242,16 +250,37 @@ fn flatten(
     }
 }
 
-/// The strip metric at every vertex: passes² per mm².
-fn strip_metric(job: &Job, surface: &crate::surface::Surface) -> Vec<StripMetric> {
-    let isotropic = |side_step: f64| {
-        let m = 1.0 / (side_step * side_step);
-        [m, m, m, 0.0, 0.0, 0.0]
-    };
-    match job.cut.stepover {
-        Stepover::Fixed(d) => vec![isotropic(d); surface.positions().len()],
-        Stepover::Scallop(_) => todo!(),
+/// The formula that the options name.
+fn analytic_surface(options: &AnalyticOptions) -> AnalyticSurface {
+    let AnalyticParameters { size, radius, tube_radius, height, .. } = options.parameters;
+    match options.kind {
+        AnalyticKind::Plane => AnalyticSurface::Plane { width: size, depth: size },
+        AnalyticKind::SphereCap => AnalyticSurface::SphereCap { radius, diameter: size },
+        AnalyticKind::Cylinder => AnalyticSurface::Cylinder { radius, width: size, length: size },
+        AnalyticKind::TorusPatch => {
+            AnalyticSurface::Torus { major: radius, minor: tube_radius, length: size, width: size }
+        }
+        AnalyticKind::Saddle => {
+            AnalyticSurface::Saddle { radius: size * size / (8.0 * height), size }
+        }
+        AnalyticKind::MonkeySaddle => AnalyticSurface::MonkeySaddle { size, height },
+        AnalyticKind::Bump => AnalyticSurface::Bump { size, height, width: radius },
     }
+}
+
+/// The strip metric at every vertex.
+fn strip_metrics(job: &Job, curvature: &CurvatureField) -> Vec<StripMetric> {
+    let tool = &job.tool;
+    let k_tool = match job.machine.axes {
+        // The axis stands at any angle to the surface: the corner is what surely touches.
+        Axes::ThreeAxis => 1.0 / tool.corner_radius(),
+        Axes::Xyzac => tool.effective_curvature(math::sin(job.cut.lead)),
+    };
+    let metric = |shape: &ShapeOperator| match job.cut.stepover {
+        Stepover::Fixed(side_step) => strip_metric::even(side_step),
+        Stepover::Scallop(h) => strip_metric::of_scallop(k_tool, shape, h, tool.radius()),
+    };
+    curvature.operators().iter().map(metric).collect()
 }
 
 /// Rings with the points left out that the tolerance does not need.
@@ -268,7 +297,7 @@ struct Plane<'a> {
     job: &'a Job,
     mesh: &'a PassMesh,
     field: &'a DistanceField,
-    refined: &'a Locator,
+    refined: &'a Locator<'a>,
     region: &'a Region,
 }
 

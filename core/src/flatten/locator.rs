@@ -1,176 +1,269 @@
-//! Flat point → the triangle that holds it.
+//! The inverse map: flat point → point of the surface.
+//!
+//! Flat faces may differ in size a thousandfold and more, so they are found through a tree of
+//! bounding boxes. Along a path, walking from the previous point's face is faster still.
 
-use super::OutsideChart;
-use crate::geometry::DVec2;
+use super::error::OutsideChart;
+use crate::geometry::{DVec2, cross2};
 use crate::mesh::{Connectivity, FaceId};
 use crate::surface::SurfacePoint;
 
-/// Triangles in one leaf of the tree.
+/// Faces in one leaf of the tree: more make the search slower, fewer the tree larger.
 const LEAF: usize = 4;
-/// Steps walked from a hint before the tree is asked.
-const WALK: usize = 24;
-/// A point this much outside of a triangle, as a part of its height, counts as on its edge.
-const EDGE: f64 = 1e-9;
+/// A weight this far below zero is rounding: the point lies on the side.
+const ON_SIDE: f64 = 1e-12;
+/// A point outside by at most this part of the chart's size lies on its boundary.
+const ON_BOUNDARY: f64 = 1e-9;
+/// Faces a walk may cross before the tree takes over.
+const LONGEST_WALK: usize = 64;
 
-/// An index over the flat triangles of a mesh: a tree of bounding boxes, and walking.
+/// Finds the surface points of the flat points of a chart.
 #[derive(Clone, Debug)]
-pub struct Locator {
-    connectivity: Connectivity,
-    uv: Vec<DVec2>,
-    /// Faces in tree order.
-    order: Vec<u32>,
+pub struct Locator<'a> {
+    connectivity: &'a Connectivity,
+    uv: &'a [DVec2],
     nodes: Vec<Node>,
+    /// Faces in the order of the leaves.
+    faces: Vec<u32>,
+    /// Distance from the boundary within which a point counts as on it, flat mm.
+    tolerance: f64,
 }
 
+/// A box around some faces; its first child follows it.
 #[derive(Copy, Clone, Debug)]
 struct Node {
     low: DVec2,
     high: DVec2,
-    /// Leaf: faces `first..first + count` of `order`. Inner: `count` is 0, children are the next
-    /// node and `first`.
-    first: u32,
+    /// Second child of an inner node; where the faces of a leaf begin.
+    second_or_first: u32,
+    /// Faces of a leaf; 0 for an inner node.
     count: u32,
 }
 
-impl Locator {
-    /// An index over a flat mesh: connectivity and `#V` flat points.
-    pub fn new(connectivity: &Connectivity, uv: &[DVec2]) -> Self {
-        let faces = connectivity.face_count();
+impl Node {
+    fn is_near(&self, p: DVec2, distance: f64) -> bool {
+        (self.low - p).max(p - self.high).max_element() <= distance
+    }
+}
+
+impl<'a> Locator<'a> {
+    /// Indexes the flat faces of a mesh: its connectivity and `#V` flat points.
+    pub fn new(connectivity: &'a Connectivity, uv: &'a [DVec2]) -> Self {
+        let count = connectivity.face_count();
         let mut locator = Self {
-            connectivity: connectivity.clone(),
-            uv: uv.to_vec(),
-            order: (0..faces as u32).collect(),
-            nodes: Vec::with_capacity(faces),
+            connectivity,
+            uv,
+            nodes: Vec::with_capacity(count),
+            faces: Vec::new(),
+            tolerance: 0.0,
         };
-        let centers: Vec<DVec2> = (0..faces as u32)
-            .map(|f| locator.corners(FaceId(f)).into_iter().sum::<DVec2>() / 3.0)
+        let mut keyed: Vec<(DVec2, u32)> = (0..count as u32)
+            .map(|f| {
+                let [a, b, c] = locator.corners(FaceId(f));
+                (a + b + c, f)
+            })
             .collect();
-        if faces > 0 {
-            locator.build(0, faces, &centers);
+        locator.build(&mut keyed, 0);
+        locator.faces = keyed.into_iter().map(|(_, f)| f).collect();
+        if let Some(root) = locator.nodes.first() {
+            locator.tolerance = ON_BOUNDARY * (root.high - root.low).length();
         }
         locator
+    }
+
+    /// The surface point at `uv`, flat mm.
+    ///
+    /// On a shared side or corner, the face of the smallest index.
+    ///
+    /// # Errors
+    /// [`OutsideChart`] when `uv` lies outside by more than rounding.
+    pub fn locate(&self, uv: DVec2) -> Result<SurfacePoint, OutsideChart> {
+        let mut found: Option<SurfacePoint> = None;
+        self.visit(uv, 0.0, |face| {
+            let earlier = found.is_none_or(|best| face < best.face);
+            if earlier && let Some(weights) = inside(self.corners(face), uv) {
+                found = Some(SurfacePoint { face, weights });
+            }
+        });
+        match found {
+            Some(point) => Ok(point),
+            None => self.nearest(uv).ok_or(OutsideChart { uv }),
+        }
+    }
+
+    /// As [`Self::locate`], walking from face `hint`: fast when `uv` is near it.
+    ///
+    /// On a shared side or corner, whichever face the walk reaches first.
+    ///
+    /// # Errors
+    /// [`OutsideChart`] when `uv` lies outside by more than rounding.
+    pub fn locate_from(&self, hint: FaceId, uv: DVec2) -> Result<SurfacePoint, OutsideChart> {
+        let mut face = hint;
+        for _ in 0..LONGEST_WALK {
+            let corners = self.corners(face);
+            if let Some(weights) = inside(corners, uv) {
+                return Ok(SurfacePoint { face, weights });
+            }
+            let weights = weights(corners, uv);
+            let lowest = (0..3).fold(0, |l, i| if weights[i] < weights[l] { i } else { l });
+            match self.connectivity.opposite(face.half_edge((lowest + 1) % 3)) {
+                Some(side) => face = side.face(),
+                None => break,
+            }
+        }
+        self.locate(uv)
+    }
+
+    /// The nearest point of the chart when it is within the tolerance.
+    fn nearest(&self, uv: DVec2) -> Option<SurfacePoint> {
+        let mut best = (self.tolerance, None);
+        self.visit(uv, self.tolerance, |face| {
+            let (distance, weights) = nearest_on(self.corners(face), uv);
+            let first = best.1.is_none_or(|p: SurfacePoint| face < p.face);
+            if distance < best.0 || (distance == best.0 && first) {
+                best = (distance, Some(SurfacePoint { face, weights }));
+            }
+        });
+        best.1
+    }
+
+    /// Calls `look` for the faces of all leaves within `distance` of `p`.
+    fn visit(&self, p: DVec2, distance: f64, mut look: impl FnMut(FaceId)) {
+        let mut open = vec![0usize];
+        while let Some(n) = open.pop() {
+            let Some(node) = self.nodes.get(n) else { continue };
+            if !node.is_near(p, distance) {
+                continue;
+            }
+            let from = node.second_or_first as usize;
+            if node.count == 0 {
+                open.extend([from, n + 1]);
+            } else {
+                let leaf = &self.faces[from..from + node.count as usize];
+                leaf.iter().for_each(|&f| look(FaceId(f)));
+            }
+        }
+    }
+
+    /// Appends the tree over `keyed`, faces by their centres, which begin at `first` in all.
+    fn build(&mut self, keyed: &mut [(DVec2, u32)], first: usize) {
+        if keyed.is_empty() {
+            return;
+        }
+        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        for &(_, f) in keyed.iter() {
+            for p in self.corners(FaceId(f)) {
+                low = low.min(p);
+                high = high.max(p);
+            }
+        }
+        let node = self.nodes.len();
+        let count = if keyed.len() <= LEAF { keyed.len() as u32 } else { 0 };
+        self.nodes.push(Node { low, high, second_or_first: first as u32, count });
+        if count > 0 {
+            return;
+        }
+        let axis = usize::from(high.y - low.y > high.x - low.x);
+        let middle = keyed.len() / 2;
+        keyed.select_nth_unstable_by(middle, |a, b| {
+            a.0[axis].total_cmp(&b.0[axis]).then(a.1.cmp(&b.1))
+        });
+        let (left, right) = keyed.split_at_mut(middle);
+        self.build(left, first);
+        self.nodes[node].second_or_first = self.nodes.len() as u32;
+        self.build(right, first + middle);
     }
 
     fn corners(&self, face: FaceId) -> [DVec2; 3] {
         self.connectivity.face(face).map(|v| self.uv[v.index()])
     }
+}
 
-    fn build(&mut self, first: usize, last: usize, centers: &[DVec2]) {
-        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        for &f in &self.order[first..last] {
-            for p in self.corners(FaceId(f)) {
-                (low, high) = (low.min(p), high.max(p));
-            }
-        }
-        let slack = DVec2::splat(EDGE * (high - low).max_element());
-        let (low, high) = (low - slack, high + slack);
-        let node = self.nodes.len();
-        let count = last - first;
-        let leaf = Node { low, high, first: first as u32, count: count as u32 };
-        self.nodes.push(leaf);
-        if count <= LEAF {
-            return;
-        }
-        let axis = usize::from((high - low).y > (high - low).x);
-        let middle = count / 2;
-        self.order[first..last].select_nth_unstable_by(middle, |&a, &b| {
-            let of = |f: u32| centers[f as usize][axis];
-            of(a).total_cmp(&of(b)).then(a.cmp(&b))
-        });
-        self.build(first, first + middle, centers);
-        self.nodes[node].first = self.nodes.len() as u32;
-        self.nodes[node].count = 0;
-        self.build(first + middle, last, centers);
-    }
+/// Barycentric coordinates of `p`, which sum to 1; negative beyond the opposite side.
+fn weights([a, b, c]: [DVec2; 3], p: DVec2) -> [f64; 3] {
+    let area = cross2(a, b, c);
+    let (u, v) = (cross2(p, b, c) / area, cross2(p, c, a) / area);
+    [u, v, cross2(p, a, b) / area]
+}
 
-    /// The surface point whose flat image is `at`; `None` outside.
-    pub fn locate(&self, at: DVec2) -> Option<SurfacePoint> {
-        let mut stack = vec![0u32];
-        while let Some(index) = stack.pop() {
-            let Some(node) = self.nodes.get(index as usize) else { break };
-            if at.cmplt(node.low).any() || at.cmpgt(node.high).any() {
-                continue;
-            }
-            if node.count == 0 {
-                stack.extend([node.first, index + 1]);
-                continue;
-            }
-            let leaf = node.first as usize..(node.first + node.count) as usize;
-            for &f in &self.order[leaf] {
-                let point = self.point_in(FaceId(f), at);
-                if point.weights.iter().all(|&w| w >= -EDGE) {
-                    return Some(point);
-                }
-            }
-        }
-        None
+/// Weights of `p`, none negative, when it lies inside the triangle or on its boundary.
+fn inside(corners: [DVec2; 3], p: DVec2) -> Option<[f64; 3]> {
+    let weights = weights(corners, p);
+    if !weights.iter().all(|&w| w >= -ON_SIDE) {
+        return None;
     }
+    let kept = weights.map(|w| w.max(0.0));
+    let sum = kept[0] + kept[1] + kept[2];
+    Some(kept.map(|w| w / sum))
+}
 
-    /// As [`Self::locate`], walking from a face near by first.
-    ///
-    /// # Errors
-    /// [`OutsideChart`] when no triangle holds the point.
-    pub fn locate_from(&self, near: FaceId, at: DVec2) -> Result<SurfacePoint, OutsideChart> {
-        let mut face = near;
-        for _ in 0..WALK {
-            let point = self.point_in(face, at);
-            let (corner, least) = (0..3).fold((0, f64::INFINITY), |best, i| {
-                if point.weights[i] < best.1 { (i, point.weights[i]) } else { best }
-            });
-            if least >= -EDGE {
-                return Ok(point);
-            }
-            // Through the side opposite to the most negative weight.
-            match self.connectivity.opposite(face.half_edge((corner + 1) % 3)) {
-                Some(side) => face = side.face(),
-                None => break,
-            }
+/// Distance of the triangle's boundary from `p` and the weights of its nearest point.
+fn nearest_on(corners: [DVec2; 3], p: DVec2) -> (f64, [f64; 3]) {
+    let mut best = (f64::INFINITY, [0.0; 3]);
+    for i in 0..3 {
+        let (a, b) = (corners[i], corners[(i + 1) % 3]);
+        let t = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+        let distance = p.distance(a + (b - a) * t);
+        if distance < best.0 {
+            let mut weights = [0.0; 3];
+            weights[i] = 1.0 - t;
+            weights[(i + 1) % 3] = t;
+            best = (distance, weights);
         }
-        self.locate(at).ok_or(OutsideChart { uv: at })
     }
-
-    /// Barycentric coordinates of `at` in a face, negative outside of it.
-    fn point_in(&self, face: FaceId, at: DVec2) -> SurfacePoint {
-        let [a, b, c] = self.corners(face);
-        let area = (b - a).perp_dot(c - a);
-        let weights =
-            [(b - at).perp_dot(c - at), (c - at).perp_dot(a - at), (a - at).perp_dot(b - at)]
-                .map(|w| w / area);
-        SurfacePoint { face, weights }
-    }
+    best
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::flatten::samples::grid;
-    use crate::geometry::DVec3;
+    use crate::flatten::Chart;
+    use crate::flatten::samples::{self, jitter};
+    use crate::surface::Surface;
+
+    fn chart_of_plane(n: usize) -> (Surface, Chart) {
+        let surface = samples::sheared_plane(n, 0.3);
+        let flat = surface.positions().iter().map(|p| p.truncate()).collect();
+        let chart = Chart::new(&surface, flat);
+        (surface, chart)
+    }
 
     #[test]
-    fn every_face_finds_its_own_centre_and_corners() {
-        let surface = grid(9, |x, y| DVec3::new(x * x + x, y, 0.0));
-        let uv: Vec<DVec2> = surface.positions().iter().map(|p| p.truncate()).collect();
-        let locator = Locator::new(surface.connectivity(), &uv);
-        for f in (0..surface.connectivity().face_count() as u32).map(FaceId) {
-            let corners = locator.corners(f);
-            let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
-            assert_eq!(locator.locate(centre).map(|p| p.face), Some(f));
-            assert_eq!(locator.locate_from(FaceId(0), centre).map(|p| p.face), Ok(f));
-            for corner in corners {
-                let found = locator.locate(corner).unwrap();
-                let at = surface.position(found).truncate();
-                assert!((at - corner).length() < 1e-9);
-            }
+    fn every_inner_point_is_found_both_ways() {
+        let (surface, chart) = chart_of_plane(23);
+        let locator = Locator::new(surface.connectivity(), chart.uv());
+        let mut hint = FaceId(0);
+        for k in 0..2000 {
+            let (s, t) = (jitter(k, 7) + 0.5, jitter(k, 8) + 0.5);
+            let uv = DVec2::new(s + 0.3 * t, t);
+            let point = locator.locate(uv).unwrap();
+            assert!(surface.position(point).truncate().distance(uv) < 1e-12);
+            let walked = locator.locate_from(hint, uv).unwrap();
+            assert!(surface.position(walked).truncate().distance(uv) < 1e-12);
+            hint = walked.face;
         }
     }
 
     #[test]
-    fn outside_is_an_error_that_names_the_place() {
-        let surface = grid(4, |x, y| DVec3::new(x, y, 0.0));
-        let uv: Vec<DVec2> = surface.positions().iter().map(|p| p.truncate()).collect();
-        let locator = Locator::new(surface.connectivity(), &uv);
-        let far = DVec2::new(9.0, 9.0);
-        assert_eq!(locator.locate(far), None);
-        assert_eq!(locator.locate_from(FaceId(0), far), Err(OutsideChart { uv: far }));
+    fn corners_and_boundary_count_as_inside() {
+        let (surface, chart) = chart_of_plane(9);
+        let locator = Locator::new(surface.connectivity(), chart.uv());
+        for (v, &uv) in chart.uv().iter().enumerate() {
+            let point = locator.locate(uv).unwrap();
+            assert!(surface.position(point).distance(surface.positions()[v]) < 1e-12);
+        }
+        assert!(locator.locate(DVec2::new(0.4, -1e-10)).is_ok());
+        assert!(locator.locate_from(FaceId(0), DVec2::new(0.4, -1e-10)).is_ok());
+    }
+
+    #[test]
+    fn outside_is_an_error_with_its_place() {
+        let (surface, chart) = chart_of_plane(9);
+        let locator = Locator::new(surface.connectivity(), chart.uv());
+        for uv in [DVec2::new(0.4, -1e-6), DVec2::new(9.0, 9.0), DVec2::new(f64::NAN, 0.0)] {
+            let fault = locator.locate(uv).unwrap_err();
+            assert!(fault.uv == uv || uv.x.is_nan());
+            assert!(locator.locate_from(FaceId(3), uv).is_err());
+        }
     }
 }

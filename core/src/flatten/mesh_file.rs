@@ -60,8 +60,8 @@ fn obj(text: &str) -> MeshFile {
 fn off(text: &str) -> MeshFile {
     let mut words = text.split_whitespace().skip(1);
     let [vertices, faces, _] = numbers(&mut words).map(|n: f64| n as usize);
-    let mut mesh = MeshFile::default();
-    mesh.positions = (0..vertices).map(|_| numbers(&mut words)).collect();
+    let positions = (0..vertices).map(|_| numbers(&mut words)).collect();
+    let mut mesh = MeshFile { positions, ..MeshFile::default() };
     for _ in 0..faces {
         let [size] = numbers(&mut words);
         let polygon: Vec<u32> =

@@ -9,8 +9,14 @@ mod disk;
 mod distortion;
 mod error;
 mod intrinsic;
+#[cfg(test)]
+mod known_charts;
 mod laplace;
 mod locator;
+#[cfg(test)]
+mod mesh_file;
+#[cfg(test)]
+mod real_meshes;
 #[cfg(test)]
 mod samples;
 mod validity;

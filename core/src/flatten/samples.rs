@@ -1,6 +1,7 @@
 //! Surfaces for the tests of this stage.
 
 use crate::geometry::DVec3;
+use crate::geometry::math::{cos, sin};
 use crate::mesh::{Connectivity, VertexId};
 use crate::surface::Surface;
 
@@ -46,5 +47,45 @@ pub fn sheared_plane(n: usize, shear: f64) -> Surface {
         let shift = if inside { [jitter(k, 1), jitter(k, 2)] } else { [0.0; 2] };
         let (x, y) = ((i as f64 + 0.6 * shift[0]) * step, (j as f64 + 0.6 * shift[1]) * step);
         DVec3::new(x + shear * y, y, 0.0)
+    })
+}
+
+/// A disk of hexagonal rings (ring `k` has `6 k` vertices), mapped by `place(radius, angle)` from
+/// the unit disk.
+pub fn disk(rings: u32, place: impl Fn(f64, f64) -> DVec3) -> Surface {
+    let start = |ring: u32| if ring == 0 { 0 } else { 1 + 3 * ring * (ring - 1) };
+    let vertex =
+        |ring: u32, i: u32| VertexId(start(ring) + if ring == 0 { 0 } else { i % (6 * ring) });
+    let mut positions = vec![place(0.0, 0.0)];
+    let mut faces = Vec::new();
+    for ring in 1..=rings {
+        for i in 0..6 * ring {
+            let angle = std::f64::consts::TAU * f64::from(i) / f64::from(6 * ring);
+            positions.push(place(f64::from(ring) / f64::from(rings), angle));
+            let (sector, k) = (i / ring, i % ring);
+            let inner = sector * (ring - 1) + k;
+            faces.push([vertex(ring, i), vertex(ring, i + 1), vertex(ring - 1, inner)]);
+            if k + 1 < ring {
+                faces.push([
+                    vertex(ring - 1, inner),
+                    vertex(ring, i + 1),
+                    vertex(ring - 1, inner + 1),
+                ]);
+            }
+        }
+    }
+    Surface::new(Connectivity::new(positions.len(), faces).unwrap(), positions)
+}
+
+/// A patch of the cone that narrows by `slope` of its length; a cylinder for `slope` 0.
+///
+/// Vertices lie on rulings, jittered along them, so that the mesh is developable exactly.
+pub fn rolled_sheet(n: usize, slope: f64) -> Surface {
+    grid_of(n, n, |i, j| {
+        let inside = i > 0 && i < n && j > 0 && j < n;
+        let shift = if inside { 0.7 * jitter(i * (n + 1) + j, 3) } else { 0.0 };
+        let along = (j as f64 + shift) / n as f64;
+        let (radius, angle) = (10.0 * (1.0 - slope * along), 2.5 * i as f64 / n as f64);
+        DVec3::new(radius * cos(angle), radius * sin(angle), 25.0 * along)
     })
 }

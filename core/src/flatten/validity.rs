@@ -22,8 +22,8 @@ impl Chart {
         let faces = surface.connectivity().faces();
         let turned = |f: &[VertexId; 3]| {
             let [a, b, c] = f.map(|v| self.uv()[v.index()]);
-            // Also true when not a number.
-            !(cross2(a, b, c) > 0.0)
+            let area = cross2(a, b, c);
+            area <= 0.0 || area.is_nan()
         };
         let Some(face) = faces.iter().position(turned) else { return Ok(()) };
         let corners = faces[face].map(|v| surface.positions()[v.index()]);

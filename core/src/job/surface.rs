@@ -33,7 +33,7 @@ pub enum SurfaceSource {
     Analytic(AnalyticOptions),
 }
 
-/// A surface given by a formula `z = f(x, y)` around the origin, machined from above.
+/// A surface given by a formula, its middle at the origin, machined from above.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct AnalyticOptions {
     /// Which formula.
@@ -50,16 +50,16 @@ pub enum AnalyticKind {
     Plane,
     /// The top of a sphere of `radius`, a disk of diameter `size` seen from above.
     SphereCap,
-    /// The top of a cylinder of `radius` about the X axis; a square of `size` seen from above.
+    /// The top of a cylinder of `radius` along Y; `size` long, `size` of arc across.
     Cylinder,
-    /// The outer part of a torus (`radius` to the tube's centre line, `tube_radius`); a square of
-    /// `size` seen from above.
+    /// The top of a torus (`radius` to the tube's centre line, `tube_radius`); `size` of arc along
+    /// and across.
     TorusPatch,
     /// `z = height (x² - y²) / a²`, `a = size / 2`, over a square of `size`.
     Saddle,
-    /// `z = height (x³ - 3 x y²) / a³`, `a = size / 2`, over a disk of diameter `size`.
+    /// `z = height (x³ - 3 x y²) / a³`, `a = size / 2`, over a square of `size`.
     MonkeySaddle,
-    /// A smooth bump of `height` and width `radius` on a flat square of `size`.
+    /// `z = height exp(-(x² + y²) / (2 radius²))` over a square of `size`.
     Bump,
 }
 

@@ -11,11 +11,13 @@
 mod field;
 mod refine;
 mod rings;
+pub mod strip_metric;
 mod terrain;
 
 pub use field::DistanceField;
-pub use refine::{PassMesh, StripMetric};
+pub use refine::PassMesh;
 pub use rings::{Ring, rings};
+pub use strip_metric::StripMetric;
 pub use terrain::RingTerrain;
 
 use thiserror::Error;

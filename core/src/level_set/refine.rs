@@ -1,6 +1,7 @@
 //! A mesh fine enough to carry the distance field: edges at most about one pass long.
 
 use super::LevelSetError;
+use super::strip_metric::{StripMetric, square_of};
 use crate::flatten::Chart;
 use crate::geometry::{DVec2, DVec3};
 use crate::mesh::{Connectivity, FaceId, HalfEdgeId, VertexId};
@@ -11,9 +12,6 @@ use crate::surface::Surface;
 const LONGEST_EDGE: f64 = 1.0;
 /// Refinement stops with an error beyond this many triangles.
 const MOST_FACES: usize = 6_000_000;
-
-/// The strip metric at a point: a symmetric tensor, passes² per mm², as `[xx, yy, zz, xy, yz, zx]`.
-pub type StripMetric = [f64; 6];
 
 /// Flat and spatial mesh with edge lengths measured in passes and in mm.
 #[derive(Clone, Debug)]
@@ -78,12 +76,7 @@ impl PassMesh {
 
     fn passes_between(&self, a: usize, b: usize) -> f64 {
         let e = self.positions[b] - self.positions[a];
-        let (m, n) = (&self.metric[a], &self.metric[b]);
-        let mean = |i: usize| 0.5 * (m[i] + n[i]);
-        let square = mean(0) * e.x * e.x
-            + mean(1) * e.y * e.y
-            + mean(2) * e.z * e.z
-            + 2.0 * (mean(3) * e.x * e.y + mean(4) * e.y * e.z + mean(5) * e.z * e.x);
+        let square = 0.5 * (square_of(&self.metric[a], e) + square_of(&self.metric[b], e));
         square.max(0.0).sqrt()
     }
 

@@ -12,7 +12,7 @@ use core::cell::Cell;
 pub struct RingTerrain<'a> {
     mesh: &'a PassMesh,
     field: &'a DistanceField,
-    locator: &'a Locator,
+    locator: &'a Locator<'a>,
     /// Where the last question was answered: the next one is mostly near.
     last: Cell<FaceId>,
 }

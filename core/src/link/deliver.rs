@@ -79,7 +79,6 @@ pub fn deliver(
         start = end;
         progress(end as f64 / flat.len() as f64);
     }
-    fill_time(&mut out.toolpath.points);
     Ok(out)
 }
 
@@ -222,12 +221,4 @@ fn turned(a: DVec3, b: DVec3, t: f64) -> DVec3 {
     let side = (b - a * a.dot(b)).normalize_or_zero();
     let side = if side == DVec3::ZERO { crate::geometry::any_perpendicular(a) } else { side };
     a * math::cos(whole * t) + side * math::sin(whole * t)
-}
-
-/// Times with the feeds as commanded.
-fn fill_time(points: &mut [PathPoint]) {
-    for i in 1..points.len() {
-        let length = (points[i].tip - points[i - 1].tip).length();
-        points[i].time = points[i - 1].time + length / points[i].feed;
-    }
 }
