@@ -19,3 +19,7 @@ pub mod surface;
 pub mod flatten;
 
 pub mod toolpath;
+
+pub mod report;
+
+pub mod preview;
