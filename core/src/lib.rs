@@ -41,4 +41,8 @@ pub mod link;
 
 pub mod post;
 
+pub mod report;
+
+pub mod preview;
+
 pub mod plan;

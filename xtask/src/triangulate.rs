@@ -91,7 +91,7 @@ fn lattice(domain: &Domain, spacing: f64) -> Vec<DVec2> {
     let rows = ((high.y - low.y) / row_height) as usize + 1;
     let columns = ((high.x - low.x) / spacing) as usize + 1;
     let site = |row: usize, column: usize| {
-        let shift = if row % 2 == 0 { 0.25 } else { 0.75 };
+        let shift = if row.is_multiple_of(2) { 0.25 } else { 0.75 };
         low + DVec2::new((column as f64 + shift) * spacing, row as f64 * row_height)
     };
     (0..rows)

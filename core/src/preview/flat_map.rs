@@ -1,0 +1,144 @@
+//! The path in the plane of the chart.
+
+use super::colour;
+use super::path_layers::{PathLayers, legend, line_width, scale_bar};
+use super::svg::{Anchor, Stroke, Svg};
+use crate::flatten::Chart;
+use crate::geometry::{DVec2, math};
+use crate::surface::Surface;
+use crate::toolpath::{MoveKind, Toolpath};
+
+/// Room for the map, px.
+const MAP: DVec2 = DVec2::new(720.0, 640.0);
+const MARGIN: f64 = 30.0;
+const HEADER: f64 = 50.0;
+const LEGEND_WIDTH: f64 = 170.0;
+const LEGEND_HEIGHT: f64 = 330.0;
+
+/// The outline of the flat surface with its holes, and the path in it coloured by removal rate.
+///
+/// `limit`: removal rate at the end of the colour scale, mm³/s. The chart is turned so that it
+/// lies broad.
+pub fn flat_map(surface: &Surface, chart: &Chart, path: &Toolpath, limit: f64) -> String {
+    let loops = surface.connectivity().boundary_loops();
+    let outlines: Vec<Vec<DVec2>> =
+        loops.iter().map(|l| l.iter().map(|v| chart.uv()[v.index()]).collect()).collect();
+    let frame = Frame::around(&outlines);
+    let map = frame.size * frame.scale;
+    let size = DVec2::new(
+        map.x + 3.0 * MARGIN + LEGEND_WIDTH,
+        HEADER + map.y.max(LEGEND_HEIGHT) + 2.0 * MARGIN,
+    );
+    let mut svg = Svg::new(
+        size.x,
+        size.y,
+        "Flat map of the path",
+        "Outline of the flattened surface with the cutter path, coloured by removal rate.",
+    );
+    svg.text(DVec2::new(MARGIN, 30.0), Anchor::Start, 16.0, "Path in the flat map");
+    let placed: Vec<Vec<DVec2>> =
+        outlines.iter().map(|l| l.iter().map(|&p| frame.place(p)).collect()).collect();
+    svg.region(&placed, colour::MATERIAL, Some(Stroke::solid(colour::INK, 1.0)));
+    let mut layers = PathLayers::new(limit);
+    let length = add_path(&mut layers, &frame, path);
+    let area = surface.area() * frame.scale * frame.scale;
+    layers.draw(&mut svg, line_width(area / length.max(1.0)));
+    legend(&mut svg, DVec2::new(map.x + 2.0 * MARGIN, HEADER), limit);
+    scale_bar(&mut svg, DVec2::new(MARGIN, size.y - 24.0), frame.scale, "mm (flat)");
+    svg.finish()
+}
+
+/// From flat mm to pixels.
+struct Frame {
+    /// Cosine and sine of the turn.
+    turn: DVec2,
+    low: DVec2,
+    size: DVec2,
+    scale: f64,
+}
+
+impl Frame {
+    /// The frame in which the outlines' bounding box is smallest, lying broad.
+    fn around(outlines: &[Vec<DVec2>]) -> Self {
+        let boxed = |degrees: u32| {
+            let angle = f64::from(degrees).to_radians();
+            let turn = DVec2::new(math::cos(angle), math::sin(angle));
+            let points = outlines.iter().flatten().map(|p| turn.rotate(*p));
+            let (low, high) = points
+                .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+            (turn, low, high - low)
+        };
+        let smallest = (0..180)
+            .map(boxed)
+            .filter(|(.., size)| size.x >= size.y)
+            .min_by(|a, b| (a.2.x * a.2.y).total_cmp(&(b.2.x * b.2.y)));
+        let (turn, low, size) = smallest.unwrap_or((DVec2::X, DVec2::ZERO, DVec2::ONE));
+        let scale = (MAP.x / size.x).min(MAP.y / size.y);
+        Self { turn, low, size, scale }
+    }
+
+    fn place(&self, flat: DVec2) -> DVec2 {
+        let p = (self.turn.rotate(flat) - self.low) * self.scale;
+        DVec2::new(MARGIN + p.x, HEADER + self.size.y * self.scale - p.y)
+    }
+}
+
+/// Adds the path; what happens away from the surface becomes a straight line. Returns the length of
+/// the cutting moves, px.
+fn add_path(layers: &mut PathLayers, frame: &Frame, path: &Toolpath) -> f64 {
+    let mut length = 0.0;
+    let mut last = None;
+    let mut away = None;
+    for point in &path.points {
+        let Some(flat) = point.flat else {
+            away = Some(if away == Some(MoveKind::Rapid) { MoveKind::Rapid } else { point.kind });
+            continue;
+        };
+        let here = frame.place(flat);
+        if let Some(before) = last {
+            let kind = away.unwrap_or(point.kind);
+            layers.add(kind, if away.is_some() { 0.0 } else { point.mrr }, before, here);
+            if kind == MoveKind::Cut {
+                length += here.distance(before);
+            }
+        }
+        (last, away) = (Some(here), None);
+    }
+    length
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::preview::samples;
+
+    #[test]
+    fn same_input_same_bytes() {
+        let s = samples::bump(20);
+        let path = samples::rings(&s, 2_000);
+        let draw = || flat_map(&s.surface, &s.chart, &path, samples::LIMIT);
+        assert_eq!(draw(), draw());
+    }
+
+    #[test]
+    fn long_paths_stay_small() {
+        let s = samples::bump(20);
+        let path = samples::rings(&s, 200_000);
+        assert_eq!(path.points.len(), 200_000);
+        let bytes = flat_map(&s.surface, &s.chart, &path, samples::LIMIT).len();
+        assert!(bytes < 5_000_000, "{bytes}");
+    }
+
+    #[test]
+    fn oblique_strip_lies_broad() {
+        let corners = [(0.0, 0.0), (30.0, 40.0), (22.0, 46.0), (-8.0, 6.0)].map(DVec2::from);
+        let frame = Frame::around(&[corners.to_vec()]);
+        assert!((frame.size.x - 50.0).abs() < 0.2 && (frame.size.y - 10.0).abs() < 0.5);
+    }
+
+    #[test]
+    fn empty_path_is_drawn() {
+        let s = samples::bump(4);
+        assert!(flat_map(&s.surface, &s.chart, &Toolpath::default(), 1.0).ends_with("</svg>\n"));
+    }
+}

@@ -1,0 +1,180 @@
+//! The report as a page.
+
+use super::summary::{comparison, facts};
+use super::{ByKind, FileRecord, PathFigures, Report};
+use std::fmt::Write;
+
+const STYLE: &str = "\
+:root { color-scheme: light dark; --ink: #22262b; --ground: #fff; --line: #d9dce0; --warn: #a84300 }
+@media (prefers-color-scheme: dark) {
+  :root { --ink: #e6e8ea; --ground: #16181b; --line: #3a3f45; --warn: #ff9a4d }
+}
+body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--ground);
+  max-width: 1000px; margin: 2rem auto; padding: 0 1rem }
+h1 { font-size: 1.5rem } h2 { font-size: 1.15rem; margin-top: 2rem }
+table { border-collapse: collapse }
+th, td { padding: .25rem .9rem .25rem 0; border-bottom: 1px solid var(--line); text-align: left;
+  font-weight: normal; vertical-align: top }
+thead th, .delivered { font-weight: 600 }
+.number { text-align: right; font-variant-numeric: tabular-nums }
+.scroll { overflow-x: auto }
+.warning { border-left: 4px solid var(--warn); padding-left: .8rem }
+figure { margin: 1rem 0 } figure svg { width: 100%; height: auto; border-radius: 6px }
+code { font-size: 12px; overflow-wrap: anywhere }
+";
+
+/// The whole page; `pictures`: heading and SVG text of each.
+pub fn page(report: &Report, pictures: &[(&str, &str)]) -> String {
+    let name = escaped(&report.job);
+    let mut html = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>{name}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{name}</h1>\n"
+    );
+    warnings(&mut html, report);
+    fact_table(&mut html, report);
+    comparison_table(&mut html, report);
+    for (heading, svg) in pictures {
+        // Writing to a string cannot fail.
+        let _ = write!(html, "<h2>{}</h2>\n<figure>\n{svg}</figure>\n", escaped(heading));
+    }
+    kind_table(&mut html, &report.delivered);
+    raised_table(&mut html, report);
+    repairs(&mut html, report);
+    file_table(&mut html, "Files read", &report.inputs);
+    file_table(&mut html, "Files written", &report.outputs);
+    let version = escaped(&report.versions.evencut);
+    let _ = write!(html, "<p>Made by evencut {version}.</p>\n</body>\n</html>\n");
+    html
+}
+
+fn warnings(html: &mut String, report: &Report) {
+    for w in &report.warnings {
+        let (stage, message) = (escaped(&w.stage), escaped(&w.message));
+        let remedy = escaped(&w.remedy);
+        let _ = writeln!(
+            html,
+            "<p class=\"warning\"><strong>{stage}:</strong> {message}<br>Remedy: {remedy}</p>"
+        );
+    }
+}
+
+fn fact_table(html: &mut String, report: &Report) {
+    html.push_str("<table>\n");
+    for (label, value) in facts(report) {
+        let _ = writeln!(html, "<tr><th>{label}</th><td>{}</td></tr>", escaped(&value));
+    }
+    html.push_str("</table>\n");
+}
+
+fn comparison_table(html: &mut String, report: &Report) {
+    html.push_str(
+        "<h2>Plain, slowed, delivered</h2>\n\
+         <p>Plain: the rings at the nominal feed. Slowed: the same at the one feed that respects \
+         the limit.</p>\n<div class=\"scroll\"><table>\n<thead><tr><th></th>\
+         <th class=\"number\">plain</th><th class=\"number\">slowed</th>\
+         <th class=\"number\">delivered</th></tr></thead>\n",
+    );
+    for (label, [plain, slowed, delivered]) in comparison(report) {
+        let _ = writeln!(
+            html,
+            "<tr><th>{label}</th><td class=\"number\">{plain}</td><td class=\"number\">{slowed}</td>\
+             <td class=\"number delivered\">{delivered}</td></tr>"
+        );
+    }
+    html.push_str("</table></div>\n");
+}
+
+fn kind_table(html: &mut String, path: &PathFigures) {
+    html.push_str(
+        "<h2>Delivered path by kind of move</h2>\n<div class=\"scroll\"><table>\n<thead><tr>\
+         <th></th><th class=\"number\">length, mm</th><th class=\"number\">time, s</th>\
+         <th class=\"number\">on the machine, s</th></tr></thead>\n",
+    );
+    let [lengths, times, machine_times] =
+        [&path.length_mm, &path.time_s, &path.machine_time_s].map(ByKind::rows);
+    for ((&(label, length), (_, time)), (_, machine_time)) in
+        lengths.iter().zip(times).zip(machine_times)
+    {
+        let _ = write!(html, "<tr><th>{label}</th>");
+        for value in [length, time, machine_time] {
+            let _ = write!(html, "<td class=\"number\">{value:.1}</td>");
+        }
+        html.push_str("</tr>\n");
+    }
+    html.push_str("</table></div>\n");
+}
+
+fn raised_table(html: &mut String, report: &Report) {
+    if report.gouge.raised.is_empty() {
+        return;
+    }
+    html.push_str(
+        "<h2>Where the cutter was raised</h2>\n<div class=\"scroll\"><table>\n<thead><tr>\
+         <th>from, mm</th><th class=\"number\">length, mm</th><th class=\"number\">by, mm</th>\
+         </tr></thead>\n",
+    );
+    for stretch in &report.gouge.raised {
+        let [x, y, z] = stretch.from_mm;
+        let (length, by) = (stretch.length_mm, stretch.raised_by_mm);
+        let _ = writeln!(
+            html,
+            "<tr><td>({x:.2}, {y:.2}, {z:.2})</td><td class=\"number\">{length:.2}</td>\
+             <td class=\"number\">{by:.3}</td></tr>"
+        );
+    }
+    html.push_str("</table></div>\n");
+}
+
+fn repairs(html: &mut String, report: &Report) {
+    if report.repairs.is_empty() {
+        return;
+    }
+    html.push_str("<h2>Mended in the mesh</h2>\n<ul>\n");
+    for repair in &report.repairs {
+        let _ = writeln!(html, "<li>{}</li>", escaped(repair));
+    }
+    html.push_str("</ul>\n");
+}
+
+fn file_table(html: &mut String, heading: &str, files: &[FileRecord]) {
+    let _ = write!(
+        html,
+        "<h2>{heading}</h2>\n<div class=\"scroll\"><table>\n<thead><tr><th>name</th>\
+         <th class=\"number\">bytes</th><th>SHA-256</th></tr></thead>\n"
+    );
+    for file in files {
+        let (name, bytes, digest) = (escaped(&file.name), file.bytes, &file.sha256);
+        let _ = writeln!(
+            html,
+            "<tr><td>{name}</td><td class=\"number\">{bytes}</td><td><code>{digest}</code></td></tr>"
+        );
+    }
+    html.push_str("</table></div>\n");
+}
+
+/// Text with the characters that mean something to HTML and XML replaced.
+pub fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::report::samples;
+
+    #[test]
+    fn page_asks_for_nothing_and_escapes() {
+        let mut report = samples::report();
+        report.job = "<script>x</script>".to_owned();
+        let html = report.to_html(&[("Flat map", "<svg></svg>")]);
+        assert!(!html.contains("<script>") && !html.contains("src=") && !html.contains("http"));
+        assert!(html.contains("<h2>Flat map</h2>\n<figure>\n<svg></svg>"));
+    }
+
+    #[test]
+    fn same_report_same_bytes() {
+        let report = samples::report();
+        assert_eq!(report.to_html(&[]), report.clone().to_html(&[]));
+        assert_eq!(report.to_json(), report.clone().to_json());
+    }
+}

@@ -1,0 +1,147 @@
+//! The report on one screen.
+
+use super::{PathFigures, Report, Warning};
+use std::fmt::Write;
+
+/// Warnings shown; the report itself has all.
+const WARNINGS: usize = 4;
+
+/// Compact, aligned text: what was planned, how the three paths compare, what to mind.
+pub fn summary(report: &Report) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "{}", report.job);
+    for (label, value) in facts(report) {
+        let _ = writeln!(text, "  {label:<10}{value}");
+    }
+    text.push('\n');
+    let _ = writeln!(text, "  {:<22}{:>12}{:>12}{:>12}", "", "plain", "slowed", "delivered");
+    for (label, values) in comparison(report) {
+        let [plain, slowed, delivered] = values;
+        let _ = writeln!(text, "  {label:<22}{plain:>12}{slowed:>12}{delivered:>12}");
+    }
+    warnings(&mut text, &report.warnings);
+    text
+}
+
+/// A label and what is told under it.
+pub fn facts(report: &Report) -> Vec<(&'static str, String)> {
+    let (s, f, r, c) = (&report.surface, &report.flatten, &report.rings, &report.coverage);
+    let holes = s.boundary_loops.saturating_sub(1);
+    let mut facts = vec![
+        (
+            "surface",
+            format!("{:.0} mm², {} faces, {}", s.area_mm2, s.faces, counted(holes, "hole")),
+        ),
+        (
+            "flattened",
+            format!(
+                "{}, scale {:.3} to {:.3}, conformal error up to {:.3}, {}",
+                f.method,
+                f.scale_min,
+                f.scale_max,
+                f.quasi_conformal_max,
+                counted(f.flips, "flip")
+            ),
+        ),
+        (
+            "rings",
+            format!(
+                "{}, side step {:.3} mm ({:.2} R)",
+                r.count, report.stepover.nominal_mm, report.stepover.over_radius
+            ),
+        ),
+        ("limit", limit(report)),
+        ("uncovered", format!("{:.2} mm² ({:.3} %)", c.never_covered_mm2, c.never_covered_percent)),
+    ];
+    if c.too_tight_mm2 > 0.0 {
+        facts
+            .push(("too tight", format!("{:.2} mm²{}", c.too_tight_mm2, place(c.too_tight_at_mm))));
+    }
+    if let Some(highest) = report.gouge.raised.iter().map(|r| r.raised_by_mm).reduce(f64::max) {
+        let count = counted(report.gouge.raised.len() as u64, "stretch");
+        facts.push(("raised", format!("{count}, by up to {highest:.3} mm")));
+    }
+    facts
+}
+
+fn limit(report: &Report) -> String {
+    let f = &report.force;
+    let ratio = f.limit_mm3_per_min / f.straight_pass_mm3_per_min;
+    format!(
+        "{:.0} mm³/min ({ratio:.2} x straight pass), {} above it, {}",
+        f.limit_mm3_per_min,
+        counted(f.over_limit_intervals, "interval"),
+        counted(f.trochoid_loops, "trochoid loop"),
+    )
+}
+
+fn place(at: Option<[f64; 3]>) -> String {
+    at.map_or_else(String::new, |[x, y, z]| format!(", tightest at ({x:.2}, {y:.2}, {z:.2})"))
+}
+
+fn counted(count: u64, noun: &str) -> String {
+    let plural = if noun.ends_with("ch") { "es" } else { "s" };
+    format!("{count} {noun}{}", if count == 1 { "" } else { plural })
+}
+
+/// A label with its unit and the values of the plain, slowed and delivered paths.
+pub fn comparison(report: &Report) -> Vec<(&'static str, [String; 3])> {
+    let paths = [&report.plain, &report.slowed, &report.delivered];
+    let row = |value: fn(&PathFigures) -> String| paths.map(value);
+    vec![
+        ("feed, mm/min", row(|p| format!("{:.0}", p.feed_mm_per_min))),
+        ("peak / limit", row(|p| format!("{:.3}", p.peak_over_limit))),
+        ("peak, mm³/min", row(|p| format!("{:.0}", p.peak_mm3_per_min))),
+        ("mean cut, mm³/min", row(|p| format!("{:.0}", p.mean_mm3_per_min))),
+        ("variation", row(|p| format!("{:.3}", p.variation))),
+        ("length, m", row(|p| format!("{:.3}", p.length_mm.total / 1000.0))),
+        ("time, min:s", row(|p| clock(p.time_s.total))),
+        ("on the machine, min:s", row(|p| clock(p.machine_time_s.total))),
+    ]
+}
+
+fn clock(seconds: f64) -> String {
+    let whole = seconds.round().max(0.0) as u64;
+    format!("{}:{:02}", whole / 60, whole % 60)
+}
+
+fn warnings(text: &mut String, warnings: &[Warning]) {
+    if warnings.is_empty() {
+        return;
+    }
+    text.push('\n');
+    for Warning { stage, message, remedy } in warnings.iter().take(WARNINGS) {
+        let _ = writeln!(text, "  warning: {stage}: {message}\n    remedy: {remedy}");
+    }
+    if warnings.len() > WARNINGS {
+        let _ = writeln!(text, "  and {} more in report.json", warnings.len() - WARNINGS);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::report::samples;
+
+    #[test]
+    fn fits_a_screen() {
+        let mut report = samples::report();
+        report.warnings = vec![report.warnings[0].clone(); 9];
+        let text = report.summary();
+        assert!(text.lines().count() <= 30);
+        assert!(text.lines().all(|line| line.chars().count() <= 100));
+        assert!(text.contains("and 5 more"));
+    }
+
+    #[test]
+    fn columns_are_aligned() {
+        let text = samples::report().summary();
+        let rows: Vec<&str> = text
+            .lines()
+            .skip_while(|l| !l.contains("delivered"))
+            .take_while(|l| !l.is_empty())
+            .collect();
+        assert_eq!(rows.len(), 9);
+        assert!(rows.iter().all(|r| r.chars().count() == 60));
+    }
+}
