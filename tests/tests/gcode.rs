@@ -12,14 +12,15 @@ use evencut_core::tool::Tool;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
 use std::process::Command;
 
-const CLEARANCE: f64 = 60.0;
+const RAPID_PLANE: f64 = 60.0;
 const TOLERANCE: f64 = 0.005;
 
 fn options(axes: Axes) -> ProgramOptions {
     ProgramOptions {
         post: Post::LinuxCnc,
         name: "wavy (rings)\nM30; 50 % \u{e9}".to_string(),
-        machine: Machine { axes, max_feed: 250.0, max_acceleration: 2000.0, clearance: CLEARANCE },
+        machine: Machine { axes, max_feed: 250.0, max_acceleration: 2000.0, clearance: 10.0 },
+        rapid_plane: RAPID_PLANE,
         tool: Tool::new(5.0, 1.0).unwrap(),
         tool_number: 3,
         spindle: 133.0,
@@ -61,7 +62,7 @@ fn rings(axes: Axes, rings: u32, around: u32) -> Toolpath {
             (DVec3::new(r * t.cos(), r * t.sin(), z), axis_at(t))
         };
         let (first, axis) = at(0);
-        let lift = |tip: DVec3| tip + axis * (CLEARANCE + 5.0 - tip.dot(axis));
+        let lift = |tip: DVec3| tip + axis * (RAPID_PLANE + 5.0 - tip.dot(axis));
         if ring % 3 == 0 {
             if let Some(&last) = points.last() {
                 points.push(point(MoveKind::Link, ring, lift(last.tip), last.axis, 30.0));
@@ -91,7 +92,7 @@ fn assert_follows(path: &Toolpath, read: &[(bool, DVec3, DVec3)], tolerance: f64
     for &(rapid, tip, axis) in read {
         if next == path.points.len() {
             // Only the final retract may follow.
-            assert!(tip.dot(axis) > CLEARANCE - 0.001, "{tip} after the path's end");
+            assert!(tip.dot(axis) > RAPID_PLANE - 0.001, "{tip} after the path's end");
             continue;
         }
         let p = &path.points[next];
@@ -114,8 +115,8 @@ fn reading_back_gives_the_path() {
         let points = read_back(&text).unwrap();
         let read: Vec<_> = points.iter().map(|p| (p.rapid, p.tip, p.axis)).collect();
         assert_follows(&path, &read, 0.001);
-        assert!(points.iter().all(|p| !p.rapid || p.height >= CLEARANCE));
-        assert!(points.last().unwrap().height >= CLEARANCE, "ends at clearance");
+        assert!(points.iter().all(|p| !p.rapid || p.height >= RAPID_PLANE));
+        assert!(points.last().unwrap().height >= RAPID_PLANE, "ends at the rapid plane");
     }
 }
 
@@ -267,7 +268,7 @@ fn linuxcnc_understands_the_same_path() {
         let Some(moves) = interpreted(&text, name) else { return };
         let moves = moves.unwrap_or_else(|message| panic!("LinuxCNC rejects it: {message}"));
         let heights: Vec<f64> = moves.iter().filter(|m| m.0).map(|m| m.1[2]).collect();
-        assert!(heights.iter().all(|&z| z >= CLEARANCE));
+        assert!(heights.iter().all(|&z| z >= RAPID_PLANE));
         let read: Vec<_> =
             moves.iter().map(|&(rapid, p)| (rapid, in_part(p).0, in_part(p).1)).collect();
         // The first block only lifts; X and Y are not yet known.

@@ -441,11 +441,10 @@ fn split_where_cutting(dense: &[Dense], a: usize, b: usize, probe: &Probe, kept:
         !probe.clears(tip, axis, probe.tolerance)
     };
     if b > a + 1 && (a + 1..b).any(cuts) {
-        let worst = (a + 1..b)
-            .map(|k| (deviation(dense, a, b, k, &probe.tool), k))
-            .fold((-1.0, a + 1), |worst, d| if d.0 > worst.0 { d } else { worst });
-        split_where_cutting(dense, a, worst.1, probe, kept);
-        split_where_cutting(dense, worst.1, b, probe, kept);
+        // Halves, not the worst point: the depth of the recursion stays logarithmic.
+        let middle = a + (b - a) / 2;
+        split_where_cutting(dense, a, middle, probe, kept);
+        split_where_cutting(dense, middle, b, probe, kept);
     } else {
         kept.push(b);
     }
@@ -565,6 +564,40 @@ mod tests {
             }
         }
         worst
+    }
+
+    /// How deep a point lies inside the cutter, from its shape as a cylinder swollen by the corner.
+    fn depth_inside(tool: &Tool, tip: DVec3, axis: DVec3, p: DVec3) -> f64 {
+        let h = (p - tip).dot(axis) - tool.corner_radius();
+        let rho = ((p - tip) - axis * (p - tip).dot(axis)).length();
+        let beyond = rho - (tool.radius() - tool.corner_radius());
+        if beyond <= 0.0 && h >= 0.0 {
+            return tool.corner_radius() + h.min(-beyond);
+        }
+        let (out, below) = (beyond.max(0.0), (-h).max(0.0));
+        tool.corner_radius() - (out * out + below * below).sqrt()
+    }
+
+    #[test]
+    fn no_point_of_the_surface_lies_deeper_in_the_cutter_than_the_tolerance() {
+        let mesh = wave_mesh(800);
+        let contacts = wave_pass(400);
+        for (radius, corner) in [(4.0, 4.0), (4.0, 0.0), (4.0, 1.0), (25.0, 25.0)] {
+            for axis in [ToolAxis::Fixed(DVec3::Z), ToolAxis::Lead(0.2)] {
+                let o = options(radius, corner, axis);
+                let pass = locate_pass(&contacts, &o, &mesh).unwrap();
+                for pair in pass.points.windows(2) {
+                    let tip = pair[0].tip.lerp(pair[1].tip, 0.4);
+                    let axis = pair[0].axis.lerp(pair[1].axis, 0.4).normalize();
+                    let deepest = (0..=800)
+                        .map(|i| 0.1 * f64::from(i) - 40.0)
+                        .flat_map(|x| [-2.0, 0.0, 3.0].map(|y| DVec3::new(x, y, wave(x))))
+                        .map(|p| depth_inside(&o.tool, tip, axis, p))
+                        .fold(0.0, f64::max);
+                    assert!(deepest <= o.tolerance, "{deepest} with {:?}", o.tool);
+                }
+            }
+        }
     }
 
     #[test]

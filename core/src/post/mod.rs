@@ -28,8 +28,11 @@ pub struct ProgramOptions {
     pub post: Post,
     /// Name of the job, for a comment.
     pub name: String,
-    /// The machine; its `clearance` is the machine Z at and above which rapids run, mm.
+    /// The machine.
     pub machine: Machine,
+    /// Machine Z at and above which rapids run, mm: the top of part and stock, in any position of the
+    /// tables, and the machine's clearance above it.
+    pub rapid_plane: f64,
     /// The cutter.
     pub tool: Tool,
     /// Its number in the tool table.
@@ -71,7 +74,7 @@ pub enum PostError {
     },
     /// A rapid would run through part or stock.
     #[error(
-        "post: the rapid to point {index} at ({}, {}, {}) runs at machine Z {height} mm; rapids must stay at or above the clearance of {clearance} mm",
+        "post: the rapid to point {index} at ({}, {}, {}) runs at machine Z {height} mm; rapids must stay at or above the rapid plane at {rapid_plane} mm",
         tip.x, tip.y, tip.z
     )]
     LowRapid {
@@ -81,8 +84,8 @@ pub enum PostError {
         tip: DVec3,
         /// Lowest machine Z of the move, mm.
         height: f64,
-        /// Clearance, mm.
-        clearance: f64,
+        /// The rapid plane, mm.
+        rapid_plane: f64,
     },
     /// A feed move without a feed.
     #[error("post: the move to point {index} has feed {feed} mm/s; it must be a positive number")]
@@ -118,7 +121,7 @@ pub enum PostError {
 /// contact; rotary moves are split until the tip stays within half the tolerance of the straight line.
 ///
 /// # Errors
-/// [`PostError`]; nothing is written that would rapid below the clearance or feed at no speed.
+/// [`PostError`]; nothing is written that would rapid below the rapid plane or feed at no speed.
 pub fn program(path: &Toolpath, options: &ProgramOptions) -> Result<Program, PostError> {
     let dialect = match options.post {
         Post::LinuxCnc => &linuxcnc::DIALECT,

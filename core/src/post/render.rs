@@ -11,7 +11,7 @@ use crate::toolpath::{MoveKind, PathPoint, Toolpath, push_fixed};
 /// Halvings of one move between rotary positions.
 const DEEPEST: u32 = 14;
 
-/// How far below the clearance a rapid may be through rounding, mm.
+/// How far below the rapid plane a rapid may be through rounding, mm.
 const ROUNDING: f64 = 1e-6;
 
 pub(super) fn render(
@@ -37,7 +37,7 @@ fn check(path: &Toolpath, options: &ProgramOptions) -> Result<(), PostError> {
     if path.points.is_empty() {
         return Err(PostError::Empty);
     }
-    let clearance = options.machine.clearance;
+    let rapid_plane = options.rapid_plane;
     for (index, p) in path.points.iter().enumerate() {
         if !p.tip.is_finite() || !(1.0 - 1e-6..1.0 + 1e-6).contains(&p.axis.length()) {
             return Err(PostError::NotFinite { index });
@@ -50,8 +50,8 @@ fn check(path: &Toolpath, options: &ProgramOptions) -> Result<(), PostError> {
         }
         if p.kind == MoveKind::Rapid {
             let height = height(p).min(height(&path.points[index - 1]));
-            if height < clearance - ROUNDING {
-                return Err(PostError::LowRapid { index, tip: p.tip, height, clearance });
+            if height < rapid_plane - ROUNDING {
+                return Err(PostError::LowRapid { index, tip: p.tip, height, rapid_plane });
             }
         } else if !(p.feed.is_finite() && p.feed > 0.0) {
             return Err(PostError::Feed { index, feed: p.feed });
@@ -151,15 +151,15 @@ enum Speed {
 }
 
 impl Writer<'_> {
-    /// To the first point: up to the clearance, across, then down.
+    /// To the first point: up to the rapid plane, across, then down.
     fn start(&mut self, points: &[PathPoint]) -> Result<(), PostError> {
         let first = &points[0];
-        let clearance = self.options.machine.clearance;
+        let plane = self.options.rapid_plane;
         let target = self.place(first);
-        let safe = target.z.max(clearance);
+        let safe = target.z.max(plane);
         self.block(Speed::Rapid, [None, None, Some(safe)], false);
         self.block(Speed::Rapid, [Some(target.x), Some(target.y), Some(safe)], true);
-        if target.z < clearance - ROUNDING {
+        if target.z < plane - ROUNDING {
             let feed = feed_of(points[1..].iter()).unwrap_or(self.options.machine.max_feed);
             self.vertical(target, safe - target.z, feed);
         }
@@ -167,11 +167,11 @@ impl Writer<'_> {
     }
 
     fn finish(&mut self, last: &PathPoint, feed: Option<f64>) {
-        let clearance = self.options.machine.clearance;
+        let plane = self.options.rapid_plane;
         let at = self.rotary.to_machine(last.tip);
-        if at.z < clearance - ROUNDING {
+        if at.z < plane - ROUNDING {
             let feed = feed.unwrap_or(self.options.machine.max_feed);
-            self.vertical(DVec3::new(at.x, at.y, clearance), clearance - at.z, feed);
+            self.vertical(DVec3::new(at.x, at.y, plane), plane - at.z, feed);
         }
         for block in self.dialect.ending {
             self.text.push_str(block);
