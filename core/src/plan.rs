@@ -15,14 +15,15 @@ use crate::level_set::{
     DistanceField, LevelSetError, PassMesh, Ring, RingTerrain, StripMetric, rings, strip_metric,
 };
 use crate::link::{
-    DeliverError, DeliverOptions, Delivered, KeepOut, Precedence, RingCounts, RingOptions,
-    cut_rings, deliver,
+    DeliverError, DeliverOptions, Delivered, Precedence, RingCounts, RingOptions, cut_rings,
+    deliver,
 };
 use crate::machine::Axes;
 use crate::mesh::{MeshFormat, ReadError, read};
 use crate::region::Region;
 use crate::surface::{
-    AnalyticSurface, Built, CurvatureField, Part, ShapeOperator, SurfaceError, Warning, build,
+    AnalyticSurface, Built, CurvatureField, Part, ShapeOperator, Surface, SurfaceError, Warning,
+    build,
 };
 use crate::toolpath::Toolpath;
 use crate::trochoid::Loops;
@@ -116,7 +117,7 @@ pub enum Stage {
 #[derive(Debug)]
 pub struct Planned {
     /// The surface.
-    pub surface: crate::surface::Surface,
+    pub surface: Surface,
     /// Warnings about it.
     pub warnings: Vec<Warning>,
     /// Its flat image.
@@ -139,6 +140,10 @@ pub struct Planned {
     pub raised: Vec<RaisedStretch>,
     /// What the path leaves.
     pub coverage: Coverage,
+    /// Height of the rapids, mm.
+    pub rapid_plane: f64,
+    /// Smallest concave radius of curvature, mm, and where; `None` where nothing is concave.
+    pub tightest: Option<(f64, DVec3)>,
 }
 
 /// What the delivered path leaves uncut in the plane, as areas on the surface, mm².
@@ -174,6 +179,7 @@ pub fn plan(
     let quality = chart.quality(&surface);
     progress(Stage::Rings, 0.0);
     let curvature = CurvatureField::estimate(&surface, job.surface.curvature_radius);
+    let tightest = tightest(&surface, &curvature);
     let mesh = PassMesh::new(&surface, &chart, strip_metrics(job, &curvature))?;
     let field = match job.path.boundary {
         Boundary::Open => DistanceField::from_boundary(&mesh),
@@ -195,14 +201,13 @@ pub fn plan(
     let locator = Locator::new(surface.connectivity(), chart.uv());
     let lift = crate::lift::Lift::new(&surface, &chart, &locator, job.tool.radius());
     refuse_too_slow(job, &cut.points, &lift)?;
-    let options = deliver_options(job);
-    let keep_out = keep_out(&part, job);
+    let options = deliver_options(job, rapid_plane(&part, job));
     let no_check = CheckMesh::new(Vec::new(), Vec::new());
-    let mut plain = deliver(&plain.points, &lift, &no_check, &keep_out, &options, |_| {})?.toolpath;
+    let mut plain = deliver(&plain.points, &lift, &no_check, &options, |_| {})?.toolpath;
     fill_time(&mut plain, &job.tool, &job.machine);
     let check = CheckMesh::new(part.positions, part.faces);
     let Delivered { mut toolpath, raised } =
-        deliver(&cut.points, &lift, &check, &keep_out, &options, |p| progress(Stage::Locate, p))?;
+        deliver(&cut.points, &lift, &check, &options, |p| progress(Stage::Locate, p))?;
     fill_time(&mut toolpath, &job.tool, &job.machine);
     Ok(Planned {
         coverage: plane.coverage(&cut.stock, &chart),
@@ -217,6 +222,8 @@ pub fn plan(
         plain,
         counts: cut.counts,
         raised,
+        rapid_plane: options.rapid_plane,
+        tightest,
     })
 }
 
@@ -237,10 +244,7 @@ fn load(job: &Job, file: Option<&[u8]>) -> Result<Built, PlanError> {
 
 type AngleResidual = Option<(f64, usize)>;
 
-fn flatten(
-    job: &Job,
-    surface: &crate::surface::Surface,
-) -> Result<(Chart, AngleResidual), FlattenError> {
+fn flatten(job: &Job, surface: &Surface) -> Result<(Chart, AngleResidual), FlattenError> {
     match job.flatten {
         FlattenMethod::Bff => Ok((bff(surface)?, None)),
         FlattenMethod::Abf => {
@@ -281,6 +285,14 @@ fn strip_metrics(job: &Job, curvature: &CurvatureField) -> Vec<StripMetric> {
         Stepover::Scallop(h) => strip_metric::of_scallop(k_tool, shape, h, tool.radius()),
     };
     curvature.operators().iter().map(metric).collect()
+}
+
+/// Smallest concave radius, mm, and where it is.
+fn tightest(surface: &Surface, curvature: &CurvatureField) -> Option<(f64, DVec3)> {
+    let k_min = |i: usize| curvature.operators()[i].principal().0;
+    let vertex = (0..surface.positions().len()).min_by(|&a, &b| k_min(a).total_cmp(&k_min(b)))?;
+    let k = k_min(vertex);
+    (k < 0.0).then(|| (-1.0 / k, surface.positions()[vertex]))
 }
 
 /// Rings with the points left out that the tolerance does not need.
@@ -390,7 +402,7 @@ fn refuse_too_slow(
     Err(PlanError::LimitUnreachable { place, rate: p.mrr, feed: p.feed, limit: job.mrr_limit() })
 }
 
-fn deliver_options(job: &Job) -> DeliverOptions {
+fn deliver_options(job: &Job, rapid_plane: f64) -> DeliverOptions {
     DeliverOptions {
         pass: PassOptions {
             tool: job.tool,
@@ -406,17 +418,19 @@ fn deliver_options(job: &Job) -> DeliverOptions {
                 Axes::Xyzac => 4.0 * job.tool.radius(),
             },
         },
-        clearance: job.machine.clearance,
+        rapid_plane,
         air_feed: job.trochoid.return_feed.min(job.machine.max_feed),
         rapid_feed: job.machine.max_feed,
     }
 }
 
-fn keep_out(part: &Part, job: &Job) -> KeepOut {
-    let (low, high) = part
-        .positions
-        .iter()
-        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
-    let stock = DVec3::splat(job.cut.axial_depth + job.cut.stock);
-    KeepOut { bounds: (low - stock, high + stock) }
+/// Height that is clear of part and stock: above the top in three axes; in five, above the sphere
+/// about the rotary centre (the origin) that holds the part in any position of the tables.
+fn rapid_plane(part: &Part, job: &Job) -> f64 {
+    let above = job.cut.axial_depth + job.cut.stock + job.machine.clearance;
+    let reach = |p: &DVec3| match job.machine.axes {
+        Axes::ThreeAxis => p.z,
+        Axes::Xyzac => p.length(),
+    };
+    part.positions.iter().map(reach).fold(f64::NEG_INFINITY, f64::max) + above
 }

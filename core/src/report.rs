@@ -283,8 +283,6 @@ pub struct CoverageFigures {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct GougeFigures {
-    /// Deepest cut into the part that is left in the path, mm.
-    pub deepest_mm: f64,
     /// Stretches on which the cutter was raised to clear the part.
     pub raised: Vec<RaisedStretch>,
 }

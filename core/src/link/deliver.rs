@@ -10,7 +10,7 @@ use crate::lift::{Lift, Lifted};
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use thiserror::Error;
 
-/// Largest turn between two points of a rapid around the part, rad.
+/// Largest turn between two points of a rapid, rad.
 const RAPID_TURN: f64 = 0.1;
 
 /// Why a flat path cannot be delivered.
@@ -29,19 +29,13 @@ pub enum DeliverError {
 pub struct DeliverOptions {
     /// Locating.
     pub pass: PassOptions,
-    /// Height of rapids above part and stock, mm.
-    pub clearance: f64,
+    /// Distance along the axis from the origin at and above which rapids run, mm: clear of part and
+    /// stock, in any position of the tables.
+    pub rapid_plane: f64,
     /// Feed of approach and retract through air, mm/s.
     pub air_feed: f64,
     /// Speed of rapids, mm/s.
     pub rapid_feed: f64,
-}
-
-/// The space that rapids keep out of.
-#[derive(Copy, Clone, Debug, PartialEq)]
-pub struct KeepOut {
-    /// Lower and upper corner of the part with its stock, mm.
-    pub bounds: (DVec3, DVec3),
 }
 
 /// The delivered path and where the cutter had to be raised.
@@ -61,7 +55,6 @@ pub fn deliver(
     flat: &[FlatPoint],
     lift: &Lift,
     check: &CheckMesh,
-    keep_out: &KeepOut,
     options: &DeliverOptions,
     mut progress: impl FnMut(f64),
 ) -> Result<Delivered, DeliverError> {
@@ -75,7 +68,7 @@ pub fn deliver(
         let located = locate_pass(&lifted.contacts, &options.pass, check)?;
         out.raised.extend(located.raised);
         let run = Run { flat, lifted: &lifted, located: &located.points };
-        run.append(&mut out.toolpath.points, keep_out, options);
+        run.append(&mut out.toolpath.points, options);
         start = end;
         progress(end as f64 / flat.len() as f64);
     }
@@ -90,11 +83,11 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    fn append(&self, points: &mut Vec<PathPoint>, keep_out: &KeepOut, options: &DeliverOptions) {
+    fn append(&self, points: &mut Vec<PathPoint>, options: &DeliverOptions) {
         let (Some(first), Some(last)) = (self.located.first(), self.located.last()) else { return };
         let pass = self.flat[self.lifted.points[first.keys.0].source].pass;
-        let above = keep_out.above(first, options);
-        rapid(points, keep_out, options, pass, above, first.axis);
+        let above = options.above(first.tip, first.axis);
+        rapid(points, options, pass, above, first.axis);
         let link = |tip: DVec3, l: &Located, pass: u32| PathPoint {
             kind: MoveKind::Link,
             pass,
@@ -111,7 +104,7 @@ impl Run<'_> {
         points.push(link(first.tip, first, pass));
         points.extend(self.located.iter().skip(1).map(|l| self.point(l)));
         let pass = self.flat[self.lifted.points[last.keys.1].source].pass;
-        points.push(link(keep_out.above(last, options), last, pass));
+        points.push(link(options.above(last.tip, last.axis), last, pass));
     }
 
     /// A located point with the largest removal rate of the moves it covers.
@@ -138,46 +131,15 @@ impl Run<'_> {
     }
 }
 
-impl KeepOut {
-    fn center(&self) -> DVec3 {
-        0.5 * (self.bounds.0 + self.bounds.1)
-    }
-
-    fn sphere(&self, clearance: f64) -> f64 {
-        0.5 * (self.bounds.1 - self.bounds.0).length() + clearance
-    }
-
-    /// Where the tip is clear of everything, reached along the axis.
-    ///
-    /// Fixed axis: the plane `clearance` above the part. Turning axis: the sphere `clearance`
-    /// outside of the part's bounding sphere.
-    fn above(&self, l: &Located, options: &DeliverOptions) -> DVec3 {
-        match options.pass.axis {
-            ToolAxis::Fixed(axis) => {
-                let corner =
-                    |i: usize| if axis[i] > 0.0 { self.bounds.1[i] } else { self.bounds.0[i] };
-                let top: f64 = (0..3).map(|i| corner(i) * axis[i]).sum();
-                l.tip + axis * (top + options.clearance - l.tip.dot(axis)).max(0.0)
-            }
-            ToolAxis::Lead(_) => {
-                let offset = l.tip - self.center();
-                let radius = self.sphere(options.clearance);
-                let (b, c) = (offset.dot(l.axis), offset.length_squared() - radius * radius);
-                l.tip + l.axis * (-b + (b * b - c).max(0.0).sqrt()).max(0.0)
-            }
-        }
+impl DeliverOptions {
+    /// The place on the rapid plane, along the axis from `tip` if that lies below it.
+    fn above(&self, tip: DVec3, axis: DVec3) -> DVec3 {
+        tip + axis * (self.rapid_plane - tip.dot(axis)).max(0.0)
     }
 }
 
-/// Rapid from where the path ends to `to`, around the part if the axis turns.
-fn rapid(
-    points: &mut Vec<PathPoint>,
-    keep_out: &KeepOut,
-    options: &DeliverOptions,
-    pass: u32,
-    to: DVec3,
-    axis: DVec3,
-) {
+/// Rapid on the rapid plane from where the path ends to `to`, in steps if the axis turns.
+fn rapid(points: &mut Vec<PathPoint>, options: &DeliverOptions, pass: u32, to: DVec3, axis: DVec3) {
     let last = points.last().copied();
     let mut push = |tip: DVec3, axis: DVec3| {
         points.push(PathPoint {
@@ -198,14 +160,12 @@ fn rapid(
     if matches!(options.pass.axis, ToolAxis::Fixed(_)) {
         return push(to, axis);
     }
-    let center = keep_out.center();
-    let (from, goal) = (last.tip - center, to - center);
-    let turn = angle(from, goal).max(angle(last.axis, axis));
-    let steps = (turn / RAPID_TURN).ceil().max(1.0) as usize;
+    let steps = (angle(last.axis, axis) / RAPID_TURN).ceil().max(1.0) as usize;
     for i in 1..steps {
         let t = i as f64 / steps as f64;
-        let radius = from.length() + (goal.length() - from.length()) * t;
-        push(center + turned(from, goal, t) * radius, turned(last.axis, axis, t));
+        let between = turned(last.axis, axis, t);
+        let level = last.tip.lerp(to, t);
+        push(level + between * (options.rapid_plane - level.dot(between)), between);
     }
     push(to, axis);
 }

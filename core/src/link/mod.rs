@@ -8,7 +8,7 @@
 mod deliver;
 mod order;
 
-pub use deliver::{DeliverError, DeliverOptions, Delivered, KeepOut, deliver};
+pub use deliver::{DeliverError, DeliverOptions, Delivered, deliver};
 pub use order::Precedence;
 
 use crate::engagement::Walk;
