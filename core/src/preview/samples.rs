@@ -8,6 +8,7 @@ use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 
 pub const LIMIT: f64 = 40.0;
 const SIZE: f64 = 100.0;
+const POINTS_A_LOOP: f64 = 32.0;
 
 pub struct Sample {
     pub surface: Surface,
@@ -65,13 +66,13 @@ pub fn rings(sample: &Sample, count: usize) -> Toolpath {
                 _ => DVec2::new(0.0, 4.0 - s),
             }
     };
-    let looping = count / 3;
+    let looping = count * 3 / 4;
     let turns = 20.0;
     let mut time = 0.0;
     let points = (0..count).map(|i| {
         let (plan, kind, share) = if i < looping {
             let t = i as f64 / looping as f64;
-            let phase = t * 200.0 * std::f64::consts::TAU;
+            let phase = i as f64 / POINTS_A_LOOP * std::f64::consts::TAU;
             let offset = DVec2::new(math::cos(phase), math::sin(phase)) * 2.5;
             let cutting = math::sin(phase);
             let kind = if cutting > 0.0 { MoveKind::Trochoid } else { MoveKind::Return };
