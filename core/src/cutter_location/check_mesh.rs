@@ -1,14 +1,13 @@
 //! How far a cutter must be raised along its axis to touch no facet of the part.
 //!
-//! Steps: (1) a tree over the facets is built once; each node keeps a ball and a slab that hold its
-//! facets. (2) For a query, need (see [`super::drop`]) is bounded over a node by its tangent at the
-//! node's centre: the slab says how far the node reaches along the gradient, the ball how far across.
-//! On a smooth surface the gradient near the contact is the surface's own normal, so that the bound
+//! Steps: (1) a tree over the facets is built once; each node keeps a box along the mean normal and
+//! the longest direction of its facets. (2) For a query, need (see [`super::drop`]) is bounded over a
+//! node by its tangent at the node's centre and how far the box reaches along the gradient. On a smooth surface the gradient near the contact is the surface's own normal, so that the bound
 //! is first-order exact and only nodes within about their own size of the contact are opened.
 //! (3) Facets that survive get the exact need.
 
 use super::drop::Profile;
-use crate::geometry::{DVec3, any_perpendicular};
+use crate::geometry::{DMat3, DVec3, any_perpendicular};
 use crate::tool::Tool;
 
 /// Facets per leaf. Fewer: more memory and tree steps; more: needless facet tests.
@@ -36,14 +35,14 @@ pub struct CheckMesh {
 /// next node and node `first`.
 #[derive(Copy, Clone, Debug, Default)]
 struct Node {
-    /// Centre of the ball and of the slab.
+    /// Centre of the box.
     centre: DVec3,
-    /// Radius of the ball.
+    /// Its unit directions: mean normal of the facets, longest across it, and the third.
+    frame: DMat3,
+    /// Half its size along them.
+    half: DVec3,
+    /// Half its diagonal.
     radius: f64,
-    /// Unit normal of the slab.
-    normal: DVec3,
-    /// Half the thickness of the slab.
-    half_width: f64,
     first: u32,
     count: u32,
 }
@@ -246,42 +245,72 @@ fn widest_axis(items: &[Item]) -> usize {
     }
 }
 
-/// Ball and slab of the facets themselves.
+/// Box of the facets themselves.
 fn tight(facets: &[[DVec3; 3]], span: &Span) -> Node {
-    let (middle, normal) = (span.middle(), span.normal());
-    let points = || facets.iter().flatten().copied();
-    let (bottom, top) = points()
-        .map(|p| normal.dot(p - middle))
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(b, t), h| (b.min(h), t.max(h)));
-    let centre = middle + normal * (0.5 * (bottom + top));
-    let radius = points().map(|p| p.distance_squared(centre)).fold(0.0, f64::max).sqrt();
-    Node::holding(centre, radius, normal, 0.5 * (top - bottom))
+    let middle = span.middle();
+    let frame = frame_along(span.normal(), facets, middle);
+    let turned = frame.transpose();
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for p in facets.iter().flatten() {
+        let q = turned * (*p - middle);
+        (low, high) = (low.min(q), high.max(q));
+    }
+    Node::holding(middle, frame, low, high)
 }
 
-/// Ball and slab that hold those of two nodes; no facet is looked at again.
+/// The normal and, across it, the principal directions of the corners.
+fn frame_along(normal: DVec3, facets: &[[DVec3; 3]], middle: DVec3) -> DMat3 {
+    let u = any_perpendicular(normal);
+    let v = normal.cross(u);
+    let (mut uu, mut uv, mut vv) = (0.0, 0.0, 0.0);
+    for p in facets.iter().flatten() {
+        let (x, y) = (u.dot(*p - middle), v.dot(*p - middle));
+        uu += x * x;
+        uv += x * y;
+        vv += y * y;
+    }
+    // Larger eigenvalue of the moments less `vv`; its eigenvector is (that, uv).
+    let difference = 0.5 * (uu - vv);
+    let root = (difference * difference + uv * uv).sqrt();
+    let major = if difference >= 0.0 {
+        u * (difference + root) + v * uv
+    } else {
+        u * uv + v * (root - difference)
+    };
+    let major = major.try_normalize().unwrap_or(u);
+    DMat3::from_cols(normal, major, normal.cross(major))
+}
+
+/// Box that holds those of two nodes; no facet is looked at again.
 fn join(a: &Node, b: &Node, span: &Span) -> Node {
     let (middle, normal) = (span.middle(), span.normal());
-    let (ha, hb) = (normal.dot(a.centre - middle), normal.dot(b.centre - middle));
-    let (wa, wb) = (a.extent(normal.dot(a.normal), 1.0), b.extent(normal.dot(b.normal), 1.0));
-    let (top, bottom) = ((ha + wa).max(hb + wb), (ha - wa).min(hb - wb));
-    let shift = 0.5 * (top + bottom);
-    let radius = 0.5 * span.low.distance(span.high) + shift.abs();
-    Node::holding(middle + normal * shift, radius, normal, 0.5 * (top - bottom))
+    let longest = span.high - span.low;
+    let across = longest - normal * longest.dot(normal);
+    let major = across.try_normalize().unwrap_or(any_perpendicular(normal));
+    let frame = DMat3::from_cols(normal, major, normal.cross(major));
+    let turned = frame.transpose();
+    let reach = |node: &Node| {
+        DVec3::new(node.extent(frame.x_axis), node.extent(frame.y_axis), node.extent(frame.z_axis))
+    };
+    let (pa, pb) = (turned * (a.centre - middle), turned * (b.centre - middle));
+    let (ra, rb) = (reach(a), reach(b));
+    Node::holding(middle, frame, (pa - ra).min(pb - rb), (pa + ra).max(pb + rb))
 }
 
 impl Node {
-    /// A node of no facets yet, widened by the rounding of the figures.
-    fn holding(centre: DVec3, radius: f64, normal: DVec3, half_width: f64) -> Self {
-        let slack = 1e-14 * (centre.abs().max_element() + radius);
-        let (radius, half_width) = (radius + slack, half_width + slack);
-        Self { centre, radius, normal, half_width, first: 0, count: 0 }
+    /// A node of no facets yet, from the box `low` to `high` about `middle` in `frame`, widened by the
+    /// rounding of the figures.
+    fn holding(middle: DVec3, frame: DMat3, low: DVec3, high: DVec3) -> Self {
+        let centre = middle + frame * (0.5 * (low + high));
+        let half = 0.5 * (high - low);
+        let slack = 1e-14 * (centre.abs().max_element() + half.length());
+        let half = half + DVec3::splat(slack);
+        Self { centre, frame, half, radius: half.length(), first: 0, count: 0 }
     }
 
-    /// How far the node reaches from its centre in a direction, given by its component `along` the slab's
-    /// normal and its squared length.
-    fn extent(&self, along: f64, squared: f64) -> f64 {
-        let across = (squared - along * along).max(0.0).sqrt();
-        along.abs() * self.half_width + across * self.radius
+    /// How far the node reaches from its centre in a direction (of any length).
+    fn extent(&self, direction: DVec3) -> f64 {
+        (self.frame.transpose() * direction).abs().dot(self.half)
     }
 }
 
@@ -292,8 +321,6 @@ impl Query {
     }
 
     /// Upper bound of the need over a node.
-    ///
-    /// The node lies within `half_width` of its centre along the slab's normal and `radius` across it.
     fn bound(&mut self, node: &Node) -> f64 {
         let axis = self.frame[2];
         let d = node.centre - self.tip;
@@ -303,43 +330,41 @@ impl Query {
         if rho_squared >= outside * outside {
             return f64::NEG_INFINITY;
         }
-        let upright = node.normal.dot(axis);
         if height + node.radius > self.reach {
-            let lowest = height - node.extent(upright, 1.0);
+            let lowest = height - node.extent(axis);
             if lowest > self.reach {
                 self.lowest_ignored = self.lowest_ignored.min(lowest);
                 return f64::NEG_INFINITY;
             }
         }
         let tangent = self.profile.tangent(height, rho_squared);
-        let along = upright + tangent.pull * (node.normal.dot(d) - height * upright);
-        let squared = 1.0 + tangent.pull * tangent.pull * rho_squared;
+        let gradient = axis + (d - axis * height) * tangent.pull;
         if tangent.concavity == 0.0 {
-            let bound = tangent.value + node.extent(along, squared);
-            return bound.min(self.bound_nearer(node, d, height, upright));
+            let bound = tangent.value + node.extent(gradient);
+            return bound.min(self.bound_nearer(node, d, height));
         }
-        // A step y in the plane of the slab is at least `upright * y - half_width / 2` across the axis.
-        let across =
-            (squared - along * along).max(0.0).sqrt() + 0.5 * tangent.concavity * node.half_width;
+        // A step y across the normal is at least `upright * y - half.x / 2` across the axis.
+        let slope = (node.frame.transpose() * gradient).abs();
+        let upright = node.frame.x_axis.dot(axis);
         let bend = tangent.concavity * upright * upright;
-        let rise = if across < bend * node.radius {
-            0.5 * across * across / bend
-        } else {
-            (across - 0.5 * bend * node.radius) * node.radius
-        };
-        tangent.value + along.abs() * node.half_width + rise
+        let thick = 0.5 * tangent.concavity * node.half.x;
+        tangent.value
+            + slope.x * node.half.x
+            + parabola_top(slope.y + thick, bend, node.half.y)
+            + parabola_top(slope.z + thick, bend, node.half.z)
     }
 
-    /// Bound from the tangent nearer to where the cutter would touch the middle plane of the slab: at
-    /// that point the gradient stands on the slab, and only its thickness counts. Bull-nose
+    /// Bound from the tangent nearer to where the cutter would touch the middle plane of the box: at
+    /// that point the gradient stands on the box, and only its thickness counts. Bull-nose
     /// corners bend too unevenly for the second-order bound of the ball.
-    fn bound_nearer(&self, node: &Node, d: DVec3, height: f64, upright: f64) -> f64 {
+    fn bound_nearer(&self, node: &Node, d: DVec3, height: f64) -> f64 {
         let profile = &self.profile;
+        let axis = self.frame[2];
+        let upright = node.frame.x_axis.dot(axis);
         if profile.bottom == 0.0 || profile.corner == 0.0 || upright.abs() < 0.1 {
             return f64::INFINITY;
         }
-        let axis = self.frame[2];
-        let normal = if upright > 0.0 { node.normal } else { -node.normal };
+        let normal = node.frame.x_axis * upright.signum();
         let upright = upright.abs();
         let across = normal - axis * upright;
         let slope = across.length();
@@ -351,12 +376,9 @@ impl Query {
         let step = (touch - lateral).clamp_length_max(node.radius);
         let at = lateral + step;
         let climb = -normal.dot(step) / upright;
-        let rho_squared = at.length_squared();
-        let tangent = profile.tangent(height + climb, rho_squared);
+        let tangent = profile.tangent(height + climb, at.length_squared());
         let back = -climb - tangent.pull * at.dot(step);
-        let along = upright + tangent.pull * normal.dot(at);
-        let squared = 1.0 + tangent.pull * tangent.pull * rho_squared;
-        tangent.value + back + node.extent(along, squared)
+        tangent.value + back + node.extent(axis + at * tangent.pull)
     }
 
     /// The larger of `floor` and the need of the part of a facet that is not above reach.
@@ -372,6 +394,15 @@ impl Query {
             .into_iter()
             .flatten()
             .fold(floor, |best, piece| self.profile.triangle(piece, best))
+    }
+}
+
+/// Largest value of `slope y - bend y^2 / 2` for `0 <= y <= most`.
+fn parabola_top(slope: f64, bend: f64, most: f64) -> f64 {
+    if slope < bend * most {
+        0.5 * slope * slope / bend
+    } else {
+        (slope - 0.5 * bend * most) * most
     }
 }
 

@@ -20,7 +20,7 @@ use thiserror::Error;
 pub enum LocateError {
     /// The surface faces away from the tool.
     #[error(
-        "locate: {count} of {total} contacts face away from the tool, first at ({}, {}, {}), where the normal is {degrees:.1} degrees from the axis; it must be below 90: exclude these faces, turn the part or machine in five axes",
+        "locate: {count} of {total} contacts face away from the tool, first at ({:.3}, {:.3}, {:.3}), where the normal is {degrees:.1} degrees from the axis; it must be below 90: exclude these faces, turn the part or machine in five axes",
         place.x, place.y, place.z
     )]
     BelowHorizon {
@@ -35,7 +35,7 @@ pub enum LocateError {
     },
     /// A contact that is no contact.
     #[error(
-        "locate: contact {index} at ({}, {}, {}) has a position, unit normal, feed direction or feed that is not finite",
+        "locate: contact {index} at ({:.3}, {:.3}, {:.3}) has a position, unit normal, feed direction or feed that is not finite",
         place.x, place.y, place.z
     )]
     NotFinite {

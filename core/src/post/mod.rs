@@ -61,7 +61,7 @@ pub enum PostError {
     Empty,
     /// A three-axis machine cannot tilt.
     #[error(
-        "post: point {index} at ({}, {}, {}) has the axis ({}, {}, {}); a three-axis program needs (0, 0, 1): rotate the part or choose a five-axis machine",
+        "post: point {index} at ({:.3}, {:.3}, {:.3}) has the axis ({:.3}, {:.3}, {:.3}); a three-axis program needs (0, 0, 1): rotate the part or choose a five-axis machine",
         tip.x, tip.y, tip.z, axis.x, axis.y, axis.z
     )]
     TiltedAxis {
@@ -74,7 +74,7 @@ pub enum PostError {
     },
     /// A rapid would run through part or stock.
     #[error(
-        "post: the rapid to point {index} at ({}, {}, {}) runs at machine Z {height} mm; rapids must stay at or above the rapid plane at {rapid_plane} mm",
+        "post: the rapid to point {index} at ({:.3}, {:.3}, {:.3}) runs at machine Z {height:.3} mm; rapids must stay at or above the rapid plane at {rapid_plane} mm",
         tip.x, tip.y, tip.z
     )]
     LowRapid {
@@ -103,7 +103,7 @@ pub enum PostError {
     },
     /// The rotary axes cannot follow.
     #[error(
-        "post: between ({}, {}, {}) and the next point the rotary axes turn too fast near A = 0 to stay within {tolerance} mm; keep the tool axis away from the C axis there",
+        "post: between ({:.3}, {:.3}, {:.3}) and the next point the rotary axes turn too fast near A = 0 to stay within {tolerance} mm; keep the tool axis away from the C axis there",
         place.x, place.y, place.z
     )]
     Singular {

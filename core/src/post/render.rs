@@ -88,6 +88,7 @@ fn header(text: &mut String, options: &ProgramOptions, dialect: &Dialect) {
     let mut comments = vec!["evencut", &name, &cutter, "mm, tool tip programmed"];
     if options.machine.axes == Axes::Xyzac {
         comments.push("table A about X carries table C about Z, centre at program zero");
+        comments.push("machine coordinates: run with trivial kinematics, tool centre control off");
     }
     for comment in comments {
         text.push_str(dialect.comment[0]);

@@ -1,8 +1,9 @@
 //! Rotary tables: A turns about X and carries C, which turns about Z; their centre is program zero.
 //!
 //! Workpiece point `p` stands in the machine at `P = Rx(A) Rz(C) p`, and the tool axis that stands along
-//! the machine's Z is `(sin C sin A, cos C sin A, cos A)`. These are the kinematics that
-//! LinuxCNC calls xyzac-trt, without offsets.
+//! the machine's Z is `(sin C sin A, cos C sin A, cos A)`. This is the inverse
+//! that LinuxCNC's xyzac-trt kinematics have at their default directions and without offsets (checked against
+//! its formulas); since the program holds its result, the machine must run trivial kinematics.
 
 use crate::geometry::DVec3;
 use crate::geometry::math::{acos_clamped, atan2, cos, hypot, sin};
