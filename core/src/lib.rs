@@ -46,3 +46,5 @@ pub mod report;
 pub mod preview;
 
 pub mod plan;
+
+pub mod results;

@@ -6,7 +6,7 @@ use crate::feed::fill_time;
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, FlattenError, Locator, Quality, abf, bff};
 use crate::geometry::polyline::simplify_closed;
-use crate::geometry::{DVec2, DVec3, math};
+use crate::geometry::{DVec3, math};
 use crate::job::{
     AnalyticKind, AnalyticOptions, AnalyticParameters, Boundary, CutDirection, FlattenMethod,
     ForceControl, Job, Stepover, SurfaceSource,
@@ -111,6 +111,8 @@ pub enum Stage {
     Cut,
     /// Lifting, locating, joining.
     Locate,
+    /// Writing program, tables, pictures and report.
+    Write,
 }
 
 /// A plan and what is known about it.
@@ -153,12 +155,12 @@ pub struct Coverage {
     pub area: f64,
     /// Never covered although the cutter could, mm².
     pub never_covered: f64,
-    /// A place of it, flat.
-    pub never_covered_at: Option<DVec2>,
+    /// A place of it, mm.
+    pub never_covered_at: Option<DVec3>,
     /// In corners that the cutter cannot enter, mm².
     pub too_tight: f64,
-    /// A place of it, flat.
-    pub too_tight_at: Option<DVec2>,
+    /// A place of it, mm.
+    pub too_tight_at: Option<DVec3>,
 }
 
 /// Plans a job. `file`: the bytes of the surface file, if the job names one.
@@ -210,7 +212,7 @@ pub fn plan(
         deliver(&cut.points, &lift, &check, &options, |p| progress(Stage::Locate, p))?;
     fill_time(&mut toolpath, &job.tool, &job.machine);
     Ok(Planned {
-        coverage: plane.coverage(&cut.stock, &chart),
+        coverage: plane.coverage(&cut.stock, &surface, &chart, &locator),
         surface,
         warnings,
         chart,
@@ -366,9 +368,20 @@ impl Plane<'_> {
 
     /// Areas left, on the surface. Outside of ring 0 between walls only what a disc on ring 0
     /// reaches can be cut, and ring 0 was cut: what is left there is too tight.
-    fn coverage(&self, stock: &Stock, chart: &Chart) -> Coverage {
+    fn coverage(
+        &self,
+        stock: &Stock,
+        surface: &Surface,
+        chart: &Chart,
+        locator: &Locator,
+    ) -> Coverage {
         use crate::flat_path::Terrain;
         let terrain = self.terrain();
+        let first = |place: &mut Option<DVec3>, p| {
+            if place.is_none() {
+                *place = locator.locate(p).ok().map(|p| surface.position(p));
+            }
+        };
         let mut out = Coverage { area: self.region.area(), ..Coverage::default() };
         let scale = chart.vertex_scale().iter().copied().fold(0.0, f64::max);
         let spacing = 0.05 * self.job.tool.radius() / scale.max(1e-12);
@@ -377,10 +390,10 @@ impl Plane<'_> {
             let area = flat_area * scale * scale;
             if terrain.room(p).is_none_or(|room| room < 0.0) {
                 out.too_tight += area;
-                out.too_tight_at.get_or_insert(p);
+                first(&mut out.too_tight_at, p);
             } else {
                 out.never_covered += area;
-                out.never_covered_at.get_or_insert(p);
+                first(&mut out.never_covered_at, p);
             }
         });
         out

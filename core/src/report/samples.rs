@@ -75,7 +75,6 @@ pub(super) fn report() -> Report {
             too_tight_at_mm: Some([44.1, 77.9, 3.2]),
         },
         gouge: GougeFigures {
-            deepest_mm: 0.0,
             raised: vec![RaisedStretch {
                 from_mm: [43.0, 77.0, 3.3],
                 length_mm: 8.4,

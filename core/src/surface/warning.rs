@@ -136,6 +136,16 @@ impl std::fmt::Display for Repairs {
     }
 }
 
+impl Warning {
+    /// What was mended, in words, when that is what the warning is about.
+    pub fn repair(&self) -> Option<String> {
+        match self {
+            Self::Repaired(repairs) => Some(repairs.to_string()),
+            _ => None,
+        }
+    }
+}
+
 /// About the part as placed and repaired.
 pub(super) fn of_part(mesh: &TriangleSoup, repairs: &Repairs) -> Vec<Warning> {
     let (low, high) = bounding_box(&mesh.positions);

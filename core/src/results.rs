@@ -1,0 +1,305 @@
+//! A plan → the files of its results, the same bytes wherever it was made.
+
+use crate::feed::machine_time;
+use crate::flatten::Locator;
+use crate::geometry::DVec3;
+use crate::job::{FlattenMethod, ForceControl, Job, Picture};
+use crate::plan::{PlanError, Planned, Stage, plan};
+use crate::post::{PostError, ProgramOptions, program};
+use crate::preview::{flat_map, mrr_chart, surface_view};
+use crate::report::{
+    ByKind, CoverageFigures, FORMAT, FileRecord, FlattenFigures, ForceFigures, GougeFigures,
+    PathFigures, Profile, RaisedStretch, Report, RingFigures, StepoverFigures, SurfaceFigures,
+    Versions, Warning,
+};
+use crate::surface;
+use crate::toolpath::{MoveKind, Toolpath};
+use thiserror::Error;
+
+/// A file that was read.
+#[derive(Copy, Clone, Debug)]
+pub struct Input<'a> {
+    /// Name as the job gives it.
+    pub name: &'a str,
+    /// Content.
+    pub bytes: &'a [u8],
+}
+
+/// A file to be written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OutputFile {
+    /// Name in the folder of the results.
+    pub name: String,
+    /// Content.
+    pub bytes: Vec<u8>,
+}
+
+/// The results of a job.
+#[derive(Clone, Debug)]
+pub struct Results {
+    /// All files, the report last.
+    pub files: Vec<OutputFile>,
+    /// What the report tells.
+    pub report: Report,
+}
+
+/// Why there are no results.
+#[derive(Debug, Error)]
+pub enum ResultsError {
+    /// The job cannot be planned.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The path cannot be written as a program.
+    #[error(transparent)]
+    Post(#[from] PostError),
+}
+
+/// Plans a job and writes all files it asks for.
+///
+/// `job_file`: the job as read; `surface_file`: the mesh it names, if it names one.
+///
+/// # Errors
+/// [`ResultsError`]; nothing is half done.
+pub fn results(
+    job: &Job,
+    job_file: Input,
+    surface_file: Option<Input>,
+    progress: &mut dyn FnMut(Stage, f64),
+) -> Result<Results, ResultsError> {
+    let planned = plan(job, surface_file.map(|f| f.bytes), progress)?;
+    progress(Stage::Write, 0.0);
+    let mut files = vec![
+        OutputFile { name: "job.resolved.toml".into(), bytes: job.to_toml().into_bytes() },
+        OutputFile { name: "toolpath.csv".into(), bytes: planned.toolpath.to_csv().into_bytes() },
+    ];
+    if let Some(post) = job.output.gcode {
+        let options = ProgramOptions {
+            post,
+            name: job.name.clone(),
+            machine: job.machine,
+            rapid_plane: planned.rapid_plane,
+            tool: job.tool,
+            tool_number: 1,
+            spindle: job.cut.spindle,
+            tolerance: job.cut.tolerance,
+        };
+        let program = program(&planned.toolpath, &options)?;
+        let name = format!("program.{}", program.extension);
+        files.push(OutputFile { name, bytes: program.text.into_bytes() });
+    }
+    let pictures = pictures(job, &planned);
+    for (name, _, svg) in &pictures {
+        files.push(OutputFile { name: (*name).into(), bytes: svg.clone().into_bytes() });
+    }
+    let inputs = [Some(job_file), surface_file];
+    let inputs = inputs.into_iter().flatten().map(|f| FileRecord::of(f.name, f.bytes)).collect();
+    let mut report = report(job, &planned, inputs);
+    report.outputs = files.iter().map(|f| FileRecord::of(&f.name, &f.bytes)).collect();
+    let shown: Vec<(&str, &str)> = pictures.iter().map(|(_, t, svg)| (*t, svg.as_str())).collect();
+    let page = report.to_html(&shown);
+    files.push(OutputFile { name: "report.html".into(), bytes: page.into_bytes() });
+    files.push(OutputFile { name: "report.json".into(), bytes: report.to_json().into_bytes() });
+    progress(Stage::Write, 1.0);
+    Ok(Results { files, report })
+}
+
+/// File name, heading and SVG of every picture the job asks for.
+fn pictures(job: &Job, planned: &Planned) -> Vec<(&'static str, &'static str, String)> {
+    let limit = job.mrr_limit();
+    let draw = |picture: &Picture| match picture {
+        Picture::Flat => {
+            let svg = flat_map(&planned.surface, &planned.chart, &planned.toolpath, limit);
+            ("flat.svg", "Flat map", svg)
+        }
+        Picture::Surface => {
+            let contacts = contacts(planned);
+            let svg = surface_view(&planned.surface, &planned.toolpath, &contacts, limit);
+            ("surface.svg", "Surface", svg)
+        }
+        Picture::Mrr => {
+            let (before, after) = (Profile::of(&planned.plain), Profile::of(&planned.toolpath));
+            ("mrr.svg", "Removal rate along time", mrr_chart(&before, &after, limit))
+        }
+    };
+    job.output.pictures.iter().map(draw).collect()
+}
+
+/// The place on the surface of every point of the path.
+fn contacts(planned: &Planned) -> Vec<Option<DVec3>> {
+    let surface = &planned.surface;
+    let locator = Locator::new(surface.connectivity(), planned.chart.uv());
+    let place = |at| locator.locate(at).ok().map(|p| surface.position(p));
+    planned.toolpath.points.iter().map(|p| p.flat.and_then(place)).collect()
+}
+
+fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> Report {
+    let limit = job.mrr_limit();
+    let surface = &planned.surface;
+    let figures = |path: &Toolpath, feed: f64| {
+        let time = machine_time(path, &job.tool, &job.machine, job.cut.tolerance);
+        let mut by_kind = ByKind::default();
+        MoveKind::ALL.iter().for_each(|&kind| by_kind.add(kind, time.limited[kind]));
+        PathFigures::of(path, feed, by_kind, limit)
+    };
+    let plain = figures(&planned.plain, job.cut.feed);
+    let factor = (limit / (plain.peak_mm3_per_min / 60.0)).min(1.0);
+    let slowed = figures(&slowed(&planned.plain, factor, job), job.cut.feed * factor);
+    let delivered = figures(&planned.toolpath, job.cut.feed);
+    let (low, high) = surface
+        .positions()
+        .iter()
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
+    Report {
+        format: FORMAT,
+        job: job.name.clone(),
+        versions: Versions { evencut: env!("CARGO_PKG_VERSION").into(), job_file: 1 },
+        inputs,
+        surface: SurfaceFigures {
+            area_mm2: surface.area(),
+            faces: surface.connectivity().face_count() as u64,
+            vertices: surface.positions().len() as u64,
+            boundary_loops: surface.connectivity().boundary_loops().len() as u64,
+            box_low_mm: low.to_array(),
+            box_high_mm: high.to_array(),
+            smallest_concave_radius_mm: planned.tightest.map(|(radius, _)| radius),
+        },
+        repairs: repairs(planned),
+        warnings: warnings(job, planned, &delivered),
+        flatten: FlattenFigures {
+            method: match job.flatten {
+                FlattenMethod::Abf => "abf".into(),
+                FlattenMethod::Bff => "bff".into(),
+            },
+            iterations: planned.angle_residual.map_or(1, |(_, steps)| steps as u64),
+            constraint_residual: planned.angle_residual.map_or(0.0, |(residual, _)| residual),
+            quasi_conformal_mean: planned.quality.mean_q,
+            quasi_conformal_max: planned.quality.max_q,
+            scale_min: planned.quality.min_s,
+            scale_max: planned.quality.max_s,
+            flips: planned.quality.flips as u64,
+        },
+        rings: RingFigures {
+            count: planned.rings.len() as u64,
+            tree_depth: planned.ring_depth as u64,
+            closed_cores: planned.rings.iter().filter(|r| r.closing).count() as u64,
+        },
+        stepover: StepoverFigures {
+            nominal_mm: job.nominal_side_step(),
+            over_radius: job.nominal_side_step() / job.tool.radius(),
+        },
+        force: ForceFigures {
+            control: match job.force.control {
+                ForceControl::Off => "off".into(),
+                ForceControl::Trochoid => "trochoid".into(),
+                ForceControl::Feed => "feed".into(),
+            },
+            limit_mm3_per_min: 60.0 * limit,
+            straight_pass_mm3_per_min: 60.0 * job.nominal_mrr(),
+            over_limit_intervals: planned.counts.intervals as u64,
+            trochoid_loops: planned.counts.loops as u64,
+        },
+        plain,
+        slowed,
+        delivered,
+        coverage: coverage(planned),
+        gouge: GougeFigures { raised: raised(planned) },
+        outputs: Vec::new(),
+    }
+}
+
+/// The plain rings with every feed multiplied by `factor`.
+fn slowed(plain: &Toolpath, factor: f64, job: &Job) -> Toolpath {
+    let mut path = plain.clone();
+    for p in &mut path.points {
+        if p.kind != MoveKind::Rapid && p.flat.is_some() {
+            p.feed *= factor;
+            p.mrr *= factor;
+        }
+    }
+    crate::feed::fill_time(&mut path, &job.tool, &job.machine);
+    path
+}
+
+fn coverage(planned: &Planned) -> CoverageFigures {
+    let c = &planned.coverage;
+    CoverageFigures {
+        flat_area_mm2: c.area,
+        never_covered_mm2: c.never_covered,
+        never_covered_percent: 100.0 * c.never_covered / c.area,
+        too_tight_mm2: c.too_tight,
+        too_tight_at_mm: c.too_tight_at.map(DVec3::to_array),
+    }
+}
+
+fn raised(planned: &Planned) -> Vec<RaisedStretch> {
+    let stretch = |r: &crate::cutter_location::RaisedStretch| RaisedStretch {
+        from_mm: r.place.to_array(),
+        length_mm: r.length,
+        raised_by_mm: r.raise,
+    };
+    planned.raised.iter().map(stretch).collect()
+}
+
+fn repairs(planned: &Planned) -> Vec<String> {
+    planned.warnings.iter().filter_map(surface::Warning::repair).collect()
+}
+
+fn warning(stage: &str, message: String, remedy: &str) -> Warning {
+    Warning { stage: stage.into(), message, remedy: remedy.into() }
+}
+
+/// What a reader should know before cutting.
+fn warnings(job: &Job, planned: &Planned, delivered: &PathFigures) -> Vec<Warning> {
+    let about_surface = planned.warnings.iter().filter(|w| w.repair().is_none());
+    let mut out: Vec<Warning> =
+        about_surface.map(|w| warning("surface", w.to_string(), "")).collect();
+    let c = &planned.coverage;
+    if c.never_covered > 1e-3 * c.area {
+        out.push(warning(
+            "rings",
+            format!("{:.2} mm² of the surface are never covered by the cutter", c.never_covered),
+            "choose a smaller cut.stepover",
+        ));
+    }
+    if c.too_tight > 0.0 {
+        let message = format!("{:.2} mm² lie in corners that the cutter cannot enter", c.too_tight);
+        out.push(warning("rings", message, "finish them with a smaller cutter"));
+    }
+    if let Some(worst) = planned.raised.iter().max_by(|a, b| a.raise.total_cmp(&b.raise)) {
+        let length: f64 = planned.raised.iter().map(|r| r.length).sum();
+        out.push(warning(
+            "cutter",
+            format!(
+                "the cutter does not fit on {} stretches, {length:.1} mm in all; worst near \
+                 ({:.3}, {:.3}, {:.3}) mm, raised by {:.3} mm",
+                planned.raised.len(),
+                worst.place.x,
+                worst.place.y,
+                worst.place.z,
+                worst.raise
+            ),
+            "use a smaller cutter or corner radius there",
+        ));
+    }
+    if delivered.peak_over_limit > 1.0 {
+        out.push(warning(
+            "force",
+            format!("the removal rate reaches {:.2} of the limit", delivered.peak_over_limit),
+            "set force.control to \"trochoid\" or \"feed\"",
+        ));
+    }
+    let slow = |p: &&[crate::toolpath::PathPoint]| {
+        p[1].flat.is_some() && p[1].feed < 0.5 * job.cut.feed && p[1].mrr > 0.0
+    };
+    let slow: f64 = (planned.toolpath.points.windows(2).filter(slow))
+        .map(|w| w[0].tip.distance(w[1].tip))
+        .sum();
+    if job.force.control == ForceControl::Trochoid && slow > 0.01 * delivered.length_mm.total {
+        out.push(warning(
+            "force",
+            format!("{slow:.0} mm of path had to be slowed below half the feed to keep the limit"),
+            "raise the limit, or reduce cut.axial_depth or cut.stepover",
+        ));
+    }
+    out
+}
