@@ -171,7 +171,8 @@ fn height(positions: &[DVec3], face: [u32; 3]) -> (f64, usize) {
 /// Whether a face has no area: its height is within the tolerance.
 pub(crate) fn is_flat(positions: &[DVec3], face: [u32; 3], tolerance: f64) -> bool {
     // A NaN height (all corners in one place) counts as flat.
-    !(height(positions, face).0 > tolerance)
+    let height = height(positions, face).0;
+    height <= tolerance || height.is_nan()
 }
 
 /// Removes faces whose corners lie on a line.
@@ -287,7 +288,7 @@ pub(crate) fn orientation(positions: &[DVec3], faces: &[[u32; 3]]) -> Orientatio
                 let g = across[h as usize];
                 if g != NONE && !seen[g as usize / 3] {
                     seen[g as usize / 3] = true;
-                    turn[g as usize / 3] = turn[f as usize] != !agree(h, g);
+                    turn[g as usize / 3] = turn[f as usize] == agree(h, g);
                     piece.push(g / 3);
                 }
             }
@@ -331,8 +332,8 @@ pub(crate) fn split_pinches(mesh: &mut TriangleSoup, may_split: impl Fn(u32) -> 
     // The vertex of a fan: its own for the first fan of a vertex, else a new one.
     let mut taken = vec![false; before];
     let mut vertex = vec![NONE; fans.len()];
-    for corner in 0..fans.len() {
-        let root = fans[corner] as usize;
+    for (corner, root) in fans.iter().enumerate() {
+        let root = *root as usize;
         let v = mesh.faces[corner / 3][corner % 3];
         if vertex[root] == NONE {
             vertex[root] = if taken[v as usize] && may_split(v) {
@@ -344,8 +345,94 @@ pub(crate) fn split_pinches(mesh: &mut TriangleSoup, may_split: impl Fn(u32) -> 
             };
         }
     }
-    for corner in 0..fans.len() {
-        mesh.faces[corner / 3][corner % 3] = vertex[fans[corner] as usize];
+    for (corner, root) in fans.iter().enumerate() {
+        mesh.faces[corner / 3][corner % 3] = vertex[*root as usize];
     }
     mesh.positions.len() - before
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::DVec2;
+    use crate::mesh::judge;
+
+    fn soup(positions: &[(f64, f64)], faces: &[[u32; 3]]) -> TriangleSoup {
+        let positions: Vec<DVec3> = positions.iter().map(|&(x, y)| DVec3::new(x, y, 0.0)).collect();
+        // Texture coordinates equal to the positions show whether corners keep theirs.
+        let texture = faces.iter().map(|f| f.map(|v| positions[v as usize].truncate())).collect();
+        TriangleSoup { positions, faces: faces.to_vec(), texture: Some(texture) }
+    }
+
+    fn texture_follows(mesh: &TriangleSoup) -> bool {
+        let texture = mesh.texture.as_deref().unwrap_or_default();
+        let own = |f: &[u32; 3]| f.map(|v| mesh.positions[v as usize].truncate());
+        texture.len() == mesh.faces.len() && mesh.faces.iter().map(own).eq(texture.iter().copied())
+    }
+
+    fn area(mesh: &TriangleSoup) -> f64 {
+        mesh.faces.iter().map(|f| face_area(&mesh.positions, *f)).sum()
+    }
+
+    #[test]
+    fn a_face_without_area_is_dissolved_without_a_slit() {
+        // A square whose lower half is split at the diagonal's middle, the upper half is not: the
+        // flat face 0 4 2 fills the slit between.
+        let square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.5, 0.5)];
+        let faces = [[0, 1, 4], [1, 2, 4], [0, 4, 2], [0, 2, 3]];
+        let Repaired { mesh, repairs } = repair(soup(&square, &faces));
+        assert_eq!(repairs.dissolved, 1);
+        assert!((area(&mesh) - 1.0).abs() < 1e-15);
+        let judgement = judge(&mesh.positions, &mesh.faces);
+        assert_eq!((judgement.faces, judgement.boundary_loops.len()), (4, 1));
+        assert!((judgement.boundary_loops[0] - 4.0).abs() < 1e-15);
+        assert!(texture_follows(&mesh));
+    }
+
+    #[test]
+    fn a_row_of_flat_faces_is_dissolved() {
+        let points =
+            [(0.0, 0.0), (4.0, 0.0), (2.0, -3.0), (2.0, 3.0), (1.0, 0.0), (2.0, 0.0), (3.0, 0.0)];
+        // Below, the edge from 0 to 1 is cut at 4, 5 and 6; above, it is whole.
+        let faces = [
+            [0, 2, 4],
+            [4, 2, 5],
+            [5, 2, 6],
+            [6, 2, 1],
+            [0, 4, 5],
+            [0, 5, 6],
+            [0, 6, 1],
+            [0, 1, 3],
+        ];
+        let Repaired { mesh, repairs } = repair(soup(&points, &faces));
+        assert_eq!(repairs.dissolved, 3);
+        assert!((area(&mesh) - 12.0).abs() < 1e-12);
+        assert!(mesh.faces.iter().all(|f| !is_flat(&mesh.positions, *f, repairs.tolerance)));
+        assert_eq!(judge(&mesh.positions, &mesh.faces).boundary_loops.len(), 1);
+        assert!(texture_follows(&mesh));
+    }
+
+    #[test]
+    fn most_of_the_area_decides_the_side() {
+        let points = [(0.0, 0.0), (9.0, 0.0), (9.0, 9.0), (0.0, 9.0), (10.0, 0.0)];
+        // The two large faces look up, the small one down.
+        let Repaired { mesh, repairs } = repair(soup(&points, &[[1, 2, 4], [0, 1, 2], [0, 2, 3]]));
+        assert_eq!(repairs.reoriented, 1);
+        assert_eq!(mesh.faces[0], [1, 4, 2]);
+        assert!(texture_follows(&mesh));
+    }
+
+    #[test]
+    fn repairing_twice_changes_nothing() {
+        let points = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (1.0, 1.0), (7.0, 7.0)];
+        let faces = [[0, 1, 2], [0, 4, 3], [0, 1, 4], [3, 3, 1]];
+        let once = repair(soup(&points, &faces));
+        let (welded, tolerance) = (once.repairs.welded, once.repairs.tolerance);
+        assert_eq!((welded, once.repairs.unreferenced), (1, 1));
+        assert_eq!((once.repairs.collapsed, once.repairs.duplicates), (1, 1));
+        let twice = repair(once.mesh.clone());
+        assert_eq!(twice.mesh, once.mesh);
+        assert_eq!(twice.repairs, Repairs { tolerance, ..Repairs::default() });
+        assert_eq!(twice.mesh.texture.unwrap()[0][1], DVec2::X);
+    }
 }

@@ -2,9 +2,8 @@
 
 use crate::geometry::DVec3;
 
-/// Side of a hash cell in tolerances. Larger cells make neighbour look-ups rarer and chains longer.
+/// Side of a hash cell in tolerances. Larger cells make neighbour look-ups rarer and cells fuller.
 const CELL: f64 = 16.0;
-const NONE: u32 = u32::MAX;
 
 /// For every position the index of the first position within `tolerance` of it.
 ///
@@ -12,10 +11,11 @@ const NONE: u32 = u32::MAX;
 /// clusters do not grow into chains. `tolerance` must be positive, positions finite.
 pub(super) fn weld(positions: &[DVec3], tolerance: f64) -> Vec<u32> {
     let origin = positions.iter().copied().reduce(DVec3::min).unwrap_or(DVec3::ZERO);
-    let mut cells = Cells::new(positions.len());
+    let per_cell = 1.0 / (CELL * tolerance);
+    let mut cells = Cells::new();
     let mut first = Vec::with_capacity(positions.len());
     for (i, &p) in positions.iter().enumerate() {
-        let scaled = (p - origin) / (CELL * tolerance);
+        let scaled = (p - origin) * per_cell;
         let found = find(&cells, positions, p, scaled, tolerance);
         if found.is_none() {
             cells.insert(key(scaled), i as u32);
@@ -39,7 +39,7 @@ fn find(
 ) -> Option<u32> {
     let own = key(scaled);
     let near = |j: &u32| (positions[*j as usize] - p).length_squared() <= tolerance * tolerance;
-    let best = cells.chain(own).filter(near).min();
+    let best = cells.of(own).filter(near).min();
     // Cells beyond a wall matter only to points within a tolerance of it.
     let margin = 1.0 / CELL;
     let reach = |c: f64| {
@@ -55,52 +55,75 @@ fn find(
         .flat_map(|mask| {
             let [x, y, z] =
                 [0, 1, 2].map(|axis| own[axis] + step[axis] * i64::from(mask >> axis & 1));
-            cells.chain([x, y, z]).filter(near)
+            cells.of([x, y, z]).filter(near)
         })
         .chain(best)
         .min()
 }
 
-/// A hash table from cells to chains of positions; chains of different cells may share a slot,
-/// which the distance test sorts out.
+/// A hash table from cells to representatives, open addressing with linear probing.
+///
+/// It grows with the representatives and not with the positions, so that it stays in the cache:
+/// an STL file repeats every vertex about six times.
 struct Cells {
-    head: Vec<u32>,
-    next: Vec<u32>,
-    entry: Vec<u32>,
-    shift: u32,
+    /// Upper half: part of the cell's hash; lower half: the representative.
+    slots: Vec<u64>,
+    used: usize,
 }
 
 impl Cells {
-    fn new(positions: usize) -> Self {
-        let bits = usize::BITS - positions.max(8).leading_zeros() + 1;
-        let head = vec![NONE; 1 << bits];
-        Self { head, next: Vec::new(), entry: Vec::new(), shift: 64 - bits }
+    const EMPTY: u64 = u64::MAX;
+    const FEWEST_SLOTS: usize = 1 << 10;
+
+    fn new() -> Self {
+        Self { slots: vec![Self::EMPTY; Self::FEWEST_SLOTS], used: 0 }
     }
 
-    fn slot(&self, key: [i64; 3]) -> usize {
+    fn hash(key: [i64; 3]) -> u32 {
         // Multiplicative hashing with the odd constants of SplitMix64.
         const FACTORS: [u64; 3] =
             [0x9e37_79b9_7f4a_7c15, 0xbf58_476d_1ce4_e5b9, 0x94d0_49bb_1331_11eb];
         let mixed = (0..3).fold(0_u64, |hash, axis| {
             (hash.rotate_left(23) ^ key[axis] as u64).wrapping_mul(FACTORS[axis])
         });
-        ((mixed ^ (mixed >> 29)).wrapping_mul(FACTORS[0]) >> self.shift) as usize
+        ((mixed ^ (mixed >> 29)).wrapping_mul(FACTORS[0]) >> 32) as u32
+    }
+
+    /// All slots, cyclically from the one that a hash starts at.
+    fn probe(&self, hash: u32) -> impl Iterator<Item = usize> + use<> {
+        let mask = self.slots.len() - 1;
+        (0..=mask).map(move |step| (hash as usize).wrapping_add(step) & mask)
     }
 
     fn insert(&mut self, key: [i64; 3], position: u32) {
-        let slot = self.slot(key);
-        self.next.push(self.head[slot]);
-        self.entry.push(position);
-        self.head[slot] = self.entry.len() as u32 - 1;
+        if 2 * (self.used + 1) > self.slots.len() {
+            let larger = vec![Self::EMPTY; 2 * self.slots.len()];
+            for entry in std::mem::replace(&mut self.slots, larger) {
+                if entry != Self::EMPTY {
+                    self.put(entry);
+                }
+            }
+        }
+        self.used += 1;
+        self.put(u64::from(Self::hash(key)) << 32 | u64::from(position));
     }
 
-    fn chain(&self, key: [i64; 3]) -> impl Iterator<Item = u32> + '_ {
-        let mut at = self.head[self.slot(key)];
-        std::iter::from_fn(move || {
-            let here = at as usize;
-            at = *self.next.get(here)?;
-            self.entry.get(here).copied()
-        })
+    fn put(&mut self, entry: u64) {
+        let mut slots = self.probe((entry >> 32) as u32);
+        if let Some(free) = slots.find(|slot| self.slots[*slot] == Self::EMPTY) {
+            self.slots[free] = entry;
+        }
+    }
+
+    /// Representatives in the cell `key`, and rarely some of others, which the distance test of
+    /// the caller sorts out.
+    fn of(&self, key: [i64; 3]) -> impl Iterator<Item = u32> + '_ {
+        let hash = Self::hash(key);
+        self.probe(hash)
+            .map(|slot| self.slots[slot])
+            .take_while(|entry| *entry != Self::EMPTY)
+            .filter(move |entry| (entry >> 32) as u32 == hash)
+            .map(|entry| entry as u32)
     }
 }
 

@@ -297,7 +297,8 @@ pub fn build(soup: TriangleSoup, options: &SurfaceOptions) -> Result<Built, Surf
     Ok(Built { surface, part, texture, warnings })
 }
 
-fn check_indices(soup: &TriangleSoup) -> Result<(), SurfaceError> {
+/// There are faces, and their vertices exist.
+pub(super) fn check_indices(soup: &TriangleSoup) -> Result<(), SurfaceError> {
     if soup.faces.is_empty() {
         return Err(SurfaceError::NoFaces);
     }
@@ -334,13 +335,8 @@ fn rotation(angles: DVec3) -> DMat3 {
 /// Everything that keeps the picked piece from being machined.
 fn faults(picked: &Picked, tolerance: f64) -> Vec<Fault> {
     let judgement = &picked.judgement;
-    let mut faults = topology_faults(judgement);
-    if let [first, second, ..] = judgement.components[..] {
-        let corner = picked.piece.faces[second.first_face as usize][0];
-        let at = picked.piece.positions[corner as usize];
-        let (count, largest) = (judgement.components.len(), first.area);
-        faults.insert(0, Fault::Pieces { count, largest, second: second.area, at });
-    }
+    let mut faults: Vec<Fault> = several_pieces(judgement, &picked.piece).into_iter().collect();
+    faults.extend(topology_faults(judgement));
     let positions = &picked.piece.positions;
     let flat = || picked.piece.faces.iter().filter(|f| is_flat(positions, **f, tolerance));
     if let Some(face) = flat().next() {
@@ -348,6 +344,15 @@ fn faults(picked: &Picked, tolerance: f64) -> Vec<Fault> {
         faults.push(Fault::Flat { count: flat().count(), at, tolerance });
     }
     faults
+}
+
+/// The fault of having more than one piece.
+pub(super) fn several_pieces(judgement: &Judgement, mesh: &TriangleSoup) -> Option<Fault> {
+    let [first, second, ..] = judgement.components[..] else { return None };
+    let corner = mesh.faces[second.first_face as usize][0];
+    let at = mesh.positions[corner as usize];
+    let (count, largest) = (judgement.components.len(), first.area);
+    Some(Fault::Pieces { count, largest, second: second.area, at })
 }
 
 /// What is wrong with the topology, apart from the number of pieces.
@@ -381,5 +386,160 @@ fn check_normals(surface: &Surface) -> Result<(), SurfaceError> {
             count: 1 + missing.count(),
             at: surface.positions()[v],
         }])),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use super::*;
+    use crate::job::{Component, Selection, SurfaceSource};
+    use crate::surface::AnalyticSurface;
+
+    fn options(select: Selection) -> SurfaceOptions {
+        SurfaceOptions {
+            source: SurfaceSource::File(String::new()),
+            scale: 1.0,
+            rotate: DVec3::ZERO,
+            translate: DVec3::ZERO,
+            select,
+            curvature_radius: None,
+            flip: false,
+        }
+    }
+
+    /// The unit cube, every side two triangles, outward.
+    fn cube() -> TriangleSoup {
+        let positions = (0..8)
+            .map(|i| DVec3::new((i & 1).into(), (i >> 1 & 1).into(), (i >> 2).into()))
+            .collect();
+        let sides =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let faces = sides.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        TriangleSoup { positions, faces, texture: None }
+    }
+
+    fn upward(degrees: f64) -> Selection {
+        let normal_within = Some((f64::to_radians(degrees), DVec3::Z));
+        Selection { normal_within, ..Selection::default() }
+    }
+
+    #[test]
+    fn the_top_of_a_cube_is_picked_by_its_normal() {
+        let built = build(cube(), &options(upward(10.0))).unwrap();
+        assert!((built.surface.area() - 1.0).abs() < 1e-12);
+        assert!(built.surface.positions().iter().all(|p| p.z == 1.0));
+        assert_eq!(built.part.faces.len(), 12);
+    }
+
+    #[test]
+    fn a_cube_as_it_is_has_no_boundary() {
+        let error = build(cube(), &options(Selection::default())).unwrap_err();
+        assert_eq!(error, SurfaceError::Unusable(vec![Fault::Closed { faces: 12 }]));
+    }
+
+    #[test]
+    fn rotation_is_about_x_then_y_then_z_then_moved() {
+        let mut options = options(upward(10.0));
+        // X turns -Y's side up; the others then turn within and around.
+        options.rotate = DVec3::new(-FRAC_PI_2, 0.0, FRAC_PI_2);
+        options.scale = 2.0;
+        options.translate = DVec3::new(0.0, 0.0, 5.0);
+        let built = build(cube(), &options).unwrap();
+        // (x, y, z) -> about X by -90: (x, z, -y) -> about Z by 90: (-z, x, -y).
+        assert!(built.surface.positions().iter().all(|p| (p.z - 5.0).abs() < 1e-12));
+        let (low, high) = crate::mesh::repair::bounding_box(built.surface.positions());
+        assert!((low - DVec3::new(-2.0, 0.0, 5.0)).length() < 1e-12);
+        assert!((high - DVec3::new(0.0, 2.0, 5.0)).length() < 1e-12);
+    }
+
+    #[test]
+    fn flip_machines_the_inside() {
+        let mut inside = options(upward(10.0));
+        inside.flip = true;
+        let built = build(cube(), &inside).unwrap();
+        assert!(built.surface.positions().iter().all(|p| p.z == 0.0));
+        assert!(built.surface.vertex_normals().iter().all(|n| *n == DVec3::Z));
+    }
+
+    #[test]
+    fn an_empty_selection_says_what_would_not_be_empty() {
+        let mut select = upward(10.0);
+        select.normal_within = Some((0.1, DVec3::new(0.6, 0.0, 0.8)));
+        let message = build(cube(), &options(select)).unwrap_err().to_string();
+        assert!(message.contains("none of 12 faces"), "{message}");
+        assert!(message.contains("between 36.8699 and 143.1301 degrees"), "{message}");
+        let select = Selection {
+            within_box: Some((DVec3::splat(3.0), DVec3::splat(4.0))),
+            ..Selection::default()
+        };
+        let message = build(cube(), &options(select)).unwrap_err().to_string();
+        assert!(message.contains("(3, 3, 3) to (4, 4, 4)"), "{message}");
+        assert!(message.contains("reaches from (0, 0, 0) to (1, 1, 1)"), "{message}");
+    }
+
+    #[test]
+    fn components_are_picked_by_size_or_index() {
+        let mut two = AnalyticSurface::Plane { width: 4.0, depth: 4.0 }.mesh(1.0);
+        let big = AnalyticSurface::Plane { width: 8.0, depth: 8.0 }.mesh(1.0);
+        let first = two.positions.len() as u32;
+        two.positions.extend(big.positions.iter().map(|p| p + DVec3::X * 20.0));
+        two.faces.extend(big.faces.iter().map(|f| f.map(|v| v + first)));
+        let area = |component| {
+            let select = Selection { component, ..Selection::default() };
+            build(two.clone(), &options(select)).map(|built| built.surface.area().round())
+        };
+        assert_eq!(area(Component::Largest), Ok(64.0));
+        assert_eq!(area(Component::Index(1)), Ok(16.0));
+        assert_eq!(
+            area(Component::Index(2)),
+            Err(SurfaceError::NoSuchComponent { index: 2, count: 2 })
+        );
+        assert!(area(Component::Only).unwrap_err().to_string().contains("2 connected pieces"));
+    }
+
+    #[test]
+    fn faces_that_a_selection_leaves_touching_are_parted() {
+        // Four faces around a vertex, of which two opposite ones face up.
+        let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+        let positions = vec![
+            at(0.0, 0.0, 0.0),
+            at(1.0, -1.0, 0.0),
+            at(1.0, 1.0, 0.0),
+            at(-1.0, 1.0, 0.0),
+            at(-1.0, -1.0, 0.0),
+            at(0.0, 0.5, 9.0),
+            at(0.0, -0.5, -9.0),
+        ];
+        let faces = vec![[0, 1, 2], [0, 2, 5], [0, 5, 3], [0, 3, 4], [0, 4, 6], [0, 6, 1]];
+        let soup = TriangleSoup { positions, faces, texture: None };
+        let select = Selection { component: Component::Largest, ..upward(20.0) };
+        let built = build(soup, &options(select)).unwrap();
+        assert_eq!(built.surface.connectivity().face_count(), 1);
+        assert!(built.warnings.contains(&Warning::Split { count: 1 }));
+    }
+
+    #[test]
+    fn a_torus_has_a_handle_even_with_a_hole() {
+        let n = 12;
+        let vertex = |i: u32, j: u32| (i % n) * n + j % n;
+        let positions = (0..n * n)
+            .map(|v| {
+                let (a, b) = (f64::from(v / n) / 12.0, f64::from(v % n) / 12.0);
+                let (a, b) = (a * std::f64::consts::TAU, b * std::f64::consts::TAU);
+                DVec3::new((3.0 + cos(b)) * cos(a), (3.0 + cos(b)) * sin(a), sin(b))
+            })
+            .collect();
+        let quads = (0..n * n).map(|v| {
+            let (i, j) = (v / n, v % n);
+            [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)]
+        });
+        let mut faces: Vec<[u32; 3]> =
+            quads.flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        faces.truncate(faces.len() - 1);
+        let soup = TriangleSoup { positions, faces, texture: None };
+        let error = build(soup, &options(Selection::default())).unwrap_err();
+        assert_eq!(error, SurfaceError::Unusable(vec![Fault::Handles { genus: 1 }]));
     }
 }

@@ -274,8 +274,8 @@ impl Normal {
         let basis = [1.0, u, v, uu, uv, vv, u * uu, u * uv, v * uv, v * vv];
         for i in 0..TERMS {
             let scaled = weight * basis[i];
-            for j in 0..=i {
-                self.matrix[i][j] += scaled * basis[j];
+            for (sum, other) in self.matrix[i][..=i].iter_mut().zip(basis) {
+                *sum += scaled * other;
             }
             self.right[i] += scaled * height;
         }
@@ -286,10 +286,8 @@ impl Normal {
         let mut l = [[0.0; N]; N];
         for i in 0..N {
             for j in 0..=i {
-                let mut sum = self.matrix[i][j];
-                for k in 0..j {
-                    sum -= l[i][k] * l[j][k];
-                }
+                let known: f64 = l[i][..j].iter().zip(&l[j][..j]).map(|(a, b)| a * b).sum();
+                let sum = self.matrix[i][j] - known;
                 if i > j {
                     l[i][j] = sum / l[j][j];
                 } else if sum > INDEPENDENT * self.matrix[i][i] {

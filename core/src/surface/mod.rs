@@ -3,6 +3,7 @@
 mod analytic;
 mod build;
 mod curvature;
+mod inspect;
 mod select;
 mod shape;
 mod warning;
@@ -10,6 +11,7 @@ mod warning;
 pub use analytic::{AnalyticSurface, Domain};
 pub use build::{Built, Fault, Part, SurfaceError, build};
 pub use curvature::CurvatureField;
+pub use inspect::Inspection;
 pub use shape::ShapeOperator;
 pub use warning::Warning;
 

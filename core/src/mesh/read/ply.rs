@@ -124,7 +124,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<TriangleSoup, ReadError> {
 
 fn header<'a>(tokens: &mut Tokens<'a>) -> Result<(Encoding, Vec<Element>), ReadError> {
     let magic = tokens.next_in_line();
-    if !magic.is_some_and(|t| t.text == b"ply") {
+    if magic.is_none_or(|t| t.text != b"ply") {
         return Err(tokens.unexpected(magic, "`ply`"));
     }
     tokens.skip_line();
