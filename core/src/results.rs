@@ -227,7 +227,7 @@ fn coverage(planned: &Planned) -> CoverageFigures {
         never_covered_mm2: c.never_covered,
         never_covered_percent: 100.0 * c.never_covered / c.area,
         too_tight_mm2: c.too_tight,
-        too_tight_at_mm: c.too_tight_at.map(DVec3::to_array),
+        too_tight_at_mm: c.too_tight_at.map(|p| p.to_array()),
     }
 }
 
