@@ -10,8 +10,11 @@ use crate::mesh::repair::{
 };
 use crate::mesh::{Judgement, TriangleSoup, component_of, judge, nonmanifold_vertices};
 
+/// Area that a piece must have, as a part of the largest one's, to be machined in its place;
+/// a smaller one is hardly what was meant.
+const WORTHWHILE: f64 = 0.5;
 /// How many pieces, largest first, are looked at for one that can be machined.
-const CANDIDATES: u32 = 16;
+const CANDIDATES: usize = 16;
 
 /// The piece picked.
 pub(super) struct Picked {
@@ -44,10 +47,13 @@ pub(super) fn pick(mut mesh: TriangleSoup, selection: &Selection) -> Result<Pick
     let (index, passed_over) = match selection.component {
         Component::Only => (None, 0),
         Component::Largest => {
-            let usable = (0..CANDIDATES.min(count as u32)).find(|&i| {
-                let (_, judgement) = component(&mesh, &number, i);
-                topology_faults(&judgement).is_empty()
-            });
+            let least = WORTHWHILE * whole.components.first().map_or(0.0, |c| c.area);
+            let candidates = whole.components.iter().take(CANDIDATES).zip(0..);
+            let usable =
+                candidates.take_while(|(c, _)| c.area >= least).map(|(_, i)| i).find(|&i| {
+                    let (_, judgement) = component(&mesh, &number, i);
+                    topology_faults(&judgement).is_empty()
+                });
             (Some(usable.unwrap_or(0)), usable.unwrap_or(0))
         }
         Component::Index(i) if (i as usize) < count => (Some(i), 0),

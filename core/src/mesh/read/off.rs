@@ -17,7 +17,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<TriangleSoup, ReadError> {
     let mut soup = TriangleSoup::default();
     soup.positions.reserve(vertices);
     for _ in 0..vertices {
-        skip_blank(&mut tokens);
+        tokens.skip_blank();
         soup.positions.push(tokens.position_in_line()?);
         tokens.skip_line();
     }
@@ -85,13 +85,6 @@ fn counts(tokens: &mut Tokens) -> Result<(usize, usize), ReadError> {
     }
     check_vertex_count(MeshFormat::Off, Place::Whole, vertices as usize)?;
     Ok((vertices as usize, faces as usize))
-}
-
-/// Moves to the next token without consuming it.
-fn skip_blank(tokens: &mut Tokens) {
-    if let Some(t) = tokens.next() {
-        tokens.seek(t.start);
-    }
 }
 
 /// `n i1 .. in`, then an optional colour.

@@ -105,6 +105,11 @@ impl<'a> Tokens<'a> {
         Token { text: &self.bytes[start..self.at], start }
     }
 
+    /// Moves to the next token without consuming it.
+    pub fn skip_blank(&mut self) {
+        self.at = self.next().map_or(self.bytes.len(), |token| token.start);
+    }
+
     /// Moves to the start of the next line.
     pub fn skip_line(&mut self) {
         let end = self.bytes[self.at..].iter().position(|b| *b == b'\n');
