@@ -20,6 +20,8 @@ use crate::mesh::{HalfEdgeId, VertexId};
 const RADIUS_IN_EDGES: f64 = 3.5;
 /// Most neighbours that a fit uses, nearest rings first; bounds the work for a huge radius.
 const MOST_NEIGHBOURS: usize = 512;
+/// Most edges that a search follows; bounds the work where thousands of faces share a vertex.
+const MOST_EDGES: usize = 4096;
 /// Neighbours below which only the quadratic terms are fitted.
 const FEWEST_FOR_CUBIC: usize = 13;
 /// Neighbours below which the radius is enlarged.
@@ -171,11 +173,13 @@ struct Search {
     seen: Vec<u32>,
     current: u32,
     found: Vec<u32>,
+    /// Whether the last search ended at a limit and not at its radius.
+    cut_off: bool,
 }
 
 impl Search {
     fn new(vertices: usize) -> Self {
-        Self { seen: vec![0; vertices], current: 0, found: Vec::new() }
+        Self { seen: vec![0; vertices], current: 0, found: Vec::new(), cut_off: false }
     }
 
     /// Vertices within `radius` of vertex `v`, connected to it within the radius; `v` is first.
@@ -184,9 +188,10 @@ impl Search {
         self.found.clear();
         self.found.push(v);
         self.seen[v as usize] = self.current;
-        let mut at = 0;
+        let (mut at, mut followed) = (0, 0);
         while at < self.found.len() && self.found.len() < MOST_NEIGHBOURS {
-            for &w in rings.around(self.found[at]) {
+            let ring = rings.around(self.found[at]);
+            for &w in &ring[..ring.len().min(MOST_EDGES - followed)] {
                 let near = (positions[w as usize] - positions[v as usize]).length_squared()
                     <= radius * radius;
                 if near && self.seen[w as usize] != self.current {
@@ -194,8 +199,11 @@ impl Search {
                     self.found.push(w);
                 }
             }
+            followed = MOST_EDGES.min(followed + ring.len());
             at += 1;
         }
+        self.cut_off = at < self.found.len() || followed == MOST_EDGES;
+        self.found.truncate(MOST_NEIGHBOURS);
         &self.found
     }
 }
@@ -215,6 +223,9 @@ fn fit_vertex(
             && let Some(operator) = fit(surface, v, near, radius)
         {
             return Some(operator);
+        }
+        if search.cut_off {
+            return None;
         }
         radius *= ENLARGEMENT;
     }
@@ -399,6 +410,20 @@ mod tests {
             let ((low, high, _), (low_b, high_b, _)) = (a.principal(), b.principal());
             assert!((low - low_b).abs() < 1e-9 && (high - high_b).abs() < 1e-9);
         }
+    }
+
+    #[test]
+    fn a_vertex_of_very_many_faces_does_not_stall_the_search() {
+        let n = 30_000_u32;
+        let rim = (0..n).map(|i| {
+            let angle = std::f64::consts::TAU * f64::from(i) / f64::from(n);
+            DVec3::new(crate::geometry::math::cos(angle), crate::geometry::math::sin(angle), 0.0)
+        });
+        let positions = std::iter::once(DVec3::ZERO).chain(rim).collect();
+        let faces = (0..n).map(|i| [0, 1 + i, 1 + (i + 1) % n]).collect();
+        let fan = surface(TriangleSoup { positions, faces, texture: None });
+        let field = CurvatureField::estimate(&fan, None);
+        assert!(field.operators().iter().all(|o| o.k.iter().all(|k| k.abs() < 1e-6)));
     }
 
     #[test]

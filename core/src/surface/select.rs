@@ -32,18 +32,14 @@ pub(super) struct Picked {
 
 /// Applies the conditions, then the choice of component.
 pub(super) fn pick(mut mesh: TriangleSoup, selection: &Selection) -> Result<Picked, SurfaceError> {
-    let faulty = nonmanifold_vertices(&mesh.positions, &mesh.faces);
-    select_by_normal(&mut mesh, selection)?;
-    select_by_box(&mut mesh, selection)?;
-    // Touching faces that the selection made are parted; those of the file stay for the judge.
-    let split = split_pinches(&mut mesh, |v| !faulty[v as usize]);
-    compact(&mut mesh);
-    // A part of a surface with one side only may have two.
-    let turn = orientation(&mesh.positions, &mesh.faces).turn;
-    turn_faces(&mut mesh, |f| turn[f]);
+    let conditions = selection.normal_within.is_some() || selection.within_box.is_some();
+    let split = if conditions { select_faces(&mut mesh, selection)? } else { 0 };
     let whole = judge(&mesh.positions, &mesh.faces);
     let count = whole.components.len();
-    let number = component_of(&mesh.positions, &mesh.faces, &whole.components);
+    let number = match selection.component {
+        Component::Only => Vec::new(),
+        _ => component_of(&mesh.positions, &mesh.faces, &whole.components),
+    };
     let (index, passed_over) = match selection.component {
         Component::Only => (None, 0),
         Component::Largest => {
@@ -78,6 +74,20 @@ fn component(mesh: &TriangleSoup, number: &[u32], index: u32) -> (TriangleSoup, 
     compact(&mut piece);
     let judgement = judge(&piece.positions, &piece.faces);
     (piece, judgement)
+}
+
+/// Keeps the faces that meet the conditions; how many vertices had to be split.
+fn select_faces(mesh: &mut TriangleSoup, selection: &Selection) -> Result<usize, SurfaceError> {
+    let faulty = nonmanifold_vertices(&mesh.positions, &mesh.faces);
+    select_by_normal(mesh, selection)?;
+    select_by_box(mesh, selection)?;
+    // Touching faces that the selection made are parted; those of the file stay for the judge.
+    let split = split_pinches(mesh, |v| !faulty[v as usize]);
+    compact(mesh);
+    // A part of a surface with one side only may have two.
+    let turn = orientation(&mesh.positions, &mesh.faces).turn;
+    turn_faces(mesh, |f| turn[f]);
+    Ok(split)
 }
 
 fn select_by_normal(mesh: &mut TriangleSoup, selection: &Selection) -> Result<(), SurfaceError> {

@@ -234,7 +234,7 @@ struct Body<'a> {
 impl Body<'_> {
     fn place(&self, at: usize) -> Place {
         match self.encoding {
-            Encoding::Ascii => self.tokens.error(at, String::new(), "").place,
+            Encoding::Ascii => self.tokens.line(at),
             _ => Place::Byte(at),
         }
     }
@@ -414,7 +414,7 @@ fn triangles(
             points.push(p);
         }
         cut.clear();
-        triangulate(&points, &mut cut);
+        triangulate(&points, &mut cut).map_err(|e| e.at(MeshFormat::Ply, body.place(at)))?;
         faces.extend(cut.iter().map(|t| t.map(|i| corners[i as usize])));
         first = end;
     }

@@ -160,16 +160,16 @@ impl<'a> Tokens<'a> {
         }
     }
 
+    /// The line of a byte.
+    pub fn line(&self, at: usize) -> Place {
+        let before = &self.bytes[..at.min(self.bytes.len())];
+        Place::Line(1 + before.iter().filter(|b| **b == b'\n').count())
+    }
+
     /// An error at a byte, which becomes a line number.
     pub fn error(&self, at: usize, found: String, expected: &str) -> ReadError {
-        let before = &self.bytes[..at.min(self.bytes.len())];
-        let line = 1 + before.iter().filter(|b| **b == b'\n').count();
-        ReadError {
-            format: self.format,
-            place: Place::Line(line),
-            found,
-            expected: expected.to_owned(),
-        }
+        let (format, place) = (self.format, self.line(at));
+        ReadError { format, place, found, expected: expected.to_owned() }
     }
 }
 
