@@ -30,11 +30,26 @@ pub struct Inspection {
     pub bounds: (DVec3, DVec3),
     /// Shortest and longest edge.
     pub edges: (f64, f64),
-    /// Smallest radius of a concave place and where it is; `None` if nothing is concave or the
-    /// mesh is not a manifold.
-    pub concave: Option<(f64, DVec3)>,
+    /// The tightest concave place, which limits the cutter's radius.
+    pub concave: Concave,
     /// What keeps the whole mesh from being machined without a selection.
     pub faults: Vec<Fault>,
+}
+
+/// The tightest concave place of a mesh.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub enum Concave {
+    /// Not measured: the mesh is not an oriented manifold.
+    Unmeasured,
+    /// Nothing is concave, or not more than a flat place with rounding.
+    Nowhere,
+    /// Smallest radius and where it is.
+    Radius {
+        /// The radius, in the units of the file.
+        radius: f64,
+        /// Where.
+        at: DVec3,
+    },
 }
 
 impl Inspection {
@@ -76,16 +91,22 @@ fn edge_range(mesh: &TriangleSoup) -> (f64, f64) {
         .fold((f64::INFINITY, 0.0), |(low, high), l| (low.min(l), high.max(l)))
 }
 
-/// Smallest concave radius over all vertices, if there is a manifold to measure it on.
-fn smallest_concave_radius(mut mesh: TriangleSoup, diagonal: f64) -> Option<(f64, DVec3)> {
+/// The smallest concave radius over all vertices.
+fn smallest_concave_radius(mut mesh: TriangleSoup, diagonal: f64) -> Concave {
     split_pinches(&mut mesh, |_| true);
     let faces = mesh.faces.iter().map(|face| face.map(VertexId)).collect();
-    let connectivity = Connectivity::new(mesh.positions.len(), faces).ok()?;
+    let Ok(connectivity) = Connectivity::new(mesh.positions.len(), faces) else {
+        return Concave::Unmeasured;
+    };
     let surface = Surface::new(connectivity, mesh.positions);
     let field = surface.curvature(None);
     let lowest = field.operators().iter().map(|o| o.principal().0).zip(surface.positions());
-    let (k, place) = lowest.min_by(|(a, _), (b, _)| a.total_cmp(b))?;
-    (k * FLATTEST * diagonal < -1.0).then(|| (-1.0 / k, *place))
+    match lowest.min_by(|(a, _), (b, _)| a.total_cmp(b)) {
+        Some((k, at)) if k * FLATTEST * diagonal < -1.0 => {
+            Concave::Radius { radius: -1.0 / k, at: *at }
+        }
+        _ => Concave::Nowhere,
+    }
 }
 
 impl fmt::Display for Inspection {
@@ -108,14 +129,13 @@ impl fmt::Display for Inspection {
         writeln!(f, "area           {} mm²", short(self.area))?;
         writeln!(f, "bounding box   {} to {} mm", Spot(low), Spot(high))?;
         writeln!(f, "edges          {} to {} mm", short(shortest), short(longest))?;
+        f.write_str("tightest       ")?;
         match self.concave {
-            Some((radius, place)) => writeln!(
-                f,
-                "tightest       concave radius {} mm at {}",
-                short(radius),
-                Spot(place)
-            )?,
-            None => writeln!(f, "tightest       no concave place found")?,
+            Concave::Unmeasured => writeln!(f, "not measured: the mesh is not a manifold")?,
+            Concave::Nowhere => writeln!(f, "no concave place")?,
+            Concave::Radius { radius, at } => {
+                writeln!(f, "concave radius {} mm at {}", short(radius), Spot(at))?
+            }
         }
         for fault in &self.faults {
             writeln!(f, "fault          {fault}")?;
@@ -142,7 +162,7 @@ mod tests {
     fn a_bowl_is_reported_with_its_radius() {
         let bowl = AnalyticSurface::SphereCap { radius: -25.0, diameter: 30.0 }.mesh(0.7);
         let inspection = Inspection::new(bowl).unwrap();
-        let (radius, _) = inspection.concave.unwrap();
+        let Concave::Radius { radius, .. } = inspection.concave else { panic!("not concave") };
         assert!((radius / 25.0 - 1.0).abs() < 0.01, "{radius}");
         assert!(inspection.faults.is_empty());
         let rim = inspection.judgement.boundary_loops[0];
@@ -156,6 +176,6 @@ mod tests {
     #[test]
     fn a_dome_has_no_concave_place() {
         let dome = AnalyticSurface::SphereCap { radius: 25.0, diameter: 30.0 }.mesh(0.7);
-        assert_eq!(Inspection::new(dome).unwrap().concave, None);
+        assert_eq!(Inspection::new(dome).unwrap().concave, Concave::Nowhere);
     }
 }
