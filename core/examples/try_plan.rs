@@ -54,6 +54,15 @@ fn main() {
             peak / lim
         );
     };
+    let mut r: Vec<f64> = p.raised.iter().map(|r| r.raise).collect();
+    r.sort_by(f64::total_cmp);
+    eprintln!(
+        "raise: n {} total length {:.1} median {:?} max {:?}",
+        r.len(),
+        p.raised.iter().map(|r| r.length).sum::<f64>(),
+        r.get(r.len() / 2),
+        r.last()
+    );
     stat("plain", &p.plain);
     stat("delivered", &p.toolpath);
     let flat = p.toolpath.points.iter().filter(|q| q.feed < 0.9 * job.cut.feed).count();

@@ -300,8 +300,11 @@ fn tightest(surface: &Surface, curvature: &CurvatureField) -> Option<(f64, DVec3
 /// Rings with the points left out that the tolerance does not need.
 fn simplified(mut rings: Vec<Ring>, job: &Job, chart: &Chart) -> Vec<Ring> {
     let largest = chart.vertex_scale().iter().copied().fold(0.0, f64::max);
+    // Ring 0 of an open boundary stays clear of it.
+    let tolerance = (RING_TOLERANCE * job.cut.tolerance).min(0.005 * job.nominal_side_step());
+    let tolerance = tolerance / largest;
     for ring in &mut rings {
-        ring.points = simplify_closed(&ring.points, RING_TOLERANCE * job.cut.tolerance / largest);
+        ring.points = simplify_closed(&ring.points, tolerance);
     }
     rings
 }
@@ -432,6 +435,7 @@ fn deliver_options(job: &Job, rapid_plane: f64) -> DeliverOptions {
             },
         },
         rapid_plane,
+        highest_raise: job.tool.radius().max(2.0 * job.cut.axial_depth),
         air_feed: job.trochoid.return_feed.min(job.machine.max_feed),
         rapid_feed: job.machine.max_feed,
     }

@@ -32,6 +32,8 @@ pub struct DeliverOptions {
     /// Distance along the axis from the origin at and above which rapids run, mm: clear of part and
     /// stock, in any position of the tables.
     pub rapid_plane: f64,
+    /// Where the cutter would have to be raised by more than this, mm, it retracts instead.
+    pub highest_raise: f64,
     /// Feed of approach and retract through air, mm/s.
     pub air_feed: f64,
     /// Speed of rapids, mm/s.
@@ -83,14 +85,33 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
+    /// Appends the run; where the cutter had to be raised out of the cut it retracts and goes on
+    /// behind.
     fn append(&self, points: &mut Vec<PathPoint>, options: &DeliverOptions) {
-        let (Some(first), Some(last)) = (self.located.first(), self.located.last()) else { return };
-        let pass = self.flat[self.lifted.points[first.keys.0].source].pass;
+        let fits = |l: &Located| l.raise <= options.highest_raise;
+        let mut from = 0;
+        while let Some(first) = (from..self.located.len()).find(|&i| fits(&self.located[i])) {
+            let end = (first..self.located.len())
+                .find(|&i| !fits(&self.located[i]))
+                .unwrap_or(self.located.len());
+            self.append_piece(points, first..end, options);
+            from = end;
+        }
+    }
+
+    fn append_piece(
+        &self,
+        points: &mut Vec<PathPoint>,
+        piece: core::ops::Range<usize>,
+        options: &DeliverOptions,
+    ) {
+        let (first, last) = (&self.located[piece.start], &self.located[piece.end - 1]);
+        let pass = |l: &Located| self.flat[self.lifted.points[l.keys.1].source].pass;
         let above = options.above(first.tip, first.axis);
-        rapid(points, options, pass, above, first.axis);
-        let link = |tip: DVec3, l: &Located, pass: u32| PathPoint {
+        rapid(points, options, pass(first), above, first.axis);
+        let link = |tip: DVec3, l: &Located| PathPoint {
             kind: MoveKind::Link,
-            pass,
+            pass: pass(l),
             region: 0,
             tip,
             axis: l.axis,
@@ -101,10 +122,9 @@ impl Run<'_> {
             alpha: 0.0,
             time: 0.0,
         };
-        points.push(link(first.tip, first, pass));
-        points.extend(self.located.iter().skip(1).map(|l| self.point(l)));
-        let pass = self.flat[self.lifted.points[last.keys.1].source].pass;
-        points.push(link(options.above(last.tip, last.axis), last, pass));
+        points.push(link(first.tip, first));
+        points.extend(self.located[piece.start + 1..piece.end].iter().map(|l| self.point(l)));
+        points.push(link(options.above(last.tip, last.axis), last));
     }
 
     /// A located point with the largest removal rate of the moves it covers.

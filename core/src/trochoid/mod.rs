@@ -293,6 +293,10 @@ impl LoopStep<'_> {
             let center = self.here.center.lerp(next.center, t);
             let arm = heading * math::cos(angle) + heading.perp() * math::sin(angle);
             let to = drawn_in(walk, center, arm * radius);
+            if walk.has_begun() && !walk.terrain.joins(walk.at(), to) {
+                // Around a corner of the boundary that pokes into the loop.
+                go(walk, center);
+            }
             go(walk, to);
         }
         let peak = walk.points()[mark..].iter().map(|p| p.mrr).fold(0.0, f64::max);
