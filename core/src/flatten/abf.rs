@@ -167,7 +167,7 @@ impl AngleProblem {
     fn residual(&self, vertices: &VertexConstraints) -> f64 {
         let faces = self.angles.iter().map(|a| a[0] + a[1] + a[2] - PI);
         let all = faces.chain(vertices.iter().flatten().copied());
-        all.fold(0.0, |most, r| if r.abs() <= most { most } else { r.abs() })
+        all.fold(0.0, |most: f64, r| if most.is_nan() || r.abs() <= most { most } else { r.abs() })
     }
 
     /// The step that fulfils the face's own constraint alone, and the projected compliance
