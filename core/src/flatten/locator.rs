@@ -14,6 +14,8 @@ const LEAF: usize = 4;
 const ON_SIDE: f64 = 1e-12;
 /// A point outside by at most this part of the chart's size lies on its boundary.
 const ON_BOUNDARY: f64 = 1e-9;
+/// Tolerances of way within which faces, at very uneven scale, may be too small to walk through.
+const SHORT_WALK: f64 = 1e3;
 /// Faces a walk may cross before the tree takes over.
 const LONGEST_WALK: usize = 64;
 
@@ -139,8 +141,10 @@ impl<'a> Locator<'a> {
             (face, done) = (next.face(), t);
             cross(side, t);
         }
-        match self.nearest(to) {
-            Some(end) if done >= 1.0 - ON_BOUNDARY => Ok(end),
+        // What is left of the way is within rounding of the chart's coordinates: its end decides.
+        let left = (1.0 - done) * way.length();
+        match self.locate(to) {
+            Ok(end) if left <= SHORT_WALK * self.tolerance => Ok(end),
             _ => Err(OutsideChart { uv: from + way * done }),
         }
     }
