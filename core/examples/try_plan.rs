@@ -13,7 +13,7 @@ fn main() {
     let bytes = std::fs::read(path.parent().unwrap().join(f)).unwrap();
     let t = Instant::now();
     let mut last = None;
-    let p = evencut_core::plan::plan(&job, Some(&bytes), &mut |s, f| {
+    let p = evencut_core::plan::plan(&job, Some(&bytes), 2, &mut |s, f| {
         if last != Some(s) {
             last = Some(s);
             eprintln!("{:?} {f} at {:.3}", s, t.elapsed().as_secs_f64());

@@ -1,15 +1,20 @@
 //! Flat path → the delivered [`Toolpath`]: lifted, located, joined by retracts and approaches.
 
 use crate::cutter_location::{
-    CheckMesh, LocateError, Located, PassOptions, RaisedStretch, ToolAxis, locate_pass,
+    CheckMesh, Contact, LocateError, Located, LocatedPass, PassOptions, RaisedStretch, ToolAxis,
+    locate_pass,
 };
 use crate::flat_path::FlatPoint;
 use crate::flatten::OutsideChart;
 use crate::geometry::{DVec3, math};
 use crate::lift::{Lift, Lifted};
+use crate::parallel;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use thiserror::Error;
 
+/// Contacts located in one piece. Larger: less to share between threads; smaller: more points kept
+/// at the joints.
+const PIECE: usize = 2048;
 /// Largest turn between two points of a rapid, rad.
 const RAPID_TURN: f64 = 0.1;
 
@@ -34,6 +39,8 @@ pub struct DeliverOptions {
     pub rapid_plane: f64,
     /// Where the cutter would have to be raised by more than this, mm, it retracts instead.
     pub highest_raise: f64,
+    /// Threads to use; the path does not depend on it.
+    pub threads: usize,
     /// Feed of approach and retract through air, mm/s.
     pub air_feed: f64,
     /// Speed of rapids, mm/s.
@@ -67,7 +74,7 @@ pub fn deliver(
             .find(|&i| flat[i].kind == MoveKind::Rapid)
             .unwrap_or(flat.len());
         let lifted = lift.run(&flat[start..end], start)?;
-        let located = locate_pass(&lifted.contacts, &options.pass, check)?;
+        let located = locate(&lifted.contacts, check, options)?;
         out.raised.extend(located.raised);
         let run = Run { flat, lifted: &lifted, located: &located.points };
         run.append(&mut out.toolpath.points, options);
@@ -75,6 +82,29 @@ pub fn deliver(
         progress(end as f64 / flat.len() as f64);
     }
     Ok(out)
+}
+
+/// Locates a run in pieces that share their end points, on all threads.
+fn locate(
+    contacts: &[Contact],
+    check: &CheckMesh,
+    options: &DeliverOptions,
+) -> Result<LocatedPass, LocateError> {
+    let last = contacts.len().saturating_sub(1);
+    let pieces: Vec<_> = (0..last.max(1))
+        .step_by(PIECE)
+        .map(|from| &contacts[from..(from + PIECE + 1).min(contacts.len())])
+        .collect();
+    let located =
+        parallel::map(options.threads, &pieces, |piece| locate_pass(piece, &options.pass, check));
+    let mut all = LocatedPass::default();
+    for piece in located {
+        let piece = piece?;
+        let shared = usize::from(!all.points.is_empty());
+        all.points.extend(piece.points.into_iter().skip(shared));
+        all.raised.extend(piece.raised);
+    }
+    Ok(all)
 }
 
 /// Moves between two retracts.
