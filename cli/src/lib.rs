@@ -4,7 +4,10 @@
 //! that it can be tested without starting a process.
 
 pub mod check;
+pub mod failure;
+pub mod input;
 pub mod output;
+pub mod plan;
 pub mod progress;
 pub mod streams;
 
@@ -71,6 +74,12 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Plan a job and write its results
+    #[command(long_about = "Plans a job and writes its results: program, toolpath, pictures, \
+                            report and the job with all defaults filled in. Results appear as a \
+                            whole or not at all; a run that fails leaves earlier ones as they \
+                            were. Prints the report's summary.")]
+    Plan(plan::Plan),
     /// Check job files and show all their faults
     #[command(long_about = "Checks job files without planning them. All faults of a file are \
                             shown at once, each with its line, what was found and what is \
@@ -92,6 +101,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, mut streams: Streams<'
         Err(error) => return usage(&error, &mut streams),
     };
     let exit = match arguments.command {
+        Command::Plan(plan) => plan.run(&mut streams),
         Command::Check(check) => check.run(&mut streams),
         Command::Schema => {
             streams.data(&evencut_core::job::schema());
