@@ -6,6 +6,8 @@
 pub mod check;
 pub mod failure;
 pub mod input;
+pub mod inspect;
+pub mod new;
 pub mod output;
 pub mod plan;
 pub mod progress;
@@ -80,6 +82,15 @@ enum Command {
                             whole or not at all; a run that fails leaves earlier ones as they \
                             were. Prints the report's summary.")]
     Plan(plan::Plan),
+    /// Write a commented job file for a surface
+    #[command(long_about = "Writes a job file with values to start from: cutter, cusp height and \
+                            feeds follow from the surface's size and curvature. Never \
+                            overwrites a file.")]
+    New(new::New),
+    /// Show what a mesh file holds
+    #[command(long_about = "Shows what a mesh file holds: pieces, boundary loops, size, smallest \
+                            concave radius, directions of normals, repairs and faults.")]
+    Inspect(inspect::Inspect),
     /// Check job files and show all their faults
     #[command(long_about = "Checks job files without planning them. All faults of a file are \
                             shown at once, each with its line, what was found and what is \
@@ -102,6 +113,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, mut streams: Streams<'
     };
     let exit = match arguments.command {
         Command::Plan(plan) => plan.run(&mut streams),
+        Command::New(new) => new.run(&mut streams),
+        Command::Inspect(inspect) => inspect.run(&mut streams),
         Command::Check(check) => check.run(&mut streams),
         Command::Schema => {
             streams.data(&evencut_core::job::schema());
