@@ -1,13 +1,12 @@
 //! `evencut check`: job files held against the format.
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use evencut_core::job::{self, Fault, Faults, Job, Severity, SurfaceSource, line_and_column};
+use evencut_core::job::{self, Fault, Faults, Job, Severity, line_and_column};
 use serde_json::{Value, json};
 
-use crate::{Exit, Streams};
+use crate::{Exit, Streams, input};
 
 /// Arguments of `evencut check`.
 #[derive(Args)]
@@ -62,26 +61,25 @@ impl Check {
 
 /// Reads one job file and what it refers to.
 fn find(path: &Path) -> Finding {
-    let name = if path == Path::new("-") { "standard input".into() } else { shown(path) };
     let mut finding = Finding {
-        name,
+        name: input::name(path),
         source: Vec::new(),
         errors: Faults::default(),
         warnings: Faults::default(),
         job: None,
         exit: Exit::Done,
     };
-    match read_job(path) {
+    match input::read_job(path) {
         Ok(source) => finding.source = source,
-        Err(error) => {
-            finding.fail(Exit::BadJob, Faults(vec![whole_file(error.to_string())]));
+        Err(fault) => {
+            finding.fail(Exit::BadJob, Faults(vec![fault]));
             return finding;
         }
     }
     match job::read(&finding.source) {
         Ok(resolved) => {
             finding.warnings = resolved.warnings;
-            if let Some(fault) = missing_surface(path, &resolved.job) {
+            if let Some(fault) = missing_surface(path, &resolved.job, &finding.source) {
                 finding.fail(Exit::BadSurface, Faults(vec![fault]));
             }
             finding.job = Some(resolved.job);
@@ -98,41 +96,9 @@ impl Finding {
     }
 }
 
-/// Longest input that is taken, bytes: enough for `job::read` to see that it is too much.
-const LONGEST: u64 = (1 << 20) + 1;
-
-fn read_job(path: &Path) -> std::io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    if path == Path::new("-") {
-        std::io::stdin().take(LONGEST).read_to_end(&mut bytes)?;
-    } else {
-        std::fs::File::open(path)?.take(LONGEST).read_to_end(&mut bytes)?;
-    }
-    Ok(bytes)
-}
-
-fn whole_file(message: String) -> Fault {
-    Fault { key: String::new(), message, help: Vec::new(), span: None }
-}
-
-fn missing_surface(job_path: &Path, job: &Job) -> Option<Fault> {
-    let SurfaceSource::File(file) = &job.surface.source else { return None };
-    let directory = job_path.parent().unwrap_or(Path::new(""));
-    let path = directory.join(file);
-    if path.is_file() {
-        return None;
-    }
-    let help = "paths in a job file are relative to the job file".to_owned();
-    Some(Fault {
-        key: "surface.file".into(),
-        message: format!("there is no file {}", shown(&path)),
-        help: vec![help],
-        span: None,
-    })
-}
-
-fn shown(path: &Path) -> String {
-    path.display().to_string()
+fn missing_surface(job_path: &Path, job: &Job, source: &[u8]) -> Option<Fault> {
+    let path = input::surface_path(job_path, job)?;
+    (!path.is_file()).then(|| input::no_surface(&path, source))
 }
 
 fn report(finding: &Finding, streams: &mut Streams<'_>) {

@@ -4,7 +4,12 @@
 //! that it can be tested without starting a process.
 
 pub mod check;
+pub mod failure;
+pub mod input;
+pub mod inspect;
+pub mod new;
 pub mod output;
+pub mod plan;
 pub mod progress;
 pub mod streams;
 
@@ -71,6 +76,21 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Plan a job and write its results
+    #[command(long_about = "Plans a job and writes its results: program, toolpath, pictures, \
+                            report and the job with all defaults filled in. Results appear as a \
+                            whole or not at all; a run that fails leaves earlier ones as they \
+                            were. Prints the report's summary.")]
+    Plan(plan::Plan),
+    /// Write a commented job file for a surface
+    #[command(long_about = "Writes a job file with values to start from: cutter, cusp height and \
+                            feeds follow from the surface's size and curvature. Never \
+                            overwrites a file.")]
+    New(new::New),
+    /// Show what a mesh file holds
+    #[command(long_about = "Shows what a mesh file holds: pieces, boundary loops, size, smallest \
+                            concave radius, directions of normals, repairs and faults.")]
+    Inspect(inspect::Inspect),
     /// Check job files and show all their faults
     #[command(long_about = "Checks job files without planning them. All faults of a file are \
                             shown at once, each with its line, what was found and what is \
@@ -92,6 +112,9 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, mut streams: Streams<'
         Err(error) => return usage(&error, &mut streams),
     };
     let exit = match arguments.command {
+        Command::Plan(plan) => plan.run(&mut streams),
+        Command::New(new) => new.run(&mut streams),
+        Command::Inspect(inspect) => inspect.run(&mut streams),
         Command::Check(check) => check.run(&mut streams),
         Command::Schema => {
             streams.data(&evencut_core::job::schema());

@@ -58,6 +58,14 @@ impl<T> At<T> for io::Result<T> {
     }
 }
 
+/// Whether `target` may become or be replaced by results.
+///
+/// # Errors
+/// [`OutputError`] if `target` is a file, holds what is not ours, or has no name.
+pub fn check(target: &Path) -> Result<(), OutputError> {
+    check_replaceable(&resolved(target)?)
+}
+
 /// Results being written; dropped without [`ResultDirectory::commit`], they are removed.
 #[derive(Debug)]
 pub struct ResultDirectory {

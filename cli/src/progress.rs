@@ -1,50 +1,108 @@
 //! Progress on a terminal: one line with stage and percentage, for runs longer than a second.
 
-use std::io::Write;
+use std::io::{IsTerminal, Write};
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// Runs shorter than this show no progress.
 const QUIET: Duration = Duration::from_secs(1);
 
-/// Least time between two drawings; more would flicker and cost time, less would seem stuck.
+/// Time between two drawings; less would flicker and cost time, more would seem stuck.
 const PAUSE: Duration = Duration::from_millis(100);
 
 /// Draws progress on a terminal, and nothing elsewhere.
 ///
-/// The line is cleared when the value is dropped, so that messages start on an empty line.
-pub struct Progress<W: Write> {
-    /// `None` where it is not a terminal.
-    terminal: Option<W>,
+/// A thread of its own draws, so that the seconds go on in a stage that reports nothing. The line
+/// is cleared when the value is dropped, so that messages start on an empty line.
+pub struct Progress {
+    /// `None` where nothing is drawn.
+    drawing: Option<(Sender<State>, JoinHandle<()>)>,
+}
+
+/// How far a run has come.
+#[derive(Copy, Clone)]
+struct State {
+    stage: &'static str,
+    /// Part of the stage that is done, 0 to 1.
+    part: f64,
+}
+
+impl Progress {
+    /// Progress that is not shown.
+    pub fn hidden() -> Self {
+        Self { drawing: None }
+    }
+
+    /// Progress on standard error, if that is a terminal.
+    pub fn on_standard_error() -> Self {
+        if !std::io::stderr().is_terminal() {
+            return Self::hidden();
+        }
+        let (sender, states) = mpsc::channel();
+        let draw = move || {
+            let mut line = Line::new(std::io::stderr());
+            loop {
+                match states.recv_timeout(PAUSE) {
+                    Ok(state) => line.state = Some(state),
+                    Err(RecvTimeoutError::Timeout) => {}
+                    Err(RecvTimeoutError::Disconnected) => return,
+                }
+                line.draw_at(line.start.elapsed());
+            }
+        };
+        Self { drawing: Some((sender, std::thread::spawn(draw))) }
+    }
+
+    /// Notes that `stage` has come to `part` (0 to 1) of its work.
+    pub fn report(&mut self, stage: &'static str, part: f64) {
+        if let Some((sender, _)) = &self.drawing {
+            // Progress that cannot be shown is no reason to stop.
+            let _ = sender.send(State { stage, part });
+        }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Some((sender, thread)) = self.drawing.take() {
+            drop(sender);
+            // The line is cleared before anything else is written.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// The line on the terminal.
+struct Line<W: Write> {
+    terminal: W,
     start: Instant,
+    state: Option<State>,
     last_drawn: Option<Duration>,
 }
 
-impl<W: Write> Progress<W> {
-    /// Progress on `terminal`; `None` draws nothing.
-    pub fn new(terminal: Option<W>) -> Self {
-        Self { terminal, start: Instant::now(), last_drawn: None }
+impl<W: Write> Line<W> {
+    fn new(terminal: W) -> Self {
+        Self { terminal, start: Instant::now(), state: None, last_drawn: None }
     }
 
-    /// Notes that `stage` has come to `fraction` (0 to 1) of its work.
-    pub fn report(&mut self, stage: &str, fraction: f64) {
-        self.report_at(self.start.elapsed(), stage, fraction);
-    }
-
-    /// As [`Progress::report`], `now` after the start.
-    fn report_at(&mut self, now: Duration, stage: &str, fraction: f64) {
+    /// Draws, if it is time to, `now` after the start.
+    fn draw_at(&mut self, now: Duration) {
         let due = now >= QUIET && self.last_drawn.is_none_or(|last| now >= last + PAUSE);
-        let Some(terminal) = self.terminal.as_mut().filter(|_| due) else { return };
-        let percent = (100.0 * fraction).clamp(0.0, 100.0);
+        let Some(State { stage, part }) = self.state.filter(|_| due) else { return };
+        let percent = (100.0 * part).clamp(0.0, 100.0);
+        // Many stages report their start only.
+        let percent = if part > 0.0 { format!(" {percent:.0} %") } else { String::new() };
         self.last_drawn = Some(now);
-        // Progress that cannot be shown is no reason to stop.
-        let _ = write!(terminal, "\r\x1b[K{stage} {percent:.0} %").and_then(|()| terminal.flush());
+        let _ = write!(self.terminal, "\r\x1b[K{stage}{percent} ({} s)", now.as_secs())
+            .and_then(|()| self.terminal.flush());
     }
 }
 
-impl<W: Write> Drop for Progress<W> {
+impl<W: Write> Drop for Line<W> {
     fn drop(&mut self) {
-        if let (Some(terminal), Some(_)) = (self.terminal.as_mut(), self.last_drawn) {
-            let _ = write!(terminal, "\r\x1b[K").and_then(|()| terminal.flush());
+        if self.last_drawn.is_some() {
+            let _ = write!(self.terminal, "\r\x1b[K").and_then(|()| self.terminal.flush());
         }
     }
 }
@@ -55,11 +113,12 @@ mod tests {
 
     fn drawn(reports: &[(u64, f64)]) -> String {
         let mut bytes = Vec::new();
-        let mut progress = Progress::new(Some(&mut bytes));
-        for (milliseconds, fraction) in reports {
-            progress.report_at(Duration::from_millis(*milliseconds), "rings", *fraction);
+        let mut line = Line::new(&mut bytes);
+        for (milliseconds, part) in reports {
+            line.state = Some(State { stage: "rings", part: *part });
+            line.draw_at(Duration::from_millis(*milliseconds));
         }
-        drop(progress);
+        drop(line);
         String::from_utf8(bytes).unwrap()
     }
 
@@ -70,7 +129,10 @@ mod tests {
 
     #[test]
     fn long_runs_draw_at_intervals_and_clear_the_line() {
-        let text = drawn(&[(1000, 0.25), (1050, 0.3), (1100, 0.5), (1200, 7.0)]);
-        assert_eq!(text, "\r\x1b[Krings 25 %\r\x1b[Krings 50 %\r\x1b[Krings 100 %\r\x1b[K");
+        let text = drawn(&[(1000, 0.0), (1050, 0.3), (1100, 0.5), (2200, 7.0)]);
+        assert_eq!(
+            text,
+            "\r\x1b[Krings (1 s)\r\x1b[Krings 50 % (1 s)\r\x1b[Krings 100 % (2 s)\r\x1b[K"
+        );
     }
 }

@@ -60,7 +60,7 @@ fn a_missing_job_and_a_missing_surface_differ() {
     let output = evencut(&directory, &["check", "good.toml"]);
     let (code, _, messages) = streams(&output);
     assert_eq!(code, 3);
-    assert!(messages.contains("surface.file: there is no file part.stl"), "{messages}");
+    assert!(messages.contains("surface: there is no file part.stl"), "{messages}");
     // The path is relative to the job, not to where the command runs.
     let above = directory.parent().unwrap();
     fs::write(directory.join("part.stl"), "").unwrap();

@@ -19,7 +19,13 @@ fn options(axes: Axes) -> ProgramOptions {
     ProgramOptions {
         post: Post::LinuxCnc,
         name: "wavy (rings)\nM30; 50 % \u{e9}".to_string(),
-        machine: Machine { axes, max_feed: 250.0, max_acceleration: 2000.0, clearance: 10.0 },
+        machine: Machine {
+            axes,
+            max_feed: 250.0,
+            max_acceleration: 2000.0,
+            clearance: 10.0,
+            travel: evencut_core::machine::Travel::default(),
+        },
         rapid_plane: RAPID_PLANE,
         tool: Tool::new(5.0, 1.0).unwrap(),
         tool_number: 3,

@@ -372,18 +372,42 @@ fn inches_are_inches_throughout() {
 fn templates_are_valid_jobs() {
     let mut draw = Draw(5);
     for _ in 0..500 {
+        let largest = [0.5, 4.0, 900.0][draw.below(3)];
+        let radius =
+            |draw: &mut Draw| (draw.below(2) == 0).then_some(draw.between(0.01, 0.05 * largest));
         let facts = job::SurfaceFacts {
-            size: [draw.between(0.1, 900.0), draw.between(0.1, 900.0), draw.between(0.0, 90.0)],
-            smallest_concave_radius: (draw.below(2) == 0).then_some(draw.between(0.01, 40.0)),
+            size: [largest, draw.between(0.1, 1.0) * largest, draw.between(0.0, 0.1) * largest],
+            smallest_concave_radius: radius(&mut draw),
+            smallest_convex_radius: radius(&mut draw),
             components: draw.below(4),
             closed: draw.below(2) == 0,
+            mean_normal: [(0.6, 0.0, 0.8), (0.0, 0.8, -0.6), (0.0, 0.0, 0.0)][draw.below(3)].into(),
+            from_mean: draw.between(0.0, 3.0),
         };
         let text = job::template("sub dir/a \"quoted\" 'part'.stl", &facts);
         let read = job::read(text.as_bytes())
             .unwrap_or_else(|f| panic!("{text}\n{}", f.render("template", text.as_bytes())));
         assert!(read.warnings.is_empty(), "{text}\n{:?}", read.warnings);
-        assert_eq!(read.job.surface.select.normal_within.is_some(), facts.closed);
-        let fits = facts.smallest_concave_radius.is_none_or(|r| read.job.tool.radius() < r);
-        assert!(fits || read.job.tool.radius() == 0.25, "{text}");
+        let (job, size) = (read.job, facts.size[1]);
+        assert_eq!(job.surface.select.normal_within.is_some(), facts.closed);
+        let unit = job.surface.scale;
+        assert_eq!(
+            unit,
+            if largest < 1.0 {
+                1000.0
+            } else if largest < 5.0 {
+                25.4
+            } else {
+                1.0
+            }
+        );
+        let concave = if job.surface.flip {
+            facts.smallest_convex_radius
+        } else {
+            facts.smallest_concave_radius
+        };
+        let fits = concave.is_none_or(|r| job.tool.radius() < r * unit);
+        let smallest = (0.01 * size * unit).max(0.25);
+        assert!(fits || job.tool.radius() <= smallest, "{text}");
     }
 }

@@ -2,33 +2,62 @@
 
 use std::fmt::Write;
 
-/// What is known of a surface file before a job for it is written.
+use crate::geometry::{DVec3, math};
+
+/// What is known of a surface file before a job for it is written, in the units of the file.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct SurfaceFacts {
-    /// Extents of the bounding box, mm.
+    /// Extents of the bounding box.
     pub size: [f64; 3],
-    /// Smallest concave radius of curvature, mm, if known.
+    /// Smallest concave radius of curvature, if known.
     pub smallest_concave_radius: Option<f64>,
+    /// Smallest convex radius of curvature, if known: the concave one from the other side.
+    pub smallest_convex_radius: Option<f64>,
     /// Number of connected components.
     pub components: usize,
     /// Whether the mesh bounds a solid: the faces to machine must then be selected.
     pub closed: bool,
+    /// Unit mean of the face normals by area.
+    pub mean_normal: [f64; 3],
+    /// Largest angle of a face normal from the mean, rad.
+    pub from_mean: f64,
 }
 
 /// Diameters that cutters are sold in, mm.
 const DIAMETERS: [f64; 14] =
     [0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0];
+/// Cusp heights to start from, mm.
+const SCALLOPS: [f64; 5] = [0.005, 0.01, 0.02, 0.05, 0.1];
+/// Longest extents, in the file's units, below which a part is surely not drawn in mm: such parts
+/// are smaller than the cutters that would machine them.
+const METRES_BELOW: f64 = 1.0;
+const INCHES_BELOW: f64 = 5.0;
+/// A cutter below this part of the middle extent takes days; tighter places are left to another.
+const SMALLEST_PART: f64 = 0.02;
+/// Side steps across the middle extent, at most; more are for finishing.
+const STEPS_ACROSS: f64 = 200.0;
+/// Faces steeper than this, degrees from the axis, are not for three axes.
+const STEEPEST: f64 = 80.0;
+/// Faces of a solid within this angle of +Z, degrees, are machined.
+const LOOKS_UP: f64 = 75.0;
 
 /// A commented job file for the surface in `file`, with values to start from.
 ///
 /// `file`: name of the surface file relative to the job file. The text reads as a valid job.
 pub fn template(file: &str, facts: &SurfaceFacts) -> String {
-    let diameter = diameter_for(facts);
-    // A hundredth of the diameter per tooth at the default cutting speed.
+    let unit = Unit::guess(facts);
+    let placed = Placed::of(facts);
+    let radius = placed.concave_radius.map(|r| r * unit.mm());
+    let size = facts.size.map(|s| if s.is_finite() { s.abs() * unit.mm() } else { 0.0 });
+    let mut sorted = size;
+    sorted.sort_by(f64::total_cmp);
+    let middle = sorted[1];
+    let diameter = diameter_for(middle, radius);
+    // The usual cutting speed of 150 m/min; a hundredth of the diameter per tooth.
     let spindle = (150_000.0 / (std::f64::consts::PI * diameter)).min(12_000.0).round();
     let feed = (0.01 * diameter * 2.0 * spindle / 10.0).round().max(1.0) * 10.0;
     let name = toml::Value::String(file.to_owned());
-    let [x, y, z] = facts.size;
+    let [x, y, z] = size;
     let mut text = String::new();
     // Writing to a string cannot fail.
     let _ = write!(
@@ -40,20 +69,21 @@ version = 1
 
 [surface]
 file = {name}
-{}
+{}{}{}
 [tool]
 kind = \"ball\"              # ball | flat | bull
 {:<26} # {}
 flutes = 2
 
 [cut]
-scallop = 0.01             # cusp height; or stepover = the same side step everywhere
+{:<26} # cusp height; or stepover = the same side step everywhere
 {:<26} # material above the surface, along its normal
 feed = {feed:?}
 spindle = {spindle:?}
 tolerance = 0.005
 direction = \"climb\"        # climb | conventional
-
+too_tight = \"avoid\"        # avoid: the cutter is raised where it does not fit; refuse
+{}
 [path]
 order = \"outside-in\"       # outside-in | inside-out
 boundary = \"open\"          # open: air outside of the surface; wall: material that stays
@@ -63,46 +93,165 @@ relative = 1.5             # limit of the removal rate, times that of a straight
 control = \"trochoid\"       # off | trochoid | feed
 
 [machine]
-axes = \"3\"                 # 3 | xyzac
+axes = \"{}\"                 # 3 | xyzac
 clearance = 10.0
 
 [output]
 gcode = {{ post = \"linuxcnc\" }}
 svg = [\"flat\", \"surface\", \"mrr\"]
 ",
+        unit.line(),
+        placed.lines(),
         selection(facts),
         format!("diameter = {diameter:?}"),
-        reason(facts),
+        reason(diameter, radius),
+        format!("scallop = {:?}", scallop_for(middle, diameter)),
         format!("axial_depth = {:?}", (diameter * 5.0).round() / 100.0),
+        if placed.five_axes {
+            "lead = 10.0                # tilt in the feed direction\n"
+        } else {
+            ""
+        },
+        if placed.five_axes { "xyzac" } else { "3" },
     );
     text
 }
 
-/// The largest cutter that fits the concave places with a tenth to spare, and at most a tenth of
-/// the middle extent.
-fn diameter_for(facts: &SurfaceFacts) -> f64 {
-    let mut size = facts.size.map(|s| if s.is_finite() { s.abs() } else { 0.0 });
-    size.sort_by(f64::total_cmp);
-    let by_size = 0.1 * size[1];
-    let by_radius = facts.smallest_concave_radius.map_or(f64::INFINITY, |r| 1.8 * r);
-    let bound = by_size.min(by_radius);
+/// Unit of the file's lengths, which mesh formats do not tell.
+#[derive(Copy, Clone)]
+enum Unit {
+    Millimetre,
+    Inch,
+    Metre,
+}
+
+impl Unit {
+    fn guess(facts: &SurfaceFacts) -> Self {
+        let longest = facts.size.iter().copied().fold(0.0, f64::max);
+        match longest {
+            l if l < METRES_BELOW => Unit::Metre,
+            l if l < INCHES_BELOW => Unit::Inch,
+            _ => Unit::Millimetre,
+        }
+    }
+
+    fn mm(self) -> f64 {
+        match self {
+            Unit::Millimetre => 1.0,
+            Unit::Inch => 25.4,
+            Unit::Metre => 1000.0,
+        }
+    }
+
+    fn line(self) -> &'static str {
+        match self {
+            Unit::Millimetre => "",
+            Unit::Inch => {
+                "units = \"inch\"             # a guess: the numbers are too small for mm; remove it\n\
+                 \x20                          # if they are mm\n"
+            }
+            Unit::Metre => {
+                "scale = 1000.0             # a guess: the numbers are too small for mm and are taken\n\
+                 \x20                          # as metres; remove it if they are mm\n"
+            }
+        }
+    }
+}
+
+/// How the part stands under the spindle.
+struct Placed {
+    /// Whether the faces of an open surface look down.
+    flip: bool,
+    /// Rotations about X and Y that turn the surface up, degrees.
+    turn: Option<[f64; 2]>,
+    five_axes: bool,
+    /// Smallest concave radius on the side that is machined, in the file's units.
+    concave_radius: Option<f64>,
+}
+
+impl Placed {
+    fn of(facts: &SurfaceFacts) -> Self {
+        let as_it_is = Self {
+            flip: false,
+            turn: None,
+            five_axes: false,
+            concave_radius: facts.smallest_concave_radius,
+        };
+        let mean = DVec3::from_array(facts.mean_normal);
+        // Of a solid, the faces that look up are selected; it stands as it was drawn.
+        if facts.closed || !(mean.is_finite() && mean.length() > 0.5) {
+            return as_it_is;
+        }
+        // An open surface has no outside; the side that looks up is usually meant.
+        let flip = mean.z < 0.0;
+        let mean = if flip { -mean } else { mean };
+        let placed = if flip {
+            Self { flip, concave_radius: facts.smallest_convex_radius, ..as_it_is }
+        } else {
+            as_it_is
+        };
+        let steepest = STEEPEST.to_radians();
+        let lean = math::acos_clamped(mean.normalize().z);
+        if facts.from_mean + lean < steepest {
+            placed
+        } else if facts.from_mean < steepest {
+            let about_x = math::atan2(mean.y, mean.z);
+            let about_y = math::atan2(-mean.x, math::hypot(mean.y, mean.z));
+            let degrees = [about_x, about_y].map(|a| (a.to_degrees() * 10.0).round() / 10.0);
+            Self { turn: Some(degrees), ..placed }
+        } else {
+            Self { five_axes: true, ..placed }
+        }
+    }
+
+    fn lines(&self) -> String {
+        let flip = if self.flip {
+            "flip = true                # its faces look down: it is machined from the other side\n"
+        } else {
+            ""
+        };
+        let turn = self.turn.map_or(String::new(), |[x, y]| {
+            format!(
+                "# Turned until it looks up, as three axes need.\nrotate = [{x:?}, {y:?}, 0.0]\n"
+            )
+        });
+        flip.to_owned() + &turn
+    }
+}
+
+/// The largest cutter that fits the concave places with a tenth to spare and is at most a tenth of
+/// the middle extent, but not so small that the whole surface would take days.
+fn diameter_for(middle: f64, concave_radius: Option<f64>) -> f64 {
+    let by_radius = concave_radius.map_or(f64::INFINITY, |r| 1.8 * r);
+    let bound = (0.1 * middle).min(by_radius).max(SMALLEST_PART * middle);
     DIAMETERS.into_iter().rev().find(|d| *d <= bound).unwrap_or(DIAMETERS[0])
 }
 
-fn reason(facts: &SurfaceFacts) -> String {
-    match facts.smallest_concave_radius {
-        Some(r) => format!("the smallest concave radius of the surface is {r:.2} mm"),
+/// The smallest usual cusp height that needs no more side steps than a semi-finish has.
+fn scallop_for(middle: f64, diameter: f64) -> f64 {
+    let widest = middle / STEPS_ACROSS;
+    let enough = |h: &f64| 2.0 * (h * (diameter - h)).max(0.0).sqrt() >= widest;
+    // A cusp of a fiftieth of the diameter is the coarsest that is still one of the ball.
+    let coarsest = SCALLOPS.into_iter().rev().find(|h| *h <= 0.02 * diameter);
+    let chosen = SCALLOPS[1..].iter().copied().find(enough);
+    chosen.unwrap_or(f64::INFINITY).min(coarsest.unwrap_or(SCALLOPS[0]))
+}
+
+fn reason(diameter: f64, concave_radius: Option<f64>) -> String {
+    match concave_radius {
+        Some(r) if 0.5 * diameter < r => {
+            format!("the smallest concave radius of the surface is {r:.2} mm")
+        }
+        Some(r) => format!("does not fit the smallest concave radius of {r:.2} mm"),
         None => "no concave place limits it; about a tenth of the surface's width".to_owned(),
     }
 }
 
 fn selection(facts: &SurfaceFacts) -> String {
-    let component = if facts.components > 1 { ", component = \"largest\"" } else { "" };
     if facts.closed {
-        let component = if component.is_empty() { ", component = \"largest\"" } else { component };
         return format!(
             "# The file bounds a solid: only faces that look up are machined.\n\
-             select = {{ normal_within = 75.0, of = [0, 0, 1]{component} }}\n"
+             select = {{ normal_within = {LOOKS_UP:?}, of = [0, 0, 1], component = \"largest\" }}\n"
         );
     }
     match facts.components {

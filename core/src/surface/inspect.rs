@@ -6,9 +6,11 @@ use super::Surface;
 use super::build::{
     Fault, Spot, SurfaceError, check_indices, several_pieces, short, topology_faults,
 };
-use crate::geometry::DVec3;
+use crate::geometry::{DVec3, math};
 use crate::mesh::repair::{bounding_box, face_area, split_pinches};
-use crate::mesh::{Connectivity, Judgement, Repairs, TriangleSoup, VertexId, judge, repair};
+use crate::mesh::{
+    Connectivity, Judgement, Repairs, TriangleSoup, VertexId, component_of, judge, repair,
+};
 
 /// Concave radii above this many diagonals are the noise of flat or convex places.
 const FLATTEST: f64 = 100.0;
@@ -30,26 +32,38 @@ pub struct Inspection {
     pub bounds: (DVec3, DVec3),
     /// Shortest and longest edge.
     pub edges: (f64, f64),
-    /// The tightest concave place, which limits the cutter's radius.
-    pub concave: Concave,
+    /// Smallest radius of a concave place and where it is; `None` if nothing is concave or the
+    /// mesh is not a manifold.
+    pub concave: Option<(f64, DVec3)>,
+    /// The same of the convex places, which are the concave ones from the other side.
+    pub convex: Option<(f64, DVec3)>,
+    /// Where the faces of the largest component look.
+    pub facing: Facing,
     /// What keeps the whole mesh from being machined without a selection.
     pub faults: Vec<Fault>,
 }
 
-/// The tightest concave place of a mesh.
+/// Directions of face normals.
 #[derive(Copy, Clone, Debug, PartialEq)]
-pub enum Concave {
-    /// Not measured: the mesh is not an oriented manifold.
-    Unmeasured,
-    /// Nothing is concave, or not more than a flat place with rounding.
-    Nowhere,
-    /// Smallest radius and where it is.
-    Radius {
-        /// The radius, in the units of the file.
-        radius: f64,
-        /// Where.
-        at: DVec3,
-    },
+pub struct Facing {
+    /// Unit mean by area; zero if there is none.
+    pub mean: DVec3,
+    /// Largest angle of a face from the mean, rad.
+    pub from_mean: f64,
+    /// Largest angle of a face from +Z, rad.
+    pub from_up: f64,
+}
+
+impl Facing {
+    /// The directions of the normals, each twice a face's area long.
+    fn of(normals: &[DVec3]) -> Self {
+        let mean = normals.iter().copied().sum::<DVec3>().normalize_or_zero();
+        let farthest = |axis: DVec3| {
+            let angle = |n: &DVec3| math::acos_clamped(n.normalize_or_zero().dot(axis));
+            normals.iter().map(angle).fold(0.0, f64::max)
+        };
+        Self { mean, from_mean: farthest(mean), from_up: farthest(DVec3::Z) }
+    }
 }
 
 impl Inspection {
@@ -67,6 +81,7 @@ impl Inspection {
         }
         let judgement = judge(&mesh.positions, &mesh.faces);
         let bounds = bounding_box(&mesh.positions);
+        let [concave, convex] = smallest_radii(mesh.clone(), (bounds.1 - bounds.0).length());
         Ok(Self {
             read,
             repairs,
@@ -77,7 +92,9 @@ impl Inspection {
                 .into_iter()
                 .chain(topology_faults(&judgement))
                 .collect(),
-            concave: smallest_concave_radius(mesh, (bounds.1 - bounds.0).length()),
+            facing: Facing::of(&normals_of_largest(&mesh, &judgement)),
+            concave,
+            convex,
             judgement,
         })
     }
@@ -91,22 +108,33 @@ fn edge_range(mesh: &TriangleSoup) -> (f64, f64) {
         .fold((f64::INFINITY, 0.0), |(low, high), l| (low.min(l), high.max(l)))
 }
 
-/// The smallest concave radius over all vertices.
-fn smallest_concave_radius(mut mesh: TriangleSoup, diagonal: f64) -> Concave {
+/// Normals of the faces of the component of largest area, twice their area long.
+fn normals_of_largest(mesh: &TriangleSoup, judgement: &Judgement) -> Vec<DVec3> {
+    let number = component_of(&mesh.positions, &mesh.faces, &judgement.components);
+    let normal = |&[a, b, c]: &[u32; 3]| {
+        let [a, b, c] = [a, b, c].map(|v| mesh.positions[v as usize]);
+        (b - a).cross(c - a)
+    };
+    let largest = mesh.faces.iter().zip(number).filter(|(_, component)| *component == 0);
+    largest.map(|(face, _)| normal(face)).collect()
+}
+
+/// Smallest concave and convex radius over all vertices, if there is a manifold to measure them on.
+fn smallest_radii(mut mesh: TriangleSoup, diagonal: f64) -> [Option<(f64, DVec3)>; 2] {
     split_pinches(&mut mesh, |_| true);
     let faces = mesh.faces.iter().map(|face| face.map(VertexId)).collect();
     let Ok(connectivity) = Connectivity::new(mesh.positions.len(), faces) else {
-        return Concave::Unmeasured;
+        return [None; 2];
     };
     let surface = Surface::new(connectivity, mesh.positions);
     let field = surface.curvature(None);
-    let lowest = field.operators().iter().map(|o| o.principal().0).zip(surface.positions());
-    match lowest.min_by(|(a, _), (b, _)| a.total_cmp(b)) {
-        Some((k, at)) if k * FLATTEST * diagonal < -1.0 => {
-            Concave::Radius { radius: -1.0 / k, at: *at }
-        }
-        _ => Concave::Nowhere,
-    }
+    let sharpest = |curvature: fn((f64, f64, DVec3)) -> f64| {
+        let at =
+            field.operators().iter().map(|o| curvature(o.principal())).zip(surface.positions());
+        let (k, place) = at.max_by(|(a, _), (b, _)| a.total_cmp(b))?;
+        (k * FLATTEST * diagonal > 1.0).then(|| (1.0 / k, *place))
+    };
+    [sharpest(|(least, ..)| -least), sharpest(|(_, most, _)| most)]
 }
 
 impl fmt::Display for Inspection {
@@ -129,14 +157,23 @@ impl fmt::Display for Inspection {
         writeln!(f, "area           {} mm²", short(self.area))?;
         writeln!(f, "bounding box   {} to {} mm", Spot(low), Spot(high))?;
         writeln!(f, "edges          {} to {} mm", short(shortest), short(longest))?;
-        f.write_str("tightest       ")?;
         match self.concave {
-            Concave::Unmeasured => writeln!(f, "not measured: the mesh is not a manifold")?,
-            Concave::Nowhere => writeln!(f, "no concave place")?,
-            Concave::Radius { radius, at } => {
-                writeln!(f, "concave radius {} mm at {}", short(radius), Spot(at))?
-            }
+            Some((radius, place)) => writeln!(
+                f,
+                "tightest       concave radius {} mm at {}",
+                short(radius),
+                Spot(place)
+            )?,
+            None => writeln!(f, "tightest       no concave place found")?,
         }
+        let Facing { mean, from_mean, from_up } = self.facing;
+        writeln!(
+            f,
+            "normals        within {} degrees of {}, {} of +Z",
+            short(from_mean.to_degrees()),
+            Spot(mean),
+            short(from_up.to_degrees())
+        )?;
         for fault in &self.faults {
             writeln!(f, "fault          {fault}")?;
         }
@@ -162,7 +199,7 @@ mod tests {
     fn a_bowl_is_reported_with_its_radius() {
         let bowl = AnalyticSurface::SphereCap { radius: -25.0, diameter: 30.0 }.mesh(0.7);
         let inspection = Inspection::new(bowl).unwrap();
-        let Concave::Radius { radius, .. } = inspection.concave else { panic!("not concave") };
+        let (radius, _) = inspection.concave.unwrap();
         assert!((radius / 25.0 - 1.0).abs() < 0.01, "{radius}");
         assert!(inspection.faults.is_empty());
         let rim = inspection.judgement.boundary_loops[0];
@@ -176,6 +213,21 @@ mod tests {
     #[test]
     fn a_dome_has_no_concave_place() {
         let dome = AnalyticSurface::SphereCap { radius: 25.0, diameter: 30.0 }.mesh(0.7);
-        assert_eq!(Inspection::new(dome).unwrap().concave, Concave::Nowhere);
+        let inspection = Inspection::new(dome).unwrap();
+        assert_eq!(inspection.concave, None);
+        let (radius, _) = inspection.convex.unwrap();
+        assert!((radius / 25.0 - 1.0).abs() < 0.01, "{radius}");
+    }
+
+    #[test]
+    fn normals_of_a_dome_look_up_to_its_rim() {
+        let dome = AnalyticSurface::SphereCap { radius: 25.0, diameter: 30.0 }.mesh(0.7);
+        let Facing { mean, from_mean, from_up } = Inspection::new(dome).unwrap().facing;
+        assert!((mean - DVec3::Z).length() < 1e-3, "{mean}");
+        // The rim leans by asin(15 / 25); the outermost faces lie just inside of it.
+        let rim = math::asin(0.6);
+        for angle in [from_mean, from_up] {
+            assert!(angle < rim + 0.01 && angle > rim - 0.05, "{angle}");
+        }
     }
 }

@@ -11,7 +11,7 @@ mod warning;
 pub use analytic::{AnalyticSurface, Domain};
 pub use build::{Built, Fault, Part, SurfaceError, build};
 pub use curvature::CurvatureField;
-pub use inspect::{Concave, Inspection};
+pub use inspect::{Facing, Inspection};
 pub use shape::ShapeOperator;
 pub use warning::Warning;
 

@@ -1,0 +1,110 @@
+//! Why a job was not planned: exit code, place in the job file, and hint.
+
+use evencut_core::cutter_location::LocateError;
+use evencut_core::job::Fault;
+use evencut_core::level_set::LevelSetError;
+use evencut_core::link::DeliverError;
+use evencut_core::plan::PlanError;
+use evencut_core::post::PostError;
+use evencut_core::results::ResultsError;
+use evencut_core::surface::SurfaceError;
+
+use crate::{Exit, input};
+
+/// Keys that say where the surface comes from.
+const SOURCE: &[&str] = &["surface.file", "surface.analytic.kind"];
+
+/// How a failure is told.
+struct Failure {
+    exit: Exit,
+    /// Keys to point at: the first of them that the job file holds.
+    keys: &'static [&'static str],
+    hint: Hint,
+}
+
+enum Hint {
+    /// The message says all.
+    None,
+    /// More is known of the mesh.
+    Inspect,
+    /// It should not have happened.
+    Bug,
+}
+
+fn bad_surface(keys: &'static [&'static str], hint: Hint) -> Failure {
+    Failure { exit: Exit::BadSurface, keys, hint }
+}
+
+fn limit(keys: &'static [&'static str]) -> Failure {
+    Failure { exit: Exit::LimitNotMet, keys, hint: Hint::None }
+}
+
+const BUG: Failure = Failure { exit: Exit::Internal, keys: &[], hint: Hint::Bug };
+
+/// The exit code of a failure, and the fault to show. `surface`: the surface file, if any.
+pub fn explain(error: &ResultsError, job_source: &[u8], surface: Option<&str>) -> (Exit, Fault) {
+    let failure = match error {
+        ResultsError::Plan(error) => of_plan(error),
+        ResultsError::Post(error) => of_post(error),
+    };
+    let place = failure.keys.iter().find_map(|key| input::place(job_source, key));
+    let mut fault = input::fault(error.to_string(), place);
+    match (failure.hint, surface) {
+        (Hint::Inspect, Some(file)) => {
+            fault.help.push(format!("`evencut inspect {file}` shows more of the mesh"));
+        }
+        (Hint::Bug, _) => fault.help.push(
+            "this is a bug in evencut: please report it with the job file and the surface file"
+                .into(),
+        ),
+        (Hint::Inspect | Hint::None, _) => {}
+    }
+    (failure.exit, fault)
+}
+
+fn of_plan(error: &PlanError) -> Failure {
+    match error {
+        PlanError::NoFile(_) => BUG,
+        PlanError::UnknownFormat(_) | PlanError::Read(_) => bad_surface(SOURCE, Hint::None),
+        PlanError::Surface(error) => bad_surface(surface_keys(error), Hint::Inspect),
+        PlanError::Flatten(_) => bad_surface(SOURCE, Hint::Inspect),
+        PlanError::Rings(LevelSetError::TooFine { .. }) => {
+            bad_surface(&["cut.stepover", "cut.scallop"], Hint::None)
+        }
+        PlanError::Rings(LevelSetError::NoRoom { .. }) => {
+            bad_surface(&["tool.diameter"], Hint::None)
+        }
+        PlanError::Deliver(DeliverError::Locate(LocateError::BelowHorizon { .. })) => {
+            bad_surface(&["surface.select", "surface.file", "machine.axes"], Hint::None)
+        }
+        PlanError::Deliver(DeliverError::Outside(_))
+        | PlanError::Deliver(DeliverError::Locate(LocateError::NotFinite { .. })) => BUG,
+        PlanError::LimitUnreachable { .. } => limit(&["force.mrr_limit", "force.relative"]),
+        PlanError::TooTight { .. } => limit(&["cut.too_tight", "tool.diameter"]),
+    }
+}
+
+fn surface_keys(error: &SurfaceError) -> &'static [&'static str] {
+    match error {
+        SurfaceError::NoNormalWithin { .. } => &["surface.select.normal_within"],
+        SurfaceError::NoneInBox { .. } => &["surface.select.box"],
+        SurfaceError::NoSuchComponent { .. } => &["surface.select.component"],
+        SurfaceError::TooFar { .. } => &["surface.scale", "surface.translate", "surface.file"],
+        SurfaceError::NoFaces
+        | SurfaceError::BadIndex { .. }
+        | SurfaceError::NoArea { .. }
+        | SurfaceError::Unusable(_)
+        | SurfaceError::Topology(_) => SOURCE,
+    }
+}
+
+fn of_post(error: &PostError) -> Failure {
+    match error {
+        PostError::Singular { .. } => limit(&["cut.tolerance", "machine.axes"]),
+        PostError::Empty
+        | PostError::TiltedAxis { .. }
+        | PostError::LowRapid { .. }
+        | PostError::Feed { .. }
+        | PostError::NotFinite { .. } => BUG,
+    }
+}

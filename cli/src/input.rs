@@ -1,0 +1,100 @@
+//! Job files and the surface files they name.
+
+use std::io::{self, Read};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use evencut_core::job::{Fault, Job, SurfaceSource};
+use toml::de::DeTable;
+
+/// Longest job file that is read, bytes: enough for `job::read` to see that it is too much.
+const LONGEST_JOB: u64 = (1 << 20) + 1;
+
+/// Whether a path means standard input.
+pub fn is_standard_input(path: &Path) -> bool {
+    path == Path::new("-")
+}
+
+/// A job file's name in messages.
+pub fn name(path: &Path) -> String {
+    if is_standard_input(path) { "standard input".into() } else { shown(path) }
+}
+
+/// A path in messages.
+pub fn shown(path: &Path) -> String {
+    path.display().to_string()
+}
+
+/// The bytes of a job file, or what keeps it from being read.
+pub fn read_job(path: &Path) -> Result<Vec<u8>, Fault> {
+    let read = || -> io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        if is_standard_input(path) {
+            io::stdin().take(LONGEST_JOB).read_to_end(&mut bytes)?;
+        } else {
+            std::fs::File::open(path)?.take(LONGEST_JOB).read_to_end(&mut bytes)?;
+        }
+        Ok(bytes)
+    };
+    read().map_err(|error| fault(error.to_string(), None))
+}
+
+/// Where the surface file of a job is: its path is relative to the job file. `None` for a formula.
+pub fn surface_path(job_path: &Path, job: &Job) -> Option<PathBuf> {
+    let SurfaceSource::File(file) = &job.surface.source else { return None };
+    Some(job_path.parent().unwrap_or(Path::new("")).join(file))
+}
+
+/// The surface file at `path` is not there, pointing at the place of `surface.file` in the job.
+pub fn no_surface(path: &Path, job_source: &[u8]) -> Fault {
+    let message = format!("surface: there is no file {}", shown(path));
+    let mut fault = fault(message, place(job_source, "surface.file"));
+    fault.help.push("paths in a job file are relative to the job file".into());
+    fault
+}
+
+/// The bytes of the surface file at `path`, or what keeps it from being read.
+pub fn read_surface(path: &Path, job_source: &[u8]) -> Result<Vec<u8>, Fault> {
+    if !path.exists() {
+        return Err(no_surface(path, job_source));
+    }
+    std::fs::read(path).map_err(|error| {
+        let message = format!("surface: {}: {error}", shown(path));
+        fault(message, place(job_source, "surface.file"))
+    })
+}
+
+/// A fault whose message says all, at a place of the job file if there is one.
+pub fn fault(message: String, span: Option<Range<usize>>) -> Fault {
+    Fault { key: String::new(), message, help: Vec::new(), span }
+}
+
+/// Where the value of a dotted key is written in a job file, in bytes.
+pub fn place(source: &[u8], key: &str) -> Option<Range<usize>> {
+    let document = DeTable::parse(std::str::from_utf8(source).ok()?).ok()?;
+    let mut table = document.get_ref();
+    let mut keys = key.split('.').peekable();
+    while let Some(key) = keys.next() {
+        let value = table.get(key)?;
+        if keys.peek().is_none() {
+            return Some(value.span());
+        }
+        table = value.get_ref().as_table()?;
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_found_in_tables_and_inline_tables() {
+        let source = b"[surface]\nfile = \"a\"\nselect = { component = 3 }\n";
+        let at = |key| place(source, key).map(|span| &source[span]);
+        assert_eq!(at("surface.file"), Some(&b"\"a\""[..]));
+        assert_eq!(at("surface.select.component"), Some(&b"3"[..]));
+        assert_eq!(at("surface.file.name"), None);
+        assert_eq!(at("surface.scale"), None);
+    }
+}

@@ -1,0 +1,169 @@
+//! `evencut plan`: a job file → a directory of results.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use evencut_core::job::{self, Faults, Job, Severity, SurfaceSource};
+use evencut_core::plan::Stage;
+use evencut_core::results::{Input, OutputFile, Results, results};
+
+use crate::output::{self, OutputError, ResultDirectory};
+use crate::progress::Progress;
+use crate::{Exit, Streams, failure, input};
+
+/// Arguments of `evencut plan`.
+#[derive(Args)]
+pub struct Plan {
+    /// Job file; `-` reads standard input
+    #[arg(value_name = "JOB")]
+    job: PathBuf,
+    /// Directory of the results, whose earlier results are replaced [default: results/JOB's name]
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Threads to use, which change nothing but the time [default: all]
+    #[arg(long, value_name = "N")]
+    threads: Option<std::num::NonZeroUsize>,
+    /// Print the report as JSON instead of its summary
+    #[arg(long)]
+    json: bool,
+    /// Print errors only (and the report, with --json)
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// A job as it was read, with the bytes behind it.
+struct Read {
+    job: Job,
+    source: Vec<u8>,
+    surface: Option<(PathBuf, Vec<u8>)>,
+}
+
+/// Why there are no results: the exit code and the messages.
+struct Failed(Exit, String);
+
+impl Plan {
+    /// Plans the job and writes its results, all or none.
+    pub fn run(&self, streams: &mut Streams<'_>) -> Exit {
+        match self.plan(streams) {
+            Ok(()) => Exit::Done,
+            Err(Failed(exit, message)) => {
+                streams.message(&message);
+                exit
+            }
+        }
+    }
+
+    fn plan(&self, streams: &mut Streams<'_>) -> Result<(), Failed> {
+        let read = self.read(streams)?;
+        let target = self.target();
+        // Before the work, not after it.
+        output::check(&target).map_err(|error| of_output(&error))?;
+        let results = self.results(&read)?;
+        let place = write(&target, &results.files).map_err(|error| of_output(&error))?;
+        if self.json {
+            streams.data(&results.report.to_json());
+        } else if !self.quiet {
+            streams.data(&results.report.summary());
+        }
+        if !self.quiet {
+            streams.message(&format!("results in {}\n", input::shown(&place)));
+        }
+        Ok(())
+    }
+
+    /// Reads the job and the surface it names; warnings are shown.
+    fn read(&self, streams: &mut Streams<'_>) -> Result<Read, Failed> {
+        let source = input::read_job(&self.job)
+            .map_err(|fault| self.failed(Exit::BadJob, &Faults(vec![fault]), b""))?;
+        let resolved =
+            job::read(&source).map_err(|faults| self.failed(Exit::BadJob, &faults, &source))?;
+        if !self.quiet {
+            let name = input::name(&self.job);
+            streams.message(&resolved.warnings.render_as(Severity::Warning, &name, &source));
+        }
+        let job = resolved.job;
+        let surface = match input::surface_path(&self.job, &job) {
+            None => None,
+            Some(path) => {
+                let bytes = input::read_surface(&path, &source).map_err(|fault| {
+                    self.failed(Exit::BadSurface, &Faults(vec![fault]), &source)
+                })?;
+                Some((path, bytes))
+            }
+        };
+        Ok(Read { job, source, surface })
+    }
+
+    fn threads(&self) -> usize {
+        let all = || std::thread::available_parallelism().ok();
+        self.threads.or_else(all).map_or(1, std::num::NonZeroUsize::get)
+    }
+
+    fn results(&self, read: &Read) -> Result<Results, Failed> {
+        let Read { job, source, surface } = read;
+        let surface_name = surface.as_ref().map(|(path, _)| input::shown(path));
+        // The report names the surface as the job does, wherever the job lies.
+        let named = match &job.surface.source {
+            SurfaceSource::File(file) => file.as_str(),
+            SurfaceSource::Analytic(_) => "",
+        };
+        let job_name = self.job.file_name().unwrap_or_default().to_string_lossy();
+        let mut progress =
+            if self.quiet { Progress::hidden() } else { Progress::on_standard_error() };
+        results(
+            job,
+            Input { name: &job_name, bytes: source },
+            surface.as_ref().map(|(_, bytes)| Input { name: named, bytes }),
+            self.threads(),
+            &mut |stage, part| progress.report(words(stage), part),
+        )
+        .map_err(|error| {
+            let (exit, fault) = failure::explain(&error, source, surface_name.as_deref());
+            self.failed(exit, &Faults(vec![fault]), source)
+        })
+    }
+
+    fn failed(&self, exit: Exit, faults: &Faults, source: &[u8]) -> Failed {
+        let text = faults.render(&input::name(&self.job), source);
+        Failed(exit, text.trim_end().to_owned() + "\n")
+    }
+
+    /// Where the results go: relative to where the command runs.
+    fn target(&self) -> PathBuf {
+        match &self.output {
+            Some(directory) => directory.clone(),
+            None if input::is_standard_input(&self.job) => Path::new("results").join("job"),
+            None => Path::new("results").join(self.job.file_stem().unwrap_or_default()),
+        }
+    }
+}
+
+fn write(target: &Path, files: &[OutputFile]) -> Result<PathBuf, OutputError> {
+    let mut directory = ResultDirectory::begin(target)?;
+    for file in files {
+        directory.write(&file.name, &file.bytes)?;
+    }
+    directory.commit()?;
+    Ok(target.to_owned())
+}
+
+fn of_output(error: &OutputError) -> Failed {
+    let exit = match error {
+        OutputError::NotADirectory(_) | OutputError::Foreign { .. } | OutputError::Nameless(_) => {
+            Exit::BadJob
+        }
+        OutputError::FileName(_) | OutputError::Io { .. } => Exit::Internal,
+    };
+    Failed(exit, format!("error: {error}\n"))
+}
+
+fn words(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Surface => "reading the surface",
+        Stage::Flatten => "laying the surface flat",
+        Stage::Rings => "laying rings",
+        Stage::Cut => "cutting within the limit",
+        Stage::Locate => "locating the cutter",
+        Stage::Write => "writing the results",
+    }
+}
