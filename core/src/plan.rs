@@ -9,7 +9,7 @@ use crate::geometry::polyline::simplify_closed;
 use crate::geometry::{DVec3, math};
 use crate::job::{
     AnalyticKind, AnalyticOptions, AnalyticParameters, Boundary, CutDirection, FlattenMethod,
-    ForceControl, Job, Stepover, SurfaceSource,
+    ForceControl, Job, Stepover, SurfaceSource, TooTight,
 };
 use crate::level_set::{
     DistanceField, LevelSetError, PassMesh, Ring, RingTerrain, StripMetric, rings, strip_metric,
@@ -219,6 +219,7 @@ pub fn plan(
     let Delivered { mut toolpath, raised } =
         deliver(&cut.points, &lift, &check, &options, |p| progress(Stage::Locate, p))?;
     fill_time(&mut toolpath, &job.tool, &job.machine);
+    refuse_too_tight(job, &raised)?;
     Ok(Planned {
         coverage: plane.coverage(&cut.stock, &surface, &chart, &locator),
         surface,
@@ -424,6 +425,19 @@ fn refuse_too_slow(
     let lifted = lift.run(core::slice::from_ref(p), 0).map_err(DeliverError::from)?;
     let place = lifted.contacts.first().map_or(DVec3::ZERO, |c| c.position);
     Err(PlanError::LimitUnreachable { place, rate: p.mrr, feed: p.feed, limit: job.mrr_limit() })
+}
+
+fn refuse_too_tight(job: &Job, raised: &[RaisedStretch]) -> Result<(), PlanError> {
+    let worst = raised.iter().max_by(|a, b| a.raise.total_cmp(&b.raise));
+    match worst {
+        Some(worst) if job.cut.too_tight == TooTight::Refuse => Err(PlanError::TooTight {
+            place: worst.place,
+            raise: worst.raise,
+            stretches: raised.len(),
+            length: raised.iter().map(|r| r.length).sum(),
+        }),
+        _ => Ok(()),
+    }
 }
 
 fn deliver_options(job: &Job, rapid_plane: f64, threads: usize) -> DeliverOptions {
