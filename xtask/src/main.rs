@@ -1,18 +1,23 @@
-//! Project tasks: `cargo xtask surfaces` writes the surfaces that `jobs/` machines.
+//! Project tasks: `cargo xtask test` runs all tests, `cargo xtask surfaces` writes the surfaces
+//! that `jobs/` machines.
 
 mod mesh_file;
 mod surfaces;
+mod test;
 mod triangulate;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-const USAGE: &str = "usage: cargo xtask surfaces    writes jobs/surfaces/*";
+const USAGE: &str = "\
+usage: cargo xtask test        runs all tests, natively and of native against WebAssembly
+       cargo xtask surfaces    writes jobs/surfaces/*";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["surfaces"] => report(write_surfaces(&surfaces_folder())),
+        ["test"] => report(test::test(&project())),
+        ["surfaces"] => report(write_surfaces(&project().join("jobs/surfaces"))),
         _ => {
             eprintln!("{USAGE}");
             ExitCode::from(2)
@@ -30,8 +35,9 @@ fn report(result: Result<(), String>) -> ExitCode {
     }
 }
 
-fn surfaces_folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../jobs/surfaces")
+fn project() -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.parent().unwrap_or(here).to_owned()
 }
 
 fn write_surfaces(folder: &Path) -> Result<(), String> {

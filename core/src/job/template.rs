@@ -27,7 +27,7 @@ pub struct SurfaceFacts {
 const DIAMETERS: [f64; 14] =
     [0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0];
 /// Cusp heights to start from, mm.
-const SCALLOPS: [f64; 5] = [0.005, 0.01, 0.02, 0.05, 0.1];
+const SCALLOPS: [f64; 7] = [0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5];
 /// Longest extents, in the file's units, below which a part is surely not drawn in mm: such parts
 /// are smaller than the cutters that would machine them.
 const METRES_BELOW: f64 = 1.0;

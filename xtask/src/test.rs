@@ -1,0 +1,74 @@
+//! `cargo xtask test`: all tests, natively and of native against WebAssembly.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const WASM: &str = "wasm32-unknown-unknown";
+
+/// Runs all tests; the first that fails ends the run.
+pub fn test(project: &Path) -> Result<(), String> {
+    run(cargo(project).args(["test", "--workspace"]))?;
+    parity(project)
+}
+
+/// Plans the shipped jobs natively and in WebAssembly and compares the bytes.
+fn parity(project: &Path) -> Result<(), String> {
+    if Command::new("node").arg("--version").output().is_err() {
+        println!("skipped: native against WebAssembly, since there is no node");
+        return Ok(());
+    }
+    install_target(project)?;
+    run(cargo(project).args(["build", "--release", "--package", "evencut-cli"]))?;
+    let build = ["build", "--release", "--package", "evencut-parity", "--target", WASM];
+    run(cargo(project).args(build))?;
+    let target = target_folder(project);
+    let command = target.join("release").join(format!("evencut{}", std::env::consts::EXE_SUFFIX));
+    let module = target.join(WASM).join("release/evencut_parity.wasm");
+    let mut node = Command::new("node");
+    node.arg("tests/parity/parity.mjs").args([command, module]).args(jobs(project)?);
+    run(node.current_dir(project))
+}
+
+/// All shipped jobs, relative to the project.
+fn jobs(project: &Path) -> Result<Vec<PathBuf>, String> {
+    let folder = project.join("jobs");
+    let entries = std::fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let names = entries.filter_map(|entry| entry.ok()).map(|entry| entry.file_name());
+    let mut jobs: Vec<PathBuf> = names
+        .map(|name| Path::new("jobs").join(name))
+        .filter(|path| path.extension().is_some_and(|e| e == "toml"))
+        .collect();
+    jobs.sort();
+    Ok(jobs)
+}
+
+/// Installs the target, unless rustc has it.
+fn install_target(project: &Path) -> Result<(), String> {
+    let mut rustc = Command::new("rustc");
+    let output = rustc
+        .args(["--print", "target-libdir", "--target", WASM])
+        .current_dir(project)
+        .output()
+        .map_err(|e| format!("rustc: {e}"))?;
+    if Path::new(String::from_utf8_lossy(&output.stdout).trim()).is_dir() {
+        return Ok(());
+    }
+    run(Command::new("rustup").args(["target", "add", WASM]).current_dir(project))
+        .map_err(|e| format!("{e}; the tests need the target {WASM}: install it beside this rustc"))
+}
+
+fn target_folder(project: &Path) -> PathBuf {
+    let folder = std::env::var_os("CARGO_TARGET_DIR").map_or("target".into(), PathBuf::from);
+    project.join(folder)
+}
+
+fn cargo(project: &Path) -> Command {
+    let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    cargo.current_dir(project);
+    cargo
+}
+
+fn run(command: &mut Command) -> Result<(), String> {
+    let status = command.status().map_err(|e| format!("{command:?}: {e}"))?;
+    if status.success() { Ok(()) } else { Err(format!("{command:?}: {status}")) }
+}
