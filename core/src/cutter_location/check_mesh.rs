@@ -7,6 +7,7 @@
 //! (3) Facets that survive get the exact need.
 
 use super::drop::Profile;
+use super::solid::{Block, Solid};
 use crate::geometry::{DMat3, DVec3, any_perpendicular};
 use crate::tool::Tool;
 
@@ -15,7 +16,7 @@ const LEAF_FACES: usize = 4;
 
 /// Subtrees up to this size are measured facet by facet, larger ones from their children. Larger
 /// costs building time (each doubling one more pass over all facets), smaller costs queries.
-const TIGHT_FACES: usize = 512;
+const TIGHT_FACES: usize = 512000;
 
 /// A facet that would raise the cutter by less than this more than others do is not looked at, mm.
 const NEGLIGIBLE: f64 = 1e-10;
@@ -28,19 +29,37 @@ const MOST_ROUNDS: u32 = 64;
 pub struct CheckMesh {
     nodes: Vec<Node>,
     /// Facets in tree order.
-    facets: Vec<[DVec3; 3]>,
+    facets: Vec<Facet>,
+}
+
+/// A facet of the part.
+#[derive(Copy, Clone, Debug)]
+struct Facet {
+    corners: [DVec3; 3],
+    /// Unit normal; zero where the corners give none.
+    normal: DVec3,
+}
+
+impl Facet {
+    fn new(corners: [DVec3; 3]) -> Self {
+        let mut facet = Self { corners, normal: DVec3::ZERO };
+        facet.normal = facet.area().normalize_or_zero();
+        facet
+    }
+
+    /// Normal as long as twice the area.
+    fn area(&self) -> DVec3 {
+        let [a, b, c] = self.corners;
+        (b - a).cross(c - a)
+    }
 }
 
 /// A node of the tree. Facets `first..first + count` where `count > 0`; else the children are the
 /// next node and node `first`.
 #[derive(Copy, Clone, Debug, Default)]
 struct Node {
-    /// Centre of the box.
-    centre: DVec3,
-    /// Its unit directions: mean normal of the facets, longest across it, and the third.
-    frame: DMat3,
-    /// Half its size along them.
-    half: DVec3,
+    /// Its box, along the mean normal of the facets, the longest direction across it, and the third.
+    block: Block,
     /// Half its diagonal.
     radius: f64,
     first: u32,
@@ -59,6 +78,8 @@ struct Query {
     profile: Profile,
     tip: DVec3,
     frame: [DVec3; 3],
+    /// The cutter, raised as far as is known to be needed.
+    solid: Solid,
     /// Obstacles higher above the tip are ignored, mm.
     reach: f64,
     /// Lower bound of the height of what was ignored, mm.
@@ -111,50 +132,59 @@ impl CheckMesh {
     /// engineering approach to generating interference-free tool paths in three-axis machining from scanned
     /// data of physical models", Int. J. Adv. Manuf. Technol. 19 (2002); pruning by concavity is ours.
     pub fn raise(&self, tool: &Tool, tip: DVec3, axis: DVec3, reach: f64) -> f64 {
-        if self.nodes.is_empty() {
-            return 0.0;
-        }
-        let side = any_perpendicular(axis);
-        let frame = [side, axis.cross(side), axis];
-        let profile = Profile::new(tool);
-        let mut query = Query { profile, tip, frame, reach, lowest_ignored: f64::INFINITY };
-        let mut raise = self.descend(&mut query, 0.0);
+        let mut query = Query::new(tool, tip, axis, reach);
+        let mut raise = self.descend(&mut query, 0.0, f64::INFINITY);
         // A raised cutter reaches higher and may meet what was ignored.
         let mut rounds = 0;
         while query.lowest_ignored < reach + raise && query.reach < reach + raise {
             rounds += 1;
             query.reach = if rounds < MOST_ROUNDS { reach + raise } else { f64::INFINITY };
             query.lowest_ignored = f64::INFINITY;
-            raise = self.descend(&mut query, raise);
+            raise = self.descend(&mut query, raise, f64::INFINITY);
         }
         raise
     }
 
-    /// The largest need above `floor`, best nodes first.
-    fn descend(&self, query: &mut Query, floor: f64) -> f64 {
+    /// Whether [`Self::raise`] is 0; stops at the first facet that is touched.
+    pub fn is_clear(&self, tool: &Tool, tip: DVec3, axis: DVec3, reach: f64) -> bool {
+        self.descend(&mut Query::new(tool, tip, axis, reach), 0.0, 0.0) <= 0.0
+    }
+
+    /// The largest need above `floor`, best nodes first; or the first one found above `enough`.
+    fn descend(&self, query: &mut Query, floor: f64, enough: f64) -> f64 {
         let mut best = floor;
+        if self.nodes.is_empty() {
+            return best;
+        }
+        query.stand_at(best);
         let mut open = Vec::with_capacity(64);
-        open.push((query.bound(&self.nodes[0]), 0u32));
+        open.push((f64::INFINITY, 0u32));
         while let Some((bound, index)) = open.pop() {
+            let node = &self.nodes[index as usize];
             if bound <= best + NEGLIGIBLE {
                 continue;
             }
-            let node = &self.nodes[index as usize];
             if node.count > 0 {
                 let first = node.first as usize;
+                let before = best;
                 for facet in &self.facets[first..first + node.count as usize] {
                     best = query.facet(facet, best);
+                }
+                if best > enough {
+                    return best;
+                }
+                if best > before {
+                    query.stand_at(best);
                 }
                 continue;
             }
             let [near, far] = [index + 1, node.first]
-                .map(|child| (query.bound(&self.nodes[child as usize]), child));
+                .map(|child| (query.rise(&self.nodes[child as usize]), child));
             let [near, far] = if near.0 >= far.0 { [near, far] } else { [far, near] };
-            if far.0 > best + NEGLIGIBLE {
-                open.push(far);
-            }
-            if near.0 > best + NEGLIGIBLE {
-                open.push(near);
+            for (rise, child) in [far, near] {
+                if rise > 0.0 {
+                    open.push((best + NEGLIGIBLE + rise, child));
+                }
             }
         }
         best
@@ -165,7 +195,7 @@ impl CheckMesh {
         let index = self.nodes.len();
         let start = self.facets.len();
         if items.len() <= LEAF_FACES {
-            self.facets.extend(items.iter().map(|i| source[i.face as usize]));
+            self.facets.extend(items.iter().map(|i| Facet::new(source[i.face as usize])));
             let facets = &self.facets[start..];
             let span = Span::of(index, facets);
             let count = facets.len() as u32;
@@ -202,13 +232,13 @@ struct Span {
 }
 
 impl Span {
-    fn of(index: usize, facets: &[[DVec3; 3]]) -> Self {
-        let points = || facets.iter().flatten().copied();
+    fn of(index: usize, facets: &[Facet]) -> Self {
+        let points = || facets.iter().flat_map(|f| f.corners);
         Self {
             index,
             low: points().fold(DVec3::INFINITY, DVec3::min),
             high: points().fold(DVec3::NEG_INFINITY, DVec3::max),
-            area: facets.iter().map(|t| (t[1] - t[0]).cross(t[2] - t[0])).sum(),
+            area: facets.iter().map(|f| f.area()).sum(),
         }
     }
 
@@ -246,12 +276,12 @@ fn widest_axis(items: &[Item]) -> usize {
 }
 
 /// Box of the facets themselves.
-fn tight(facets: &[[DVec3; 3]], span: &Span) -> Node {
+fn tight(facets: &[Facet], span: &Span) -> Node {
     let middle = span.middle();
     let frame = frame_along(span.normal(), facets, middle);
     let turned = frame.transpose();
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for p in facets.iter().flatten() {
+    for p in facets.iter().flat_map(|f| &f.corners) {
         let q = turned * (*p - middle);
         (low, high) = (low.min(q), high.max(q));
     }
@@ -259,11 +289,11 @@ fn tight(facets: &[[DVec3; 3]], span: &Span) -> Node {
 }
 
 /// The normal and, across it, the principal directions of the corners.
-fn frame_along(normal: DVec3, facets: &[[DVec3; 3]], middle: DVec3) -> DMat3 {
+fn frame_along(normal: DVec3, facets: &[Facet], middle: DVec3) -> DMat3 {
     let u = any_perpendicular(normal);
     let v = normal.cross(u);
     let (mut uu, mut uv, mut vv) = (0.0, 0.0, 0.0);
-    for p in facets.iter().flatten() {
+    for p in facets.iter().flat_map(|f| &f.corners) {
         let (x, y) = (u.dot(*p - middle), v.dot(*p - middle));
         uu += x * x;
         uv += x * y;
@@ -290,9 +320,9 @@ fn join(a: &Node, b: &Node, span: &Span) -> Node {
     let frame = DMat3::from_cols(normal, major, normal.cross(major));
     let turned = frame.transpose();
     let reach = |node: &Node| {
-        DVec3::new(node.extent(frame.x_axis), node.extent(frame.y_axis), node.extent(frame.z_axis))
+        DVec3::new(node.block.extent(frame.x_axis), node.block.extent(frame.y_axis), node.block.extent(frame.z_axis))
     };
-    let (pa, pb) = (turned * (a.centre - middle), turned * (b.centre - middle));
+    let (pa, pb) = (turned * (a.block.centre - middle), turned * (b.block.centre - middle));
     let (ra, rb) = (reach(a), reach(b));
     Node::holding(middle, frame, (pa - ra).min(pb - rb), (pa + ra).max(pb + rb))
 }
@@ -305,85 +335,53 @@ impl Node {
         let half = 0.5 * (high - low);
         let slack = 1e-14 * (centre.abs().max_element() + half.length());
         let half = half + DVec3::splat(slack);
-        Self { centre, frame, half, radius: half.length(), first: 0, count: 0 }
-    }
-
-    /// How far the node reaches from its centre in a direction (of any length).
-    fn extent(&self, direction: DVec3) -> f64 {
-        (self.frame.transpose() * direction).abs().dot(self.half)
+        Self { block: Block { centre, frame, half }, radius: half.length(), first: 0, count: 0 }
     }
 }
 
 impl Query {
+    fn new(tool: &Tool, tip: DVec3, axis: DVec3, reach: f64) -> Self {
+        let side = any_perpendicular(axis);
+        let frame = [side, axis.cross(side), axis];
+        let profile = Profile::new(tool);
+        let solid = Solid { tip, axis, profile };
+        Self { profile, tip, frame, solid, reach, lowest_ignored: f64::INFINITY }
+    }
+
     fn to_frame(&self, p: DVec3) -> DVec3 {
         let d = p - self.tip;
         DVec3::new(d.dot(self.frame[0]), d.dot(self.frame[1]), d.dot(self.frame[2]))
     }
 
-    /// Upper bound of the need over a node.
-    fn bound(&mut self, node: &Node) -> f64 {
-        let axis = self.frame[2];
-        let d = node.centre - self.tip;
-        let height = d.dot(axis);
-        let rho_squared = (d.length_squared() - height * height).max(0.0);
-        let outside = self.profile.radius + node.radius;
-        if rho_squared >= outside * outside {
-            return f64::NEG_INFINITY;
-        }
-        if height + node.radius > self.reach {
-            let lowest = height - node.extent(axis);
-            if lowest > self.reach {
-                self.lowest_ignored = self.lowest_ignored.min(lowest);
-                return f64::NEG_INFINITY;
-            }
-        }
-        let tangent = self.profile.tangent(height, rho_squared);
-        let gradient = axis + (d - axis * height) * tangent.pull;
-        if tangent.concavity == 0.0 {
-            let bound = tangent.value + node.extent(gradient);
-            return bound.min(self.bound_nearer(node, d, height));
-        }
-        // A step y across the normal is at least `upright * y - half.x / 2` across the axis.
-        let slope = (node.frame.transpose() * gradient).abs();
-        let upright = node.frame.x_axis.dot(axis);
-        let bend = tangent.concavity * upright * upright;
-        let thick = 0.5 * tangent.concavity * node.half.x;
-        tangent.value
-            + slope.x * node.half.x
-            + parabola_top(slope.y + thick, bend, node.half.y)
-            + parabola_top(slope.z + thick, bend, node.half.z)
+    /// Puts the cutter where it is raised by `best`.
+    fn stand_at(&mut self, best: f64) {
+        self.solid.tip = self.tip + self.frame[2] * (best + NEGLIGIBLE);
     }
 
-    /// Bound from the tangent nearer to where the cutter would touch the middle plane of the box: at
-    /// that point the gradient stands on the box, and only its thickness counts. Bull-nose
-    /// corners bend too unevenly for the second-order bound of the ball.
-    fn bound_nearer(&self, node: &Node, d: DVec3, height: f64) -> f64 {
-        let profile = &self.profile;
-        let axis = self.frame[2];
-        let upright = node.frame.x_axis.dot(axis);
-        if profile.bottom == 0.0 || profile.corner == 0.0 || upright.abs() < 0.1 {
-            return f64::INFINITY;
+    /// How deep a node reaches into the raised cutter; not positive where it cannot raise it further.
+    fn rise(&mut self, node: &Node) -> f64 {
+        let d = node.block.centre - self.tip;
+        let height = d.dot(self.solid.axis);
+        let outside = self.solid.profile.radius + node.radius;
+        if d.length_squared() - height * height >= outside * outside {
+            return 0.0;
         }
-        let normal = node.frame.x_axis * upright.signum();
-        let upright = upright.abs();
-        let across = normal - axis * upright;
-        let slope = across.length();
-        if slope < 1e-9 {
-            return f64::INFINITY;
+        if height + node.radius > self.reach {
+            let lowest = height - node.block.extent(self.solid.axis);
+            if lowest > self.reach {
+                self.lowest_ignored = self.lowest_ignored.min(lowest);
+                return 0.0;
+            }
         }
-        let lateral = d - axis * height;
-        let touch = across * -(profile.corner + profile.bottom / slope);
-        let step = (touch - lateral).clamp_length_max(node.radius);
-        let at = lateral + step;
-        let climb = -normal.dot(step) / upright;
-        let tangent = profile.tangent(height + climb, at.length_squared());
-        let back = -climb - tangent.pull * at.dot(step);
-        tangent.value + back + node.extent(axis + at * tangent.pull)
+        self.solid.rise(&node.block)
     }
 
     /// The larger of `floor` and the need of the part of a facet that is not above reach.
-    fn facet(&mut self, facet: &[DVec3; 3], floor: f64) -> f64 {
-        let t = facet.map(|p| self.to_frame(p));
+    fn facet(&mut self, facet: &Facet, floor: f64) -> f64 {
+        if self.solid.above_plane(facet.corners[0], facet.normal) {
+            return floor;
+        }
+        let t = facet.corners.map(|p| self.to_frame(p));
         let top = t[0].z.max(t[1].z).max(t[2].z);
         if top <= self.reach {
             return self.profile.triangle(t, floor);
@@ -394,15 +392,6 @@ impl Query {
             .into_iter()
             .flatten()
             .fold(floor, |best, piece| self.profile.triangle(piece, best))
-    }
-}
-
-/// Largest value of `slope y - bend y^2 / 2` for `0 <= y <= most`.
-fn parabola_top(slope: f64, bend: f64, most: f64) -> f64 {
-    if slope < bend * most {
-        0.5 * slope * slope / bend
-    } else {
-        (slope - 0.5 * bend * most) * most
     }
 }
 
@@ -616,16 +605,10 @@ mod tests {
                 let tip = s.vector(7.0) * DVec3::new(1.0, 1.0, 0.2);
                 let axis = (DVec3::Z * 1.5 + s.vector(0.7)).normalize();
                 let raise = mesh.raise(&tool, tip, axis, f64::INFINITY);
-                let side = any_perpendicular(axis);
-                let mut query = Query {
-                    profile: Profile::new(&tool),
-                    tip,
-                    frame: [side, axis.cross(side), axis],
-                    reach: f64::INFINITY,
-                    lowest_ignored: f64::INFINITY,
-                };
+                let mut query = Query::new(&tool, tip, axis, f64::INFINITY);
                 let all = mesh.facets.iter().fold(0.0, |best, f| query.facet(f, best));
                 assert!((raise - all).abs() <= 2.0 * NEGLIGIBLE, "{raise} is not {all}");
+                assert_eq!(raise == 0.0, mesh.is_clear(&tool, tip, axis, f64::INFINITY));
             }
         }
     }

@@ -169,23 +169,31 @@ impl<'a> Probe<'a> {
         Self { check, tool, stock, tolerance, reach }
     }
 
-    /// Raise of the cutter grown on all sides by `growth` (shrunk where negative).
-    fn raise_grown(&self, tip: DVec3, axis: DVec3, growth: f64) -> f64 {
+    /// The cutter grown on all sides by `growth` (shrunk where negative); none where nothing is left.
+    fn grown(&self, growth: f64) -> Option<Tool> {
         let radius = self.tool.radius() + growth;
         let corner = (self.tool.corner_radius() + growth).max(0.0);
-        // A cutter that is shrunk to nothing touches nothing.
-        Tool::new(radius, corner.min(radius))
-            .map_or(0.0, |grown| self.check.raise(&grown, tip - axis * growth, axis, self.reach))
+        Tool::new(radius, corner.min(radius)).ok()
+    }
+
+    /// Raise of the cutter with the allowance around it.
+    fn raise_with_stock(&self, tip: DVec3, axis: DVec3) -> f64 {
+        self.grown(self.stock).map_or(0.0, |grown| {
+            self.check.raise(&grown, tip - axis * self.stock, axis, self.reach)
+        })
     }
 
     /// Whether the cutter penetrates by less than `depth`, measured along the normal.
     fn clears(&self, tip: DVec3, axis: DVec3, depth: f64) -> bool {
-        self.raise_grown(tip, axis, self.stock - depth) <= 0.0
+        let growth = self.stock - depth;
+        self.grown(growth).is_none_or(|grown| {
+            self.check.is_clear(&grown, tip - axis * growth, axis, self.reach)
+        })
     }
 
     /// The raise, forgiving a small penetration where undoing it would take a long way up a wall.
     fn raise(&self, tip: DVec3, axis: DVec3) -> f64 {
-        let raise = self.raise_grown(tip, axis, self.stock);
+        let raise = self.raise_with_stock(tip, axis);
         if raise > 0.5 * self.tolerance && self.clears(tip, axis, 0.25 * self.tolerance) {
             return 0.0;
         }
@@ -311,7 +319,7 @@ fn between(a: &Dense, b: &Dense, probe: &Probe, depth: u32, out: &mut Vec<Dense>
         return true;
     }
     if !clear {
-        let raise = probe.raise_grown(middle.tip, middle.axis, probe.stock);
+        let raise = probe.raise_with_stock(middle.tip, middle.axis);
         middle.tip += middle.axis * raise;
         middle.raise += raise;
     }
