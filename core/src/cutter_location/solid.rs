@@ -5,10 +5,15 @@
 //! core than the corner radius. Both are convex, so wherever box and cutter are apart a plane parts
 //! them.
 //!
-//! Steps: (1) the core's point nearest to the box's centre; (2) from there to the nearest point of the
-//! box; (3) the plane across that direction. For a ball below its centre this is the exact
-//! distance of box and ball. For wider bottoms the direction is turned into the plane through the
-//! axis, in which the disk supports at that very point.
+//! Ball: (1) the core's point nearest to the box's centre; (2) from there to the nearest point of the
+//! box; (3) the plane across that direction. Below the ball's centre this is their exact distance.
+//!
+//! Flat and bull: (1) the point of the box nearest to where the cutter would touch the box's middle plane;
+//! (2) planes whose normals lie in the plane through the axis and that point, so that the rim supports
+//! them there: across the axis, along the box's own normal and across the gap to that point. On a
+//! slope that a flat end touches, a node drops out two of its sizes away from the contact.
+//!
+//! How far a plane lies inside the cutter over its slope to the axis bounds how far the cutter must rise.
 
 use super::drop::Profile;
 use crate::geometry::{DMat3, DVec3};
@@ -84,8 +89,8 @@ impl View<'_> {
 }
 
 impl Solid {
-    /// An estimate of how deep a box reaches into the cutter, mm; positive unless a plane was found
-    /// that parts them.
+    /// Upper bound of how far the cutter must rise along its axis to be clear of a box, mm; not positive
+    /// where it is clear now, infinite where nothing better is known.
     pub fn rise(&self, block: &Block) -> f64 {
         let Profile { corner, bottom, .. } = self.profile;
         let d = self.tip - block.centre;
@@ -94,7 +99,12 @@ impl Solid {
             let from_core = -d - self.axis * height.max(corner);
             return self.rise_of_ball(block, from_core, height < corner);
         }
-        let view = View { half: block.half, a: block.turned(self.axis), tip: block.turned(d), profile: &self.profile };
+        let view = View {
+            half: block.half,
+            a: block.turned(self.axis),
+            tip: block.turned(d),
+            profile: &self.profile,
+        };
         let below = view.rise(DVec3::ZERO, 0.0, 0.0, -1.0);
         if below <= 0.0 {
             return below;
@@ -105,16 +115,20 @@ impl Solid {
         let rho_squared = lateral.length_squared();
         let rho = rho_squared.sqrt();
         // The box's own normal, turned into the plane through the axis and that nearest point.
+        // Near the axis the direction away from it is rounding noise.
+        let sure = rho > 0.01 * self.profile.radius;
         let steep = if view.a.x > 0.0 { -lateral.x } else { lateral.x };
-        let outward = if steep > 0.0 { steep / rho_squared } else { 0.0 };
+        let outward = if sure && steep > 0.0 { steep / rho_squared } else { 0.0 };
         let along_normal = view.rise(lateral, rho, outward, -view.a.x.abs());
         if along_normal <= 0.0 {
             return along_normal;
         }
         // From the core's nearest point.
         let out = rho - bottom;
-        let outward = if out > 0.0 { out / rho } else { 0.0 };
-        let across_gap = view.rise(lateral, rho, outward, (height - corner).min(0.0));
+        if !sure || out <= 0.0 {
+            return below.min(along_normal);
+        }
+        let across_gap = view.rise(lateral, rho, out / rho, (height - corner).min(0.0));
         below.min(along_normal).min(across_gap)
     }
 
@@ -134,8 +148,8 @@ impl Solid {
         }
         // Beside the ray only what is across it can part them, however far the cutter rises.
         let w = e - a * up;
-        let beside = w.dot(q) - w.abs().dot(block.half);
-        if beside > 0.0 && beside * beside >= corner * corner * w.length_squared() {
+        let length = w.length();
+        if length >= corner && w.dot(q) - w.abs().dot(block.half) >= corner * length {
             0.0
         } else {
             f64::INFINITY
