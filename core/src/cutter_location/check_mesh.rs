@@ -1,12 +1,17 @@
 //! How far a cutter must be raised along its axis to touch no facet of the part.
 //!
 //! Steps: (1) a tree over the facets is built once; each node keeps a box along the mean normal and
-//! the longest direction of its facets. (2) For a query, need (see [`super::drop`]) is bounded over a
-//! node by its tangent at the node's centre and how far the box reaches along the gradient. On a smooth surface the gradient near the contact is the surface's own normal, so that the bound
-//! is first-order exact and only nodes within about their own size of the contact are opened.
-//! (3) Facets that survive get the exact need.
+//! the longest direction of its facets. (2) A query keeps the cutter raised as far as the facets
+//! seen so far ask for. A node is left out where a plane parts its box from that cutter (see
+//! [`super::solid`]); how far the cutter must rise for that orders the others, most first. On a smooth
+//! surface only nodes within about their own size of the contact are opened. (3) Facets whose
+//! planes the cutter crosses get the exact need (see [`super::drop`]).
+//!
+//! Queries keep no memory of earlier ones. Starting from the result of a neighbouring query would
+//! save one node in twenty, since the first descent ends beside the contact.
 
 use super::drop::Profile;
+use super::solid::{Block, Solid};
 use crate::geometry::{DMat3, DVec3, any_perpendicular};
 use crate::tool::Tool;
 
@@ -14,11 +19,15 @@ use crate::tool::Tool;
 const LEAF_FACES: usize = 4;
 
 /// Subtrees up to this size are measured facet by facet, larger ones from their children. Larger
-/// costs building time (each doubling one more pass over all facets), smaller costs queries.
-const TIGHT_FACES: usize = 512;
+/// costs building time (each doubling one more pass over all facets), smaller costs queries: boxes of
+/// boxes are loose.
+const TIGHT_FACES: usize = 1 << 19;
 
 /// A facet that would raise the cutter by less than this more than others do is not looked at, mm.
 const NEGLIGIBLE: f64 = 1e-10;
+
+/// A facet of less than this height over length has no normal to rely on: it errs by 1e-16 over this, rad.
+const SLIVER: f64 = 1e-5;
 
 /// A cutter that still meets something after climbing this often is lifted clear of everything above.
 const MOST_ROUNDS: u32 = 64;
@@ -28,19 +37,42 @@ const MOST_ROUNDS: u32 = 64;
 pub struct CheckMesh {
     nodes: Vec<Node>,
     /// Facets in tree order.
-    facets: Vec<[DVec3; 3]>,
+    facets: Vec<Facet>,
+}
+
+/// A facet of the part.
+#[derive(Copy, Clone, Debug)]
+struct Facet {
+    corners: [DVec3; 3],
+    /// Unit normal; zero for slivers.
+    normal: DVec3,
+}
+
+impl Facet {
+    fn new(corners: [DVec3; 3]) -> Self {
+        let mut facet = Self { corners, normal: DVec3::ZERO };
+        let [a, b, c] = corners;
+        let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+        let area = facet.area();
+        if area.length() > SLIVER * longest {
+            facet.normal = area.normalize_or_zero();
+        }
+        facet
+    }
+
+    /// Normal as long as twice the area.
+    fn area(&self) -> DVec3 {
+        let [a, b, c] = self.corners;
+        (b - a).cross(c - a)
+    }
 }
 
 /// A node of the tree. Facets `first..first + count` where `count > 0`; else the children are the
 /// next node and node `first`.
 #[derive(Copy, Clone, Debug, Default)]
 struct Node {
-    /// Centre of the box.
-    centre: DVec3,
-    /// Its unit directions: mean normal of the facets, longest across it, and the third.
-    frame: DMat3,
-    /// Half its size along them.
-    half: DVec3,
+    /// Its box, along the mean normal of the facets, the longest direction across it, and the third.
+    block: Block,
     /// Half its diagonal.
     radius: f64,
     first: u32,
@@ -56,9 +88,10 @@ struct Item {
 
 /// The cutter in place: one query.
 struct Query {
-    profile: Profile,
     tip: DVec3,
     frame: [DVec3; 3],
+    /// The cutter, raised as far as is known to be needed.
+    solid: Solid,
     /// Obstacles higher above the tip are ignored, mm.
     reach: f64,
     /// Lower bound of the height of what was ignored, mm.
@@ -111,50 +144,59 @@ impl CheckMesh {
     /// engineering approach to generating interference-free tool paths in three-axis machining from scanned
     /// data of physical models", Int. J. Adv. Manuf. Technol. 19 (2002); pruning by concavity is ours.
     pub fn raise(&self, tool: &Tool, tip: DVec3, axis: DVec3, reach: f64) -> f64 {
-        if self.nodes.is_empty() {
-            return 0.0;
-        }
-        let side = any_perpendicular(axis);
-        let frame = [side, axis.cross(side), axis];
-        let profile = Profile::new(tool);
-        let mut query = Query { profile, tip, frame, reach, lowest_ignored: f64::INFINITY };
-        let mut raise = self.descend(&mut query, 0.0);
+        let mut query = Query::new(tool, tip, axis, reach);
+        let mut raise = self.descend(&mut query, 0.0, f64::INFINITY);
         // A raised cutter reaches higher and may meet what was ignored.
         let mut rounds = 0;
         while query.lowest_ignored < reach + raise && query.reach < reach + raise {
             rounds += 1;
             query.reach = if rounds < MOST_ROUNDS { reach + raise } else { f64::INFINITY };
             query.lowest_ignored = f64::INFINITY;
-            raise = self.descend(&mut query, raise);
+            raise = self.descend(&mut query, raise, f64::INFINITY);
         }
         raise
     }
 
-    /// The largest need above `floor`, best nodes first.
-    fn descend(&self, query: &mut Query, floor: f64) -> f64 {
+    /// Whether [`Self::raise`] is 0; stops at the first facet that is touched.
+    pub fn is_clear(&self, tool: &Tool, tip: DVec3, axis: DVec3, reach: f64) -> bool {
+        self.descend(&mut Query::new(tool, tip, axis, reach), 0.0, 0.0) <= 0.0
+    }
+
+    /// The largest need above `floor`, best nodes first; or the first one found above `enough`.
+    fn descend(&self, query: &mut Query, floor: f64, enough: f64) -> f64 {
         let mut best = floor;
+        if self.nodes.is_empty() {
+            return best;
+        }
+        query.stand_at(best);
         let mut open = Vec::with_capacity(64);
-        open.push((query.bound(&self.nodes[0]), 0u32));
+        open.push((f64::INFINITY, 0u32));
         while let Some((bound, index)) = open.pop() {
+            let node = &self.nodes[index as usize];
             if bound <= best + NEGLIGIBLE {
                 continue;
             }
-            let node = &self.nodes[index as usize];
             if node.count > 0 {
                 let first = node.first as usize;
+                let before = best;
                 for facet in &self.facets[first..first + node.count as usize] {
                     best = query.facet(facet, best);
+                }
+                if best > enough {
+                    return best;
+                }
+                if best > before {
+                    query.stand_at(best);
                 }
                 continue;
             }
             let [near, far] = [index + 1, node.first]
-                .map(|child| (query.bound(&self.nodes[child as usize]), child));
+                .map(|child| (query.rise(&self.nodes[child as usize]), child));
             let [near, far] = if near.0 >= far.0 { [near, far] } else { [far, near] };
-            if far.0 > best + NEGLIGIBLE {
-                open.push(far);
-            }
-            if near.0 > best + NEGLIGIBLE {
-                open.push(near);
+            for (rise, child) in [far, near] {
+                if rise > 0.0 {
+                    open.push((best + NEGLIGIBLE + rise, child));
+                }
             }
         }
         best
@@ -165,7 +207,7 @@ impl CheckMesh {
         let index = self.nodes.len();
         let start = self.facets.len();
         if items.len() <= LEAF_FACES {
-            self.facets.extend(items.iter().map(|i| source[i.face as usize]));
+            self.facets.extend(items.iter().map(|i| Facet::new(source[i.face as usize])));
             let facets = &self.facets[start..];
             let span = Span::of(index, facets);
             let count = facets.len() as u32;
@@ -202,13 +244,13 @@ struct Span {
 }
 
 impl Span {
-    fn of(index: usize, facets: &[[DVec3; 3]]) -> Self {
-        let points = || facets.iter().flatten().copied();
+    fn of(index: usize, facets: &[Facet]) -> Self {
+        let points = || facets.iter().flat_map(|f| f.corners);
         Self {
             index,
             low: points().fold(DVec3::INFINITY, DVec3::min),
             high: points().fold(DVec3::NEG_INFINITY, DVec3::max),
-            area: facets.iter().map(|t| (t[1] - t[0]).cross(t[2] - t[0])).sum(),
+            area: facets.iter().map(|f| f.area()).sum(),
         }
     }
 
@@ -246,12 +288,12 @@ fn widest_axis(items: &[Item]) -> usize {
 }
 
 /// Box of the facets themselves.
-fn tight(facets: &[[DVec3; 3]], span: &Span) -> Node {
+fn tight(facets: &[Facet], span: &Span) -> Node {
     let middle = span.middle();
     let frame = frame_along(span.normal(), facets, middle);
     let turned = frame.transpose();
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for p in facets.iter().flatten() {
+    for p in facets.iter().flat_map(|f| &f.corners) {
         let q = turned * (*p - middle);
         (low, high) = (low.min(q), high.max(q));
     }
@@ -259,11 +301,11 @@ fn tight(facets: &[[DVec3; 3]], span: &Span) -> Node {
 }
 
 /// The normal and, across it, the principal directions of the corners.
-fn frame_along(normal: DVec3, facets: &[[DVec3; 3]], middle: DVec3) -> DMat3 {
+fn frame_along(normal: DVec3, facets: &[Facet], middle: DVec3) -> DMat3 {
     let u = any_perpendicular(normal);
     let v = normal.cross(u);
     let (mut uu, mut uv, mut vv) = (0.0, 0.0, 0.0);
-    for p in facets.iter().flatten() {
+    for p in facets.iter().flat_map(|f| &f.corners) {
         let (x, y) = (u.dot(*p - middle), v.dot(*p - middle));
         uu += x * x;
         uv += x * y;
@@ -290,9 +332,13 @@ fn join(a: &Node, b: &Node, span: &Span) -> Node {
     let frame = DMat3::from_cols(normal, major, normal.cross(major));
     let turned = frame.transpose();
     let reach = |node: &Node| {
-        DVec3::new(node.extent(frame.x_axis), node.extent(frame.y_axis), node.extent(frame.z_axis))
+        DVec3::new(
+            node.block.extent(frame.x_axis),
+            node.block.extent(frame.y_axis),
+            node.block.extent(frame.z_axis),
+        )
     };
-    let (pa, pb) = (turned * (a.centre - middle), turned * (b.centre - middle));
+    let (pa, pb) = (turned * (a.block.centre - middle), turned * (b.block.centre - middle));
     let (ra, rb) = (reach(a), reach(b));
     Node::holding(middle, frame, (pa - ra).min(pb - rb), (pa + ra).max(pb + rb))
 }
@@ -305,104 +351,62 @@ impl Node {
         let half = 0.5 * (high - low);
         let slack = 1e-14 * (centre.abs().max_element() + half.length());
         let half = half + DVec3::splat(slack);
-        Self { centre, frame, half, radius: half.length(), first: 0, count: 0 }
-    }
-
-    /// How far the node reaches from its centre in a direction (of any length).
-    fn extent(&self, direction: DVec3) -> f64 {
-        (self.frame.transpose() * direction).abs().dot(self.half)
+        Self { block: Block { centre, frame, half }, radius: half.length(), first: 0, count: 0 }
     }
 }
 
 impl Query {
+    fn new(tool: &Tool, tip: DVec3, axis: DVec3, reach: f64) -> Self {
+        let side = any_perpendicular(axis);
+        let frame = [side, axis.cross(side), axis];
+        let solid = Solid { tip, axis, profile: Profile::new(tool) };
+        Self { tip, frame, solid, reach, lowest_ignored: f64::INFINITY }
+    }
+
     fn to_frame(&self, p: DVec3) -> DVec3 {
         let d = p - self.tip;
         DVec3::new(d.dot(self.frame[0]), d.dot(self.frame[1]), d.dot(self.frame[2]))
     }
 
-    /// Upper bound of the need over a node.
-    fn bound(&mut self, node: &Node) -> f64 {
-        let axis = self.frame[2];
-        let d = node.centre - self.tip;
-        let height = d.dot(axis);
-        let rho_squared = (d.length_squared() - height * height).max(0.0);
-        let outside = self.profile.radius + node.radius;
-        if rho_squared >= outside * outside {
-            return f64::NEG_INFINITY;
-        }
-        if height + node.radius > self.reach {
-            let lowest = height - node.extent(axis);
-            if lowest > self.reach {
-                self.lowest_ignored = self.lowest_ignored.min(lowest);
-                return f64::NEG_INFINITY;
-            }
-        }
-        let tangent = self.profile.tangent(height, rho_squared);
-        let gradient = axis + (d - axis * height) * tangent.pull;
-        if tangent.concavity == 0.0 {
-            let bound = tangent.value + node.extent(gradient);
-            return bound.min(self.bound_nearer(node, d, height));
-        }
-        // A step y across the normal is at least `upright * y - half.x / 2` across the axis.
-        let slope = (node.frame.transpose() * gradient).abs();
-        let upright = node.frame.x_axis.dot(axis);
-        let bend = tangent.concavity * upright * upright;
-        let thick = 0.5 * tangent.concavity * node.half.x;
-        tangent.value
-            + slope.x * node.half.x
-            + parabola_top(slope.y + thick, bend, node.half.y)
-            + parabola_top(slope.z + thick, bend, node.half.z)
+    /// Puts the cutter where it is raised by `best`.
+    fn stand_at(&mut self, best: f64) {
+        self.solid.tip = self.tip + self.frame[2] * (best + NEGLIGIBLE);
     }
 
-    /// Bound from the tangent nearer to where the cutter would touch the middle plane of the box: at
-    /// that point the gradient stands on the box, and only its thickness counts. Bull-nose
-    /// corners bend too unevenly for the second-order bound of the ball.
-    fn bound_nearer(&self, node: &Node, d: DVec3, height: f64) -> f64 {
-        let profile = &self.profile;
-        let axis = self.frame[2];
-        let upright = node.frame.x_axis.dot(axis);
-        if profile.bottom == 0.0 || profile.corner == 0.0 || upright.abs() < 0.1 {
-            return f64::INFINITY;
+    /// Upper bound of how much further a node can raise the cutter; not positive where it cannot.
+    fn rise(&mut self, node: &Node) -> f64 {
+        let d = node.block.centre - self.tip;
+        let height = d.dot(self.solid.axis);
+        let outside = self.solid.profile.radius + node.radius;
+        if d.length_squared() - height * height >= outside * outside {
+            return 0.0;
         }
-        let normal = node.frame.x_axis * upright.signum();
-        let upright = upright.abs();
-        let across = normal - axis * upright;
-        let slope = across.length();
-        if slope < 1e-9 {
-            return f64::INFINITY;
+        if height + node.radius > self.reach {
+            let lowest = height - node.block.extent(self.solid.axis);
+            if lowest > self.reach {
+                self.lowest_ignored = self.lowest_ignored.min(lowest);
+                return 0.0;
+            }
         }
-        let lateral = d - axis * height;
-        let touch = across * -(profile.corner + profile.bottom / slope);
-        let step = (touch - lateral).clamp_length_max(node.radius);
-        let at = lateral + step;
-        let climb = -normal.dot(step) / upright;
-        let tangent = profile.tangent(height + climb, at.length_squared());
-        let back = -climb - tangent.pull * at.dot(step);
-        tangent.value + back + node.extent(axis + at * tangent.pull)
+        self.solid.rise(&node.block)
     }
 
     /// The larger of `floor` and the need of the part of a facet that is not above reach.
-    fn facet(&mut self, facet: &[DVec3; 3], floor: f64) -> f64 {
-        let t = facet.map(|p| self.to_frame(p));
+    fn facet(&mut self, facet: &Facet, floor: f64) -> f64 {
+        if self.solid.above_plane(facet.corners[0], facet.normal) {
+            return floor;
+        }
+        let t = facet.corners.map(|p| self.to_frame(p));
         let top = t[0].z.max(t[1].z).max(t[2].z);
         if top <= self.reach {
-            return self.profile.triangle(t, floor);
+            return self.solid.profile.triangle(t, floor);
         }
         let bottom = t[0].z.min(t[1].z).min(t[2].z);
         self.lowest_ignored = self.lowest_ignored.min(bottom.max(self.reach));
         clip_below(t, self.reach)
             .into_iter()
             .flatten()
-            .fold(floor, |best, piece| self.profile.triangle(piece, best))
-    }
-}
-
-/// Largest value of `slope y - bend y^2 / 2` for `0 <= y <= most`.
-fn parabola_top(slope: f64, bend: f64, most: f64) -> f64 {
-    if slope < bend * most {
-        0.5 * slope * slope / bend
-    } else {
-        (slope - 0.5 * bend * most) * most
+            .fold(floor, |best, piece| self.solid.profile.triangle(piece, best))
     }
 }
 
@@ -435,6 +439,7 @@ mod tests {
     use super::*;
     use crate::cutter_location::tip;
     use crate::geometry::math::{cos, sin};
+    use crate::mesh::{self, MeshFormat};
 
     fn tools() -> [Tool; 4] {
         [(5.0, 5.0), (5.0, 0.0), (5.0, 1.0), (3.0, 2.5)].map(|(r, c)| Tool::new(r, c).unwrap())
@@ -606,6 +611,55 @@ mod tests {
         assert!((raise(&ball, -3.0) - (2.0 - 1.0)).abs() < 2e-6);
     }
 
+    /// The raise without tree or planes.
+    fn every_facet(mesh: &CheckMesh, tool: &Tool, tip: DVec3, axis: DVec3) -> f64 {
+        let query = Query::new(tool, tip, axis, f64::INFINITY);
+        let need =
+            |f: &Facet| query.solid.profile.triangle(f.corners.map(|p| query.to_frame(p)), 0.0);
+        mesh.facets.iter().map(need).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn the_tree_agrees_with_every_facet_of_real_parts() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/mesh");
+        let parts = [
+            ("hood_panel_120k.ply", MeshFormat::Ply),
+            ("aorta.stl", MeshFormat::Stl),
+            ("mountain.ply", MeshFormat::Ply),
+            ("plane_26holes.obj", MeshFormat::Obj),
+            ("mask_face.ply", MeshFormat::Ply),
+        ];
+        for (name, format) in parts {
+            let Ok(bytes) = std::fs::read(format!("{folder}/{name}")) else {
+                println!("skipped: ../shared not present");
+                return;
+            };
+            let soup = mesh::read(&bytes, format).unwrap();
+            let low = soup.positions.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+            let high = soup.positions.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+            let scale = 60.0 / (high - low).max_element();
+            let positions: Vec<_> = soup.positions.iter().map(|&p| (p - low) * scale).collect();
+            let part = CheckMesh::new(positions.clone(), soup.faces);
+            let mut s = Sequence(5);
+            let mut raised = 0;
+            for _ in 0..8 {
+                for tool in tools() {
+                    let on = positions[(s.next() * positions.len() as f64) as usize];
+                    let axis = (DVec3::Z * 1.5 + s.vector(1.0)).normalize();
+                    let tip = on + s.vector(1.0);
+                    let raise = part.raise(&tool, tip, axis, f64::INFINITY);
+                    let all = every_facet(&part, &tool, tip, axis);
+                    assert!((raise - all).abs() <= 2.0 * NEGLIGIBLE, "{name}: {raise} not {all}");
+                    assert_eq!(raise == 0.0, part.is_clear(&tool, tip, axis, f64::INFINITY));
+                    let clear = part.raise(&tool, tip + axis * (raise + 1e-9), axis, f64::INFINITY);
+                    assert_eq!(clear, 0.0, "{name}: raised by {raise}");
+                    raised += usize::from(raise > 0.0);
+                }
+            }
+            assert!(raised > 16, "{name}: only {raised} of 32 touch");
+        }
+    }
+
     #[test]
     fn the_tree_agrees_with_every_facet_looked_at() {
         let height = |x: f64, y: f64| sin(0.9 * x) * cos(0.7 * y) + 0.3 * sin(3.1 * x + y);
@@ -616,16 +670,9 @@ mod tests {
                 let tip = s.vector(7.0) * DVec3::new(1.0, 1.0, 0.2);
                 let axis = (DVec3::Z * 1.5 + s.vector(0.7)).normalize();
                 let raise = mesh.raise(&tool, tip, axis, f64::INFINITY);
-                let side = any_perpendicular(axis);
-                let mut query = Query {
-                    profile: Profile::new(&tool),
-                    tip,
-                    frame: [side, axis.cross(side), axis],
-                    reach: f64::INFINITY,
-                    lowest_ignored: f64::INFINITY,
-                };
-                let all = mesh.facets.iter().fold(0.0, |best, f| query.facet(f, best));
+                let all = every_facet(&mesh, &tool, tip, axis);
                 assert!((raise - all).abs() <= 2.0 * NEGLIGIBLE, "{raise} is not {all}");
+                assert_eq!(raise == 0.0, mesh.is_clear(&tool, tip, axis, f64::INFINITY));
             }
         }
     }

@@ -38,7 +38,7 @@ pub(super) struct Profile {
 }
 
 /// What need is at a point and how it changes around it:
-/// `need(p) <= value + (p - q).axis + pull (p - q).e - concavity / 2 * |lateral part of p - q|^2`,
+/// `need(p) <= value + (p - q).axis + pull (p - q).e`,
 /// with `e` the vector from the axis to the point `q`.
 #[derive(Copy, Clone, Debug)]
 pub(super) struct Tangent {
@@ -46,8 +46,6 @@ pub(super) struct Tangent {
     pub value: f64,
     /// Gradient across the axis over the distance from the axis; zero or negative, 1/mm.
     pub pull: f64,
-    /// Least curvature of the profile, 1/mm.
-    pub concavity: f64,
 }
 
 impl Profile {
@@ -72,12 +70,12 @@ impl Profile {
     pub fn tangent(&self, z: f64, rho_squared: f64) -> Tangent {
         let furthest = self.bottom + 0.98 * self.corner;
         if rho_squared <= self.bottom * self.bottom || self.corner == 0.0 {
-            return Tangent { value: z, pull: 0.0, concavity: 0.0 };
+            return Tangent { value: z, pull: 0.0 };
         }
         if self.bottom == 0.0 && rho_squared <= furthest * furthest {
             let root = (self.corner * self.corner - rho_squared).sqrt();
             let value = z - (self.corner - root);
-            return Tangent { value, pull: -1.0 / root, concavity: 1.0 / self.corner };
+            return Tangent { value, pull: -1.0 / root };
         }
         let rho = rho_squared.sqrt();
         let at = rho.min(furthest);
@@ -85,7 +83,7 @@ impl Profile {
         let root = (self.corner * self.corner - w * w).sqrt();
         let slope = w / root;
         let value = z - (self.corner - root) - slope * (rho - at);
-        Tangent { value, pull: -slope / rho, concavity: 0.0 }
+        Tangent { value, pull: -slope / rho }
     }
 
     /// Largest need over the triangle, or a value not above `floor` where that is not exceeded.

@@ -4,6 +4,7 @@
 mod check_mesh;
 mod drop;
 mod pass;
+mod solid;
 
 pub use check_mesh::CheckMesh;
 pub use pass::{

@@ -152,6 +152,8 @@ struct Dense {
     piece: usize,
     /// Whether this point is that contact.
     at_contact: bool,
+    /// Whether it was tested to penetrate by at most a quarter of the tolerance.
+    tested: bool,
 }
 
 /// The cutter as it is tested against the part.
@@ -169,23 +171,30 @@ impl<'a> Probe<'a> {
         Self { check, tool, stock, tolerance, reach }
     }
 
-    /// Raise of the cutter grown on all sides by `growth` (shrunk where negative).
-    fn raise_grown(&self, tip: DVec3, axis: DVec3, growth: f64) -> f64 {
+    /// The cutter grown on all sides by `growth` (shrunk where negative); none where nothing is left.
+    fn grown(&self, growth: f64) -> Option<Tool> {
         let radius = self.tool.radius() + growth;
         let corner = (self.tool.corner_radius() + growth).max(0.0);
-        // A cutter that is shrunk to nothing touches nothing.
-        Tool::new(radius, corner.min(radius))
-            .map_or(0.0, |grown| self.check.raise(&grown, tip - axis * growth, axis, self.reach))
+        Tool::new(radius, corner.min(radius)).ok()
+    }
+
+    /// Raise of the cutter with the allowance around it.
+    fn raise_with_stock(&self, tip: DVec3, axis: DVec3) -> f64 {
+        self.grown(self.stock).map_or(0.0, |grown| {
+            self.check.raise(&grown, tip - axis * self.stock, axis, self.reach)
+        })
     }
 
     /// Whether the cutter penetrates by less than `depth`, measured along the normal.
     fn clears(&self, tip: DVec3, axis: DVec3, depth: f64) -> bool {
-        self.raise_grown(tip, axis, self.stock - depth) <= 0.0
+        let growth = self.stock - depth;
+        self.grown(growth)
+            .is_none_or(|grown| self.check.is_clear(&grown, tip - axis * growth, axis, self.reach))
     }
 
     /// The raise, forgiving a small penetration where undoing it would take a long way up a wall.
     fn raise(&self, tip: DVec3, axis: DVec3) -> f64 {
-        let raise = self.raise_grown(tip, axis, self.stock);
+        let raise = self.raise_with_stock(tip, axis);
         if raise > 0.5 * self.tolerance && self.clears(tip, axis, 0.25 * self.tolerance) {
             return 0.0;
         }
@@ -285,6 +294,7 @@ fn dense_path(
             raise,
             piece,
             at_contact: true,
+            tested: true,
         };
         if let Some(&before) = dense.last() {
             between(&before, &point, probe, DEEPEST, &mut dense);
@@ -311,7 +321,7 @@ fn between(a: &Dense, b: &Dense, probe: &Probe, depth: u32, out: &mut Vec<Dense>
         return true;
     }
     if !clear {
-        let raise = probe.raise_grown(middle.tip, middle.axis, probe.stock);
+        let raise = probe.raise_with_stock(middle.tip, middle.axis);
         middle.tip += middle.axis * raise;
         middle.raise += raise;
     }
@@ -326,6 +336,7 @@ fn between(a: &Dense, b: &Dense, probe: &Probe, depth: u32, out: &mut Vec<Dense>
     true
 }
 
+/// The middle of a piece; [`between`] keeps it only after testing it.
 fn midpoint(a: &Dense, b: &Dense) -> Dense {
     Dense {
         tip: 0.5 * (a.tip + b.tip),
@@ -335,6 +346,7 @@ fn midpoint(a: &Dense, b: &Dense) -> Dense {
         raise: 0.5 * (a.raise + b.raise),
         piece: b.piece,
         at_contact: false,
+        tested: true,
     }
 }
 
@@ -349,6 +361,7 @@ fn lifted_beside(a: &Dense, b: &Dense) -> Dense {
         raise: low.raise + lift,
         piece: b.piece,
         at_contact: false,
+        tested: false,
         ..*low
     }
 }
@@ -420,13 +433,18 @@ fn on_chord(dense: &[Dense], a: usize, b: usize, k: usize, radius: f64) -> (DVec
     (from.tip + chord * u, from.axis.lerp(to.axis, u).try_normalize().unwrap_or(p.axis))
 }
 
+/// Whether two unit axes differ by rounding alone.
+fn same_axis(a: DVec3, b: DVec3) -> bool {
+    a.distance_squared(b) < 1e-24
+}
+
 /// Distance of dense point `k` from the straight piece `a`-`b`: of the tip, or along the normal of the
 /// contact that tip and axis give, whichever is larger. Along the surface a contact may slide on the cutter.
 fn deviation(dense: &[Dense], a: usize, b: usize, k: usize, tool: &Tool) -> f64 {
     let p = &dense[k];
     let (tip, axis) = on_chord(dense, a, b, k, tool.radius());
     let of_tip = tip.distance(p.tip);
-    if axis.distance_squared(p.axis) < 1e-24 {
+    if same_axis(axis, p.axis) {
         return of_tip;
     }
     let contact = |t: DVec3, a: DVec3| t + contact_offset(tool, p.normal, a);
@@ -438,7 +456,10 @@ fn deviation(dense: &[Dense], a: usize, b: usize, k: usize, tool: &Tool) -> f64 
 fn split_where_cutting(dense: &[Dense], a: usize, b: usize, probe: &Probe, kept: &mut Vec<usize>) {
     let cuts = |k: usize| {
         let (tip, axis) = on_chord(dense, a, b, k, probe.tool.radius());
-        !probe.clears(tip, axis, probe.tolerance)
+        // A cutter shifted by half the tolerance penetrates by at most that much more.
+        let p = &dense[k];
+        let shifted = tip.distance(p.tip) <= 0.5 * probe.tolerance && same_axis(axis, p.axis);
+        !(p.tested && shifted || probe.clears(tip, axis, probe.tolerance))
     };
     if b > a + 1 && (a + 1..b).any(cuts) {
         // Halves, not the worst point: the depth of the recursion stays logarithmic.
