@@ -64,15 +64,15 @@ pub enum PlanError {
     Deliver(#[from] DeliverError),
     /// The limit on the removal rate cannot be kept.
     #[error(
-        "force: near ({:.3}, {:.3}, {:.3}) mm the removal rate would be {:.0} mm³/min even at a feed of \
-         {:.1} mm/min; the limit is {:.0} mm³/min: raise force.mrr_limit, or reduce \
-         cut.axial_depth or cut.stepover",
-        place.x, place.y, place.z, 60.0 * rate, 60.0 * feed, 60.0 * limit
+        "force: near ({:.3}, {:.3}, {:.3}) mm the limit of {:.2} mm³/min leaves a feed of {:.3} mm/min, \
+         {:.1} mm³/min at the full feed; a feed below {} % of cut.feed is not planned: raise \
+         force.mrr_limit, or reduce cut.axial_depth or cut.stepover",
+        place.x, place.y, place.z, 60.0 * limit, 60.0 * feed, 60.0 * rate, 100.0 * SLOWEST
     )]
     LimitUnreachable {
         /// Where, mm.
         place: DVec3,
-        /// Least rate reached, mm³/s.
+        /// Rate at the nominal feed, mm³/s.
         rate: f64,
         /// The feed it would take, mm/s.
         feed: f64,
@@ -424,7 +424,8 @@ fn refuse_too_slow(
     let Some(p) = slowest else { return Ok(()) };
     let lifted = lift.run(core::slice::from_ref(p), 0).map_err(DeliverError::from)?;
     let place = lifted.contacts.first().map_or(DVec3::ZERO, |c| c.position);
-    Err(PlanError::LimitUnreachable { place, rate: p.mrr, feed: p.feed, limit: job.mrr_limit() })
+    let rate = p.mrr * job.cut.feed / p.feed;
+    Err(PlanError::LimitUnreachable { place, rate, feed: p.feed, limit: job.mrr_limit() })
 }
 
 fn refuse_too_tight(job: &Job, raised: &[RaisedStretch]) -> Result<(), PlanError> {

@@ -155,15 +155,15 @@ impl<'a> Walk<'a> {
         self.advance(to, kind, true);
     }
 
-    /// Moves at a height through stock whose removal rate is known beforehand, mm³/s.
-    pub fn descend(&mut self, to: DVec2, height: f64, mrr: f64) {
+    /// Moves at a height through stock whose removal rate at that feed is known beforehand, mm³/s.
+    pub fn descend(&mut self, to: DVec2, height: f64, mrr: f64, feed: f64) {
         let (from, r0) = (self.at, self.disc(self.at));
         let r1 = self.disc(to);
         self.stock.sweep(Capsule::new(from, r0, to, r1));
         let length = (to - from).length() * 0.5 * self.cutting.radius * (1.0 / r0 + 1.0 / r1);
         self.at = to;
         let engagement = Engagement { alpha: 2.0 * core::f64::consts::PI, normal_feed: 0.0 };
-        self.push(to, height, MoveKind::Link, mrr, self.cutting.feed, engagement, length);
+        self.push(to, height, MoveKind::Link, mrr, feed, engagement, length);
     }
 
     fn advance(&mut self, to: DVec2, kind: MoveKind, limited: bool) {

@@ -22,13 +22,18 @@ use core::f64::consts::{PI, TAU};
 const AIM_PEAK: f64 = 0.975;
 /// A loop whose peak is above this part of the limit is made again with a smaller bite.
 const HIGH_PEAK: f64 = 0.998;
+/// Loops in a row that are slowed before the ring is followed at limited feed instead.
+const MOST_FAILURES: usize = 25;
 /// Tries per loop before it is slowed instead.
-const TRIES: usize = 12;
+const TRIES: usize = 6;
 /// Smallest bite as a part of the cutter radius; where it is too much the feed is reduced.
 const SMALLEST_BITE: f64 = 2e-3;
 
 /// Passes that a loop may stand outside of ring 0, for the blur of the field between vertices.
 const ROOM_SLACK: f64 = 0.02;
+
+/// Turns of a helix; a limit that would need more is kept by a slower feed.
+const MOST_TURNS: f64 = 60.0;
 
 /// Options of the loops; lengths in mm on the surface, feeds in mm/s.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -65,8 +70,9 @@ struct Station {
 pub fn clear_span(walk: &mut Walk, span: &[DVec2], loops: &Loops, toward: f64) -> usize {
     let guide = Guide::new(walk, span, loops, toward);
     let mut count = 0;
-    let mut bite = first_bite(walk, guide.station(0.0).radius, guide.start_disc, loops);
-    let mut along = 0.0;
+    let usual = first_bite(walk, guide.station(0.0).radius, guide.start_disc, loops);
+    let mut bite = usual;
+    let (mut along, mut failures) = (0.0, 0);
     while along < guide.length {
         let here = guide.station(along);
         if here.radius * walk.cutting.radius < loops.smallest * walk.disc(here.center) {
@@ -74,8 +80,21 @@ pub fn clear_span(walk: &mut Walk, span: &[DVec2], loops: &Loops, toward: f64) -
             continue;
         }
         let step = LoopStep { guide: &guide, from: along, here, loops };
-        let (taken, used) = step.take(walk, bite);
-        bite = taken;
+        let (next, used) = match step.take(walk, bite) {
+            Some(taken) => {
+                failures = 0;
+                taken
+            }
+            None if failures < MOST_FAILURES => {
+                failures += 1;
+                step.slowed(walk, usual)
+            }
+            None => {
+                guide.follow(walk, along);
+                break;
+            }
+        };
+        bite = next;
         along += used;
         count += 1;
     }
@@ -164,6 +183,12 @@ impl Guide {
         if mean == DVec2::ZERO { DVec2::X } else { mean }
     }
 
+    /// Follows the ring at limited feed to its end.
+    fn follow(&self, walk: &mut Walk, from: f64) {
+        let (start, _) = self.segment(from);
+        self.stations[start..].iter().for_each(|s| walk.cut_limited(s.touch, MoveKind::Cut));
+    }
+
     /// Follows the ring at limited feed while the corridor is too narrow; returns where it ends.
     fn skip_narrow(&self, walk: &mut Walk, from: f64, loops: &Loops) -> f64 {
         let (start, _) = self.segment(from);
@@ -225,6 +250,22 @@ fn drawn_in(walk: &Walk, center: DVec2, mut arm: DVec2) -> DVec2 {
     center + arm
 }
 
+/// Whether a loop is cut at the nominal feed or slower where the limit asks for it.
+#[derive(Copy, Clone)]
+enum Pace {
+    Full,
+    Limited,
+}
+
+impl Pace {
+    fn go(self, walk: &mut Walk, to: DVec2) {
+        match self {
+            Self::Full => walk.cut(to, MoveKind::Trochoid),
+            Self::Limited => walk.cut_limited(to, MoveKind::Trochoid),
+        }
+    }
+}
+
 /// One loop, from the station at `from` on.
 struct LoopStep<'g> {
     guide: &'g Guide,
@@ -239,7 +280,8 @@ impl LoopStep<'_> {
     ///
     /// Loops change little from one to the next, so a peak that is merely low is left as it is and
     /// corrected in the next loop.
-    fn take(&self, walk: &mut Walk, first: f64) -> (f64, f64) {
+    /// `None`, with nothing cut, when even the smallest bite is too much.
+    fn take(&self, walk: &mut Walk, first: f64) -> Option<(f64, f64)> {
         let disc = walk.disc(self.here.center);
         let per_mm = disc / walk.cutting.radius;
         let (smallest, largest) = (SMALLEST_BITE * disc, self.loops.max_bite * per_mm);
@@ -247,39 +289,37 @@ impl LoopStep<'_> {
         for _ in 0..TRIES {
             let mark = walk.mark();
             let used = bite.min(self.guide.length - self.from);
-            let peak = self.run(walk, used, false) / walk.cutting.limit;
+            let peak = self.run(walk, used, Pace::Full) / walk.cutting.limit;
             if peak <= HIGH_PEAK {
                 walk.keep();
                 let change = (AIM_PEAK / peak.max(0.5)).min(1.3);
                 let next = if used < bite { bite } else { bite * change };
-                return (next, used);
+                return Some((next, used));
             }
             walk.undo(&mark);
             walk.keep();
             if bite <= smallest {
-                break;
+                return None;
             }
             bite = (bite * (AIM_PEAK / peak).clamp(0.3, 0.97)).max(smallest);
         }
+        None
+    }
+
+    /// Makes the loop with that bite, slower where the limit asks for it.
+    fn slowed(&self, walk: &mut Walk, bite: f64) -> (f64, f64) {
         let used = bite.min(self.guide.length - self.from);
-        self.run(walk, used, true);
+        self.run(walk, used, Pace::Limited);
         (bite, used)
     }
 
     /// Makes the loop and returns its peak removal rate at the nominal feed.
-    fn run(&self, walk: &mut Walk, used: f64, limited: bool) -> f64 {
+    fn run(&self, walk: &mut Walk, used: f64, pace: Pace) -> f64 {
         let next = self.guide.station(self.from + used);
         let heading = self.guide.heading(self.from + 0.5 * used);
         let mark = walk.points().len();
         let scale = walk.cutting.radius / walk.disc(self.here.center);
         let sides = sides_of_loop(self.here.radius.max(next.radius) * scale, self.loops.tolerance);
-        let go = |walk: &mut Walk, p: DVec2| {
-            if limited {
-                walk.cut_limited(p, MoveKind::Trochoid)
-            } else {
-                walk.cut(p, MoveKind::Trochoid)
-            }
-        };
         for i in 0..=sides {
             let t = i as f64 / sides as f64;
             let angle = PI + self.loops.hand * TAU * t;
@@ -289,9 +329,9 @@ impl LoopStep<'_> {
             let to = drawn_in(walk, center, arm * radius);
             if walk.has_begun() && !walk.terrain.joins(walk.at(), to) {
                 // Around a corner of the boundary that pokes into the loop.
-                go(walk, center);
+                pace.go(walk, center);
             }
-            go(walk, to);
+            pace.go(walk, to);
         }
         let peak = walk.points()[mark..].iter().map(|p| p.mrr).fold(0.0, f64::max);
         walk.hurry_idle(mark, self.loops.return_feed);
@@ -319,16 +359,18 @@ pub fn enter(walk: &mut Walk, back: DVec2, center: DVec2, loops: &Loops) {
     let plan = PI * (radius + disc) * (radius + disc) * scale * scale;
     let limit =
         walk.cutting.limit.min(2.0 * walk.cutting.radius * walk.cutting.depth * walk.cutting.feed);
-    let turns = (walk.cutting.depth * plan / (0.95 * limit * turn)).ceil().max(1.0);
+    let volume = walk.cutting.depth * plan;
+    let turns = (volume / (0.95 * limit * turn)).ceil().clamp(1.0, MOST_TURNS);
+    let slower = (0.95 * limit * turn * turns / volume).min(1.0);
     let sides = sides_of_loop(radius * scale, loops.tolerance);
     let steps = turns as usize * sides;
     walk.arrive(back, walk.cutting.depth, MoveKind::Link);
-    let mrr = plan * walk.cutting.depth / (turns * turn);
+    let mrr = slower * volume / (turns * turn);
     for i in 1..=steps + sides {
         let angle = loops.hand * TAU * (i % sides) as f64 / sides as f64;
         let (c, s) = (math::cos(angle), math::sin(angle));
         let height = walk.cutting.depth * (1.0 - i as f64 / steps as f64).max(0.0);
         let to = drawn_in(walk, center, arm * c + arm.perp() * s);
-        walk.descend(to, height, mrr);
+        walk.descend(to, height, mrr, slower * walk.cutting.feed);
     }
 }
