@@ -14,9 +14,9 @@ use crate::region::Region;
 /// lists in each leaf; smaller: more leaves on the front.
 const LEAF_SIZE: f64 = 1.0 / 6.0;
 /// A leaf with more capsules than this is split further…
-const CROWDED: usize = 10;
+const CROWDED: usize = 16;
 /// …down to this part of the cutter radius.
-const FINEST: f64 = 1.0 / 400.0;
+const FINEST: f64 = 1.0 / 200.0;
 /// A leaf with more sides than this is split until it is this part of the region's size.
 const MANY_SIDES: usize = 6;
 const FINEST_SIDES: f64 = 1e-5;
