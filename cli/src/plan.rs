@@ -20,6 +20,9 @@ pub struct Plan {
     /// Directory of the results, whose earlier results are replaced [default: results/JOB's name]
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
+    /// Threads to use, which change nothing but the time [default: all]
+    #[arg(long, value_name = "N")]
+    threads: Option<std::num::NonZeroUsize>,
     /// Print the report as JSON instead of its summary
     #[arg(long)]
     json: bool,
@@ -91,6 +94,11 @@ impl Plan {
         Ok(Read { job, source, surface })
     }
 
+    fn threads(&self) -> usize {
+        let all = || std::thread::available_parallelism().ok();
+        self.threads.or_else(all).map_or(1, std::num::NonZeroUsize::get)
+    }
+
     fn results(&self, read: &Read) -> Result<Results, Failed> {
         let Read { job, source, surface } = read;
         let surface_name = surface.as_ref().map(|(path, _)| input::shown(path));
@@ -106,6 +114,7 @@ impl Plan {
             job,
             Input { name: &job_name, bytes: source },
             surface.as_ref().map(|(_, bytes)| Input { name: named, bytes }),
+            self.threads(),
             &mut |stage, part| progress.report(words(stage), part),
         )
         .map_err(|error| {
@@ -153,7 +162,6 @@ fn words(stage: Stage) -> &'static str {
         Stage::Surface => "reading the surface",
         Stage::Flatten => "laying the surface flat",
         Stage::Rings => "laying rings",
-        Stage::Plain => "measuring the plain rings",
         Stage::Cut => "cutting within the limit",
         Stage::Locate => "locating the cutter",
         Stage::Write => "writing the results",

@@ -21,7 +21,7 @@ fn saddle(n: u32) -> Surface {
     let quad = |i: u32, j: u32| {
         let a = j * (n + 1) + i;
         let (b, c, d) = (a + 1, a + n + 2, a + n + 1);
-        if (i + j) % 2 == 0 { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
+        if (i + j).is_multiple_of(2) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
     };
     let faces: Vec<[VertexId; 3]> = (0..n)
         .flat_map(|j| (0..n).flat_map(move |i| quad(i, j)))

@@ -13,7 +13,7 @@ fn main() {
     let bytes = std::fs::read(path.parent().unwrap().join(f)).unwrap();
     let t = Instant::now();
     let mut last = None;
-    let p = evencut_core::plan::plan(&job, Some(&bytes), &mut |s, f| {
+    let p = evencut_core::plan::plan(&job, Some(&bytes), 2, &mut |s, f| {
         if last != Some(s) {
             last = Some(s);
             eprintln!("{:?} {f} at {:.3}", s, t.elapsed().as_secs_f64());
@@ -54,6 +54,15 @@ fn main() {
             peak / lim
         );
     };
+    let mut r: Vec<f64> = p.raised.iter().map(|r| r.raise).collect();
+    r.sort_by(f64::total_cmp);
+    eprintln!(
+        "raise: n {} total length {:.1} median {:?} max {:?}",
+        r.len(),
+        p.raised.iter().map(|r| r.length).sum::<f64>(),
+        r.get(r.len() / 2),
+        r.last()
+    );
     stat("plain", &p.plain);
     stat("delivered", &p.toolpath);
     let flat = p.toolpath.points.iter().filter(|q| q.feed < 0.9 * job.cut.feed).count();

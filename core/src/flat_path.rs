@@ -32,4 +32,7 @@ pub trait Terrain {
     /// How many passes a flat point lies inside of ring 0; negative outside of it, `None` outside
     /// of the chart.
     fn room(&self, at: DVec2) -> Option<f64>;
+
+    /// Whether the straight flat line between two points stays inside of the chart.
+    fn joins(&self, from: DVec2, to: DVec2) -> bool;
 }

@@ -9,6 +9,7 @@
 pub mod geometry;
 pub mod linalg;
 pub mod mesh;
+pub mod parallel;
 
 pub mod machine;
 pub mod tool;

@@ -86,26 +86,17 @@ impl<'a> Lift<'a> {
         source: usize,
     ) -> Result<SurfacePoint, OutsideChart> {
         let way = to.at - from.at;
-        let (mut face, mut done) = (start.face, 0.0);
-        // A straight line crosses each side once; anything longer is a loop around a vertex.
-        for _ in 0..2 * self.surface.connectivity().face_count() + 8 {
-            if let Some(end) = self.weights_in(face, to.at) {
-                self.push(out, end, to, source, to.at, to.height);
-                return Ok(end);
-            }
-            let Some((side, t)) = self.exit(face, from.at, way, done) else { break };
-            let Some(next) = self.surface.connectivity().opposite(side) else { break };
-            face = next.face();
-            if t > done {
+        let mut done = 0.0;
+        let end = self.locator.walk(start.face, from.at, to.at, |side, t| {
+            let uv = from.at + way * t;
+            if t > done
+                && let Some(point) = self.point_on(side, uv)
+            {
                 done = t;
-                let uv = from.at + way * t;
-                if let Some(point) = self.weights_on(side, uv) {
-                    let height = from.height + (to.height - from.height) * t;
-                    self.push(out, point, to, source, uv, height);
-                }
+                let height = from.height + (to.height - from.height) * t;
+                self.push(out, point, to, source, uv, height);
             }
-        }
-        let end = self.locate(to.at)?;
+        })?;
         self.push(out, end, to, source, to.at, to.height);
         Ok(end)
     }
@@ -114,33 +105,8 @@ impl<'a> Lift<'a> {
         self.surface.connectivity().face(face).map(|v| self.chart.uv()[v.index()])
     }
 
-    /// The point in `face` if it lies there, within rounding.
-    fn weights_in(&self, face: FaceId, at: DVec2) -> Option<SurfacePoint> {
-        let [a, b, c] = self.flat(face);
-        let area = (b - a).perp_dot(c - a);
-        let weights =
-            [(b - at).perp_dot(c - at), (c - at).perp_dot(a - at), (a - at).perp_dot(b - at)]
-                .map(|w| w / area);
-        weights.iter().all(|&w| w >= -1e-9).then_some(SurfacePoint { face, weights })
-    }
-
-    /// The side through which the line leaves `face` past parameter `done`.
-    fn exit(&self, face: FaceId, from: DVec2, way: DVec2, done: f64) -> Option<(HalfEdgeId, f64)> {
-        let corners = self.flat(face);
-        (0..3)
-            .filter_map(|i| {
-                let (a, b) = (corners[i], corners[(i + 1) % 3]);
-                // Outward through the side: the way turns to its right.
-                let across = way.perp_dot(b - a);
-                let t = (a - from).perp_dot(b - a) / across;
-                (across > 0.0).then_some((face.half_edge(i), t))
-            })
-            .min_by(|x, y| x.1.total_cmp(&y.1))
-            .map(|(side, t)| (side, t.clamp(done, 1.0)))
-    }
-
     /// The point of a side nearest to `at`.
-    fn weights_on(&self, side: HalfEdgeId, at: DVec2) -> Option<SurfacePoint> {
+    fn point_on(&self, side: HalfEdgeId, at: DVec2) -> Option<SurfacePoint> {
         let corners = self.flat(side.face());
         let i = side.corner();
         let (a, b) = (corners[i], corners[(i + 1) % 3]);

@@ -9,7 +9,7 @@ use crate::geometry::polyline::simplify_closed;
 use crate::geometry::{DVec3, math};
 use crate::job::{
     AnalyticKind, AnalyticOptions, AnalyticParameters, Boundary, CutDirection, FlattenMethod,
-    ForceControl, Job, Stepover, SurfaceSource,
+    ForceControl, Job, Stepover, SurfaceSource, TooTight,
 };
 use crate::level_set::{
     DistanceField, LevelSetError, PassMesh, Ring, RingTerrain, StripMetric, rings, strip_metric,
@@ -20,6 +20,7 @@ use crate::link::{
 };
 use crate::machine::Axes;
 use crate::mesh::{MeshFormat, ReadError, read};
+use crate::parallel;
 use crate::region::Region;
 use crate::surface::{
     AnalyticSurface, Built, CurvatureField, Part, ShapeOperator, Surface, SurfaceError, Warning,
@@ -105,9 +106,7 @@ pub enum Stage {
     Flatten,
     /// Distance field and rings.
     Rings,
-    /// Measuring the plain rings.
-    Plain,
-    /// Cutting with force control.
+    /// Cutting, with force control and, for comparison, without.
     Cut,
     /// Lifting, locating, joining.
     Locate,
@@ -163,7 +162,8 @@ pub struct Coverage {
     pub too_tight_at: Option<DVec3>,
 }
 
-/// Plans a job. `file`: the bytes of the surface file, if the job names one.
+/// Plans a job. `file`: the bytes of the surface file, if the job names one; `threads`: how many to
+/// use, which changes nothing but the time.
 ///
 /// `progress` is called with the stage and the part of it that is done.
 ///
@@ -172,6 +172,7 @@ pub struct Coverage {
 pub fn plan(
     job: &Job,
     file: Option<&[u8]>,
+    threads: usize,
     progress: &mut dyn FnMut(Stage, f64),
 ) -> Result<Planned, PlanError> {
     progress(Stage::Surface, 0.0);
@@ -193,17 +194,24 @@ pub fn plan(
     let region = Region::of_chart(&surface, &chart);
     let refined = Locator::new(mesh.connectivity(), mesh.uv());
     let plane = Plane { job, mesh: &mesh, field: &field, refined: &refined, region: &region };
-    progress(Stage::Plain, 0.0);
-    let plain = plane.cut(&rings, &precedence, ForceControl::Off, |p| progress(Stage::Plain, p));
-    let cut = match job.force.control {
-        ForceControl::Off => plain.clone(),
-        control => plane.cut(&rings, &precedence, control, |p| progress(Stage::Cut, p)),
+    progress(Stage::Cut, 0.0);
+    let uncured = || plane.cut(&rings, &precedence, ForceControl::Off, |_| {});
+    let (cut, plain) = match job.force.control {
+        ForceControl::Off => {
+            let plain = uncured();
+            (plain.clone(), plain)
+        }
+        control => parallel::both(
+            threads,
+            || plane.cut(&rings, &precedence, control, |p| progress(Stage::Cut, p)),
+            uncured,
+        ),
     };
     progress(Stage::Locate, 0.0);
     let locator = Locator::new(surface.connectivity(), chart.uv());
     let lift = crate::lift::Lift::new(&surface, &chart, &locator, job.tool.radius());
     refuse_too_slow(job, &cut.points, &lift)?;
-    let options = deliver_options(job, rapid_plane(&part, job));
+    let options = deliver_options(job, rapid_plane(&part, job), threads);
     let no_check = CheckMesh::new(Vec::new(), Vec::new());
     let mut plain = deliver(&plain.points, &lift, &no_check, &options, |_| {})?.toolpath;
     fill_time(&mut plain, &job.tool, &job.machine);
@@ -211,6 +219,7 @@ pub fn plan(
     let Delivered { mut toolpath, raised } =
         deliver(&cut.points, &lift, &check, &options, |p| progress(Stage::Locate, p))?;
     fill_time(&mut toolpath, &job.tool, &job.machine);
+    refuse_too_tight(job, &raised)?;
     Ok(Planned {
         coverage: plane.coverage(&cut.stock, &surface, &chart, &locator),
         surface,
@@ -300,8 +309,11 @@ fn tightest(surface: &Surface, curvature: &CurvatureField) -> Option<(f64, DVec3
 /// Rings with the points left out that the tolerance does not need.
 fn simplified(mut rings: Vec<Ring>, job: &Job, chart: &Chart) -> Vec<Ring> {
     let largest = chart.vertex_scale().iter().copied().fold(0.0, f64::max);
+    // Ring 0 of an open boundary stays clear of it.
+    let tolerance = (RING_TOLERANCE * job.cut.tolerance).min(0.005 * job.nominal_side_step());
+    let tolerance = tolerance / largest;
     for ring in &mut rings {
-        ring.points = simplify_closed(&ring.points, RING_TOLERANCE * job.cut.tolerance / largest);
+        ring.points = simplify_closed(&ring.points, tolerance);
     }
     rings
 }
@@ -415,7 +427,20 @@ fn refuse_too_slow(
     Err(PlanError::LimitUnreachable { place, rate: p.mrr, feed: p.feed, limit: job.mrr_limit() })
 }
 
-fn deliver_options(job: &Job, rapid_plane: f64) -> DeliverOptions {
+fn refuse_too_tight(job: &Job, raised: &[RaisedStretch]) -> Result<(), PlanError> {
+    let worst = raised.iter().max_by(|a, b| a.raise.total_cmp(&b.raise));
+    match worst {
+        Some(worst) if job.cut.too_tight == TooTight::Refuse => Err(PlanError::TooTight {
+            place: worst.place,
+            raise: worst.raise,
+            stretches: raised.len(),
+            length: raised.iter().map(|r| r.length).sum(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+fn deliver_options(job: &Job, rapid_plane: f64, threads: usize) -> DeliverOptions {
     DeliverOptions {
         pass: PassOptions {
             tool: job.tool,
@@ -432,6 +457,8 @@ fn deliver_options(job: &Job, rapid_plane: f64) -> DeliverOptions {
             },
         },
         rapid_plane,
+        threads,
+        highest_raise: job.tool.radius().max(2.0 * job.cut.axial_depth),
         air_feed: job.trochoid.return_feed.min(job.machine.max_feed),
         rapid_feed: job.machine.max_feed,
     }

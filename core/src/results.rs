@@ -56,7 +56,8 @@ pub enum ResultsError {
 
 /// Plans a job and writes all files it asks for.
 ///
-/// `job_file`: the job as read; `surface_file`: the mesh it names, if it names one.
+/// `job_file`: the job as read; `surface_file`: the mesh it names, if it names one; `threads`: how
+/// many to use, which changes nothing but the time.
 ///
 /// # Errors
 /// [`ResultsError`]; nothing is half done.
@@ -64,9 +65,10 @@ pub fn results(
     job: &Job,
     job_file: Input,
     surface_file: Option<Input>,
+    threads: usize,
     progress: &mut dyn FnMut(Stage, f64),
 ) -> Result<Results, ResultsError> {
-    let planned = plan(job, surface_file.map(|f| f.bytes), progress)?;
+    let planned = plan(job, surface_file.map(|f| f.bytes), threads, progress)?;
     progress(Stage::Write, 0.0);
     let mut files = vec![
         OutputFile { name: "job.resolved.toml".into(), bytes: job.to_toml().into_bytes() },

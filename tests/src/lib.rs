@@ -1,5 +1,8 @@
 //! What the tests share.
 
+pub mod follow;
+pub mod linuxcnc;
+
 use std::path::PathBuf;
 
 use evencut_core::geometry::DVec3;

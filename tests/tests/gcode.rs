@@ -10,7 +10,8 @@ use evencut_core::machine::{Axes, Machine};
 use evencut_core::post::{PostError, ProgramOptions, ReadError, program, read_back};
 use evencut_core::tool::Tool;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
-use std::process::Command;
+use evencut_tests::follow::assert_follows;
+use evencut_tests::linuxcnc::{in_part, interpreted};
 
 const RAPID_PLANE: f64 = 60.0;
 const TOLERANCE: f64 = 0.005;
@@ -19,7 +20,13 @@ fn options(axes: Axes) -> ProgramOptions {
     ProgramOptions {
         post: Post::LinuxCnc,
         name: "wavy (rings)\nM30; 50 % \u{e9}".to_string(),
-        machine: Machine { axes, max_feed: 250.0, max_acceleration: 2000.0, clearance: 10.0 },
+        machine: Machine {
+            axes,
+            max_feed: 250.0,
+            max_acceleration: 2000.0,
+            clearance: 10.0,
+            travel: evencut_core::machine::Travel::default(),
+        },
         rapid_plane: RAPID_PLANE,
         tool: Tool::new(5.0, 1.0).unwrap(),
         tool_number: 3,
@@ -79,34 +86,6 @@ fn rings(axes: Axes, rings: u32, around: u32) -> Toolpath {
     Toolpath { points }
 }
 
-fn distance_to_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
-    let d = b - a;
-    let u = if d.length_squared() > 0.0 { (p - a).dot(d) / d.length_squared() } else { 0.0 };
-    p.distance(a + d * u.clamp(0.0, 1.0))
-}
-
-/// Every point of the path is met in order within `tolerance`; points between lie on its segments
-/// within half the path tolerance.
-fn assert_follows(path: &Toolpath, read: &[(bool, DVec3, DVec3)], tolerance: f64) {
-    let mut next = 0;
-    for &(rapid, tip, axis) in read {
-        if next == path.points.len() {
-            // Only the final retract may follow.
-            assert!(tip.dot(axis) > RAPID_PLANE - 0.001, "{tip} after the path's end");
-            continue;
-        }
-        let p = &path.points[next];
-        if tip.distance(p.tip) < tolerance && axis.distance(p.axis) < 1e-5 {
-            assert!(next == 0 || rapid == (p.kind == MoveKind::Rapid));
-            next += 1;
-        } else if next > 0 {
-            let off = distance_to_segment(tip, path.points[next - 1].tip, p.tip);
-            assert!(off < 0.5 * TOLERANCE + tolerance, "{tip} is {off} mm beside the path");
-        }
-    }
-    assert_eq!(next, path.points.len(), "the program leaves the path at point {next}");
-}
-
 #[test]
 fn reading_back_gives_the_path() {
     for axes in [Axes::ThreeAxis, Axes::Xyzac] {
@@ -114,7 +93,7 @@ fn reading_back_gives_the_path() {
         let text = program(&path, &options(axes)).unwrap().text;
         let points = read_back(&text).unwrap();
         let read: Vec<_> = points.iter().map(|p| (p.rapid, p.tip, p.axis)).collect();
-        assert_follows(&path, &read, 0.001);
+        assert_follows(&path, &read, RAPID_PLANE, TOLERANCE);
         assert!(points.iter().all(|p| !p.rapid || p.height >= RAPID_PLANE));
         assert!(points.last().unwrap().height >= RAPID_PLANE, "ends at the rapid plane");
     }
@@ -180,7 +159,7 @@ fn interpolation_between_rotary_positions_stays_on_the_line() {
     let text = program(&path, &options(Axes::Xyzac)).unwrap().text;
     let read: Vec<_> = read_back(&text).unwrap().iter().map(|p| (p.rapid, p.tip, p.axis)).collect();
     assert!(read.len() > 40, "{} blocks are too few", read.len());
-    assert_follows(&path, &read, 0.001);
+    assert_follows(&path, &read, RAPID_PLANE, TOLERANCE);
 }
 
 #[test]
@@ -211,55 +190,6 @@ fn the_reader_names_the_line() {
     assert!(matches!(error("G2 X1 F2\nM2"), ReadError::Word { line: 1, .. }));
 }
 
-/// Whether rapid, and X, Y, Z, A, B, C.
-type CanonMove = (bool, [f64; 6]);
-
-/// What LinuxCNC's interpreter says: its canonical moves, or its complaint. `None`, visibly, where
-/// the interpreter is not to be had.
-fn interpreted(text: &str, name: &str) -> Option<Result<Vec<CanonMove>, String>> {
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/peers/rs274.sh");
-    if !std::path::Path::new(script).exists() {
-        println!("skipped: ../shared not present");
-        return None;
-    }
-    let folder = std::env::temp_dir().join(format!("evencut-gcode-{}-{name}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    let (program, canon) = (folder.join("p.ngc"), folder.join("p.canon"));
-    std::fs::write(&program, text).unwrap();
-    let run = Command::new("bash").arg(script).args([&program, &canon]).output().unwrap();
-    let lines = std::fs::read_to_string(&canon).unwrap_or_default();
-    std::fs::remove_dir_all(&folder).unwrap();
-    match run.status.code() {
-        Some(0) => Some(Ok(lines.lines().filter_map(straight).collect())),
-        Some(1) => Some(Err(String::from_utf8_lossy(&run.stderr).into_owned())),
-        code => {
-            println!("skipped: LinuxCNC's interpreter could not be had or run ({code:?})");
-            None
-        }
-    }
-}
-
-/// A `STRAIGHT_FEED(x, y, z, a, b, c)` or `STRAIGHT_TRAVERSE` line.
-fn straight(line: &str) -> Option<CanonMove> {
-    let rapid = line.contains("STRAIGHT_TRAVERSE");
-    if !rapid && !line.contains("STRAIGHT_FEED") {
-        return None;
-    }
-    let inside = line.split(['(', ')']).nth(1)?;
-    let numbers: Vec<f64> = inside.split(',').map(|n| n.trim().parse().unwrap()).collect();
-    Some((rapid, numbers.try_into().ok()?))
-}
-
-/// Machine to workpiece by the definition of the tables, independent of the post.
-fn in_part(p: [f64; 6]) -> (DVec3, DVec3) {
-    let (a, c) = (p[3].to_radians(), p[5].to_radians());
-    let untilt =
-        |v: DVec3| DVec3::new(v.x, v.y * a.cos() + v.z * a.sin(), v.z * a.cos() - v.y * a.sin());
-    let unturn =
-        |v: DVec3| DVec3::new(v.x * c.cos() + v.y * c.sin(), v.y * c.cos() - v.x * c.sin(), v.z);
-    (unturn(untilt(DVec3::new(p[0], p[1], p[2]))), unturn(untilt(DVec3::Z)))
-}
-
 #[test]
 fn linuxcnc_understands_the_same_path() {
     for (axes, name) in [(Axes::ThreeAxis, "xyz"), (Axes::Xyzac, "xyzac")] {
@@ -272,7 +202,7 @@ fn linuxcnc_understands_the_same_path() {
         let read: Vec<_> =
             moves.iter().map(|&(rapid, p)| (rapid, in_part(p).0, in_part(p).1)).collect();
         // The first block only lifts; X and Y are not yet known.
-        assert_follows(&path, &read[1..], 0.001);
+        assert_follows(&path, &read[1..], RAPID_PLANE, TOLERANCE);
     }
 }
 

@@ -4,6 +4,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use evencut_core::geometry::DVec3;
 use evencut_core::job::Component;
 use evencut_core::mesh::{MeshFormat, TriangleSoup, read};
 use evencut_core::surface::{Built, build};
@@ -167,6 +168,24 @@ fn every_nasty_file_has_its_verdict() {
         }
     }
     assert!(objections.is_empty(), "{}", objections.join("\n"));
+}
+
+#[test]
+fn what_a_selection_leaves_of_any_file_is_sound_or_refused() {
+    let Some(data) = shared_data() else { return };
+    let mut options = as_it_is(Component::Largest);
+    options.select.normal_within = Some((75_f64.to_radians(), DVec3::Z));
+    let files = NASTY.iter().map(|(name, _)| data.join("nasty").join(name));
+    let mut accepted = 0;
+    for path in files.chain(GOOD.iter().map(|(name, ..)| data.join("mesh").join(name))) {
+        let Ok(soup) = parse(&path, &std::fs::read(&path).unwrap()) else { continue };
+        let Ok(built) = build(soup, &options) else { continue };
+        let c = built.surface.connectivity();
+        let loops = c.boundary_loops().len() as i64;
+        assert!(loops > 0 && c.euler_characteristic() == 2 - loops, "{}", path.display());
+        accepted += 1;
+    }
+    assert!(accepted > 50, "{accepted}");
 }
 
 #[test]

@@ -14,6 +14,8 @@ const LONGEST: f64 = 0.5;
 /// Reduced feeds come from the ladder `nominal * RUNG^n`, so that the program is not full of feed
 /// words. Smaller: fewer words, more time lost.
 const RUNG: f64 = 0.97;
+/// An engagement below this is rounding.
+const IDLE: f64 = 1e-9;
 /// Limited moves aim at this part of the limit, so that rounding of the program stays below it.
 pub const AIM: f64 = 0.995;
 
@@ -185,10 +187,12 @@ impl<'a> Walk<'a> {
         let (along, length) = (to - from, (to - from).length());
         let feed = along / length;
         let pieces = (length / (SAMPLE * r0.min(r1))).ceil().max(1.0) as usize;
+        let mut idle = true;
         let on_surface = length * 0.5 * self.cutting.radius * (1.0 / r0 + 1.0 / r1);
         for i in 0..pieces {
             let t = (i as f64 + 0.5) / pieces as f64;
             let engagement = self.stock.engagement(from + along * t, r0 + (r1 - r0) * t, feed);
+            idle &= engagement.normal_feed < IDLE;
             let rate = self.cutting.rate(&engagement);
             let factor = if limited { feed_factor(rate, self.cutting.limit) } else { 1.0 };
             let end = from + along * ((i + 1) as f64 / pieces as f64);
@@ -202,7 +206,10 @@ impl<'a> Walk<'a> {
                 on_surface / pieces as f64,
             );
         }
-        self.stock.sweep(Capsule::new(from, r0, to, r1));
+        // The idle half of a loop takes nothing, and there are many of them.
+        if !(idle && kind == MoveKind::Trochoid) {
+            self.stock.sweep(Capsule::new(from, r0, to, r1));
+        }
         self.at = to;
     }
 

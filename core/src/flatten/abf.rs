@@ -20,7 +20,9 @@ use super::error::FlattenError;
 use super::intrinsic::measure;
 use super::laplace::Interior;
 use crate::geometry::math::{cos, ln, sin};
-use crate::linalg::{Cholesky, SymmetricMatrix, nested_dissection};
+use crate::linalg::{
+    Cholesky, NotPositiveDefinite, SymmetricMatrix, conjugate_gradients, nested_dissection,
+};
 use crate::surface::Surface;
 
 /// Constraint residual at which the iteration ends, rad: just above what rounding leaves.
@@ -29,6 +31,11 @@ const CLOSED: f64 = 1e-11;
 const ACCEPTED: f64 = 1e-8;
 /// Steps after which the iteration gives up; meshes without needles take 4 to 8.
 const MOST_STEPS: usize = 60;
+/// The multipliers may leave this multiple of the squared residual in the linearised constraints,
+/// which is what linearising leaves anyway: more costs steps, less conjugate gradient steps.
+const SLACK: f64 = 0.1;
+/// Conjugate gradient steps that cost as much as a new factorisation.
+const FACTOR_WORTH: usize = 8;
 /// Part of an angle that must remain after one step.
 const KEPT: f64 = 0.1;
 /// Factor on `1 / w` of an angle that one step would have made smaller than that.
@@ -90,8 +97,8 @@ fn solve_angles(disk: &Disk) -> Result<(Vec<[f64; 3]>, usize, f64), FlattenError
             return Ok((problem.angles, steps, residual));
         }
         best = best.min(residual);
-        let multipliers = system.solve(disk, &problem, constraints)?;
-        problem.advance(&multipliers);
+        let multipliers = system.solve(disk, &problem, constraints, residual)?;
+        problem.advance(multipliers);
     }
     Err(FlattenError::NotConverged { residual: best, steps: MOST_STEPS, limit: ACCEPTED })
 }
@@ -160,7 +167,7 @@ impl AngleProblem {
     fn residual(&self, vertices: &VertexConstraints) -> f64 {
         let faces = self.angles.iter().map(|a| a[0] + a[1] + a[2] - PI);
         let all = faces.chain(vertices.iter().flatten().copied());
-        all.fold(0.0, |most, r| if r.abs() <= most { most } else { r.abs() })
+        all.fold(0.0, |most: f64, r| if most.is_nan() || r.abs() <= most { most } else { r.abs() })
     }
 
     /// The step that fulfils the face's own constraint alone, and the projected compliance
@@ -195,7 +202,7 @@ impl AngleProblem {
 
     /// Moves the angles to the minimum that the multipliers describe, or as far toward it as
     /// every angle stays positive.
-    fn advance(&mut self, multipliers: &[[f64; 2]]) {
+    fn advance(&mut self, multipliers: &[[f64; 1]]) {
         let mut length: f64 = 1.0;
         let mut steps = Vec::with_capacity(self.angles.len());
         for f in 0..self.angles.len() {
@@ -203,9 +210,10 @@ impl AngleProblem {
             let rows = self.gradients(f);
             let mut force = [0.0; 3];
             for c in 0..3 {
-                if let Some(m) = multipliers.get(self.corners[f][c] as usize) {
+                let at = 2 * self.corners[f][c] as usize;
+                if let Some([plane, wheel]) = multipliers.get(at..at + 2) {
                     (0..3).for_each(|i| {
-                        force[i] += rows[2 * c][i] * m[0] + rows[2 * c + 1][i] * m[1];
+                        force[i] += rows[2 * c][i] * plane[0] + rows[2 * c + 1][i] * wheel[0];
                     });
                 }
             }
@@ -235,7 +243,10 @@ struct VertexSystem {
     /// Where each face's 6 by 6 lower triangle goes among the matrix's values.
     slots: Vec<[u32; 21]>,
     order: Vec<u32>,
+    /// Factor of the matrix of an earlier step.
     factor: Option<Cholesky>,
+    /// Multipliers of the last step, two rows per vertex.
+    multipliers: Vec<[f64; 1]>,
 }
 
 const NO_SLOT: u32 = u32::MAX;
@@ -271,16 +282,41 @@ impl VertexSystem {
             .map(|f| face_slots(&matrix, f.map(|v| interior.unknown[v.index()])))
             .collect();
         let order = order.iter().flat_map(|&v| [2 * v, 2 * v + 1]).collect();
-        Self { matrix, slots, order, factor: None }
+        Self { matrix, slots, order, factor: None, multipliers: vec![[0.0]; 2 * n] }
     }
 
-    /// The multipliers of the linearised problem.
+    /// The multipliers of the linearised problem, whose constraints are off by `residual`.
     fn solve(
         &mut self,
         disk: &Disk,
         problem: &AngleProblem,
         constraints: VertexConstraints,
-    ) -> Result<Vec<[f64; 2]>, FlattenError> {
+        residual: f64,
+    ) -> Result<&[[f64; 1]], FlattenError> {
+        let right = self.assemble(problem, constraints);
+        let tolerance = (SLACK * residual * residual).clamp(0.1 * CLOSED, SLACK * residual);
+        let solved = self.factor.as_ref().is_some_and(|factor| {
+            let x = &mut self.multipliers;
+            conjugate_gradients(&self.matrix, factor, &right, x, tolerance, FACTOR_WORTH)
+        });
+        if !solved {
+            self.multipliers.copy_from_slice(&right);
+            let factor = self.refactor().map_err(|fault| FlattenError::Singular {
+                system: "angle",
+                at: disk.positions[problem.interior.vertex[fault.row as usize / 2] as usize],
+            })?;
+            factor.solve(&mut self.multipliers);
+            self.factor = Some(factor);
+        }
+        Ok(&self.multipliers)
+    }
+
+    /// Sets the matrix to that of the present angles; returns the right-hand side.
+    fn assemble(
+        &mut self,
+        problem: &AngleProblem,
+        constraints: VertexConstraints,
+    ) -> Vec<[f64; 1]> {
         let mut right: Vec<[f64; 1]> = constraints.iter().flatten().map(|c| [-c]).collect();
         let values = self.matrix.values_mut();
         values.fill(0.0);
@@ -301,20 +337,14 @@ impl VertexSystem {
                 }
             }
         }
-        self.factor(disk, problem)?.solve(&mut right);
-        Ok(right.chunks_exact(2).map(|m| [m[0][0], m[1][0]]).collect())
+        right
     }
 
-    fn factor(&mut self, disk: &Disk, problem: &AngleProblem) -> Result<&Cholesky, FlattenError> {
-        let done = match self.factor.take() {
+    fn refactor(&mut self) -> Result<Cholesky, NotPositiveDefinite> {
+        match self.factor.take() {
             Some(mut factor) => factor.refactor(&self.matrix).map(|()| factor),
             None => Cholesky::new(&self.matrix, &self.order),
-        };
-        let factor = done.map_err(|fault| FlattenError::Singular {
-            system: "angle",
-            at: disk.positions[problem.interior.vertex[fault.row as usize / 2] as usize],
-        })?;
-        Ok(self.factor.insert(factor))
+        }
     }
 }
 

@@ -9,8 +9,8 @@ use crate::geometry::{DVec2, DVec3};
 pub enum FlattenError {
     /// Flattening needs a topological disk, possibly with holes.
     #[error(
-        "flatten: {loops} boundary loops, Euler characteristic {chi}; a disk with {loops} loops \
-         has {}: select a piece without handles and with an open boundary", 2 - *loops as i64
+        "flatten: {loops} boundary loops, Euler characteristic {chi}; a disk has 1 and 1, with \
+         every hole one more and one less: select one open piece without handles"
     )]
     NotADisk {
         /// Boundary loops found.

@@ -87,6 +87,37 @@ fn sphere_cap_becomes_conformal_under_refinement() {
 }
 
 #[test]
+fn steep_spike_is_flattened_without_flips() {
+    // The apex angles sum to about 1.2 rad and must open to 2 pi.
+    let spike = samples::disk(20, |r, t| DVec3::new(r * cos(t), r * sin(t), 5.0 * (1.0 - r)));
+    for chart in both(&spike) {
+        let quality = chart.quality(&spike);
+        assert!(quality.flips == 0 && quality.mean_q < 1.3, "{quality:?}");
+    }
+}
+
+#[test]
+fn numbering_of_vertices_does_not_matter() {
+    let shape = |x: f64, y: f64| DVec3::new(x, y, 0.2 * sin(5.0 * x) * y);
+    let surface = samples::grid(18, shape);
+    let n = surface.positions().len();
+    let renumbered = |v: VertexId| VertexId((v.index() * 7 % n) as u32);
+    let mut positions = surface.positions().to_vec();
+    for (v, p) in surface.positions().iter().enumerate() {
+        positions[renumbered(VertexId(v as u32)).index()] = *p;
+    }
+    let reversed = surface.connectivity().faces().iter().rev();
+    let faces = reversed.map(|f| [f[1], f[2], f[0]].map(renumbered)).collect();
+    let other = Surface::new(Connectivity::new(n, faces).unwrap(), positions);
+    for (a, b) in both(&surface).iter().zip(&both(&other)) {
+        for v in 0..n {
+            let scale = b.vertex_scale()[renumbered(VertexId(v as u32)).index()];
+            assert!((a.vertex_scale()[v] - scale).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
 fn least_distortion_keeps_the_boundary_scale_constant() {
     let surface = samples::grid(30, |x, y| DVec3::new(x, y, 0.3 * x * y));
     let chart = bff(&surface).unwrap();

@@ -5,7 +5,7 @@
 
 use super::error::OutsideChart;
 use crate::geometry::{DVec2, cross2};
-use crate::mesh::{Connectivity, FaceId};
+use crate::mesh::{Connectivity, FaceId, HalfEdgeId};
 use crate::surface::SurfacePoint;
 
 /// Faces in one leaf of the tree: more make the search slower, fewer the tree larger.
@@ -14,6 +14,8 @@ const LEAF: usize = 4;
 const ON_SIDE: f64 = 1e-12;
 /// A point outside by at most this part of the chart's size lies on its boundary.
 const ON_BOUNDARY: f64 = 1e-9;
+/// Tolerances of way within which faces, at very uneven scale, may be too small to walk through.
+const SHORT_WALK: f64 = 1e3;
 /// Faces a walk may cross before the tree takes over.
 const LONGEST_WALK: usize = 64;
 
@@ -112,6 +114,52 @@ impl<'a> Locator<'a> {
             }
         }
         self.locate(uv)
+    }
+
+    /// Follows the straight flat line from `from` to `to` through the chart.
+    ///
+    /// `start`: a face that holds `from`. `cross` is called for every side crossed, with the side
+    /// of the face that is left and the part of the way done. Returns the surface point of `to`.
+    ///
+    /// # Errors
+    /// [`OutsideChart`] with the place where the line leaves the chart.
+    pub fn walk(
+        &self,
+        start: FaceId,
+        from: DVec2,
+        to: DVec2,
+        mut cross: impl FnMut(HalfEdgeId, f64),
+    ) -> Result<SurfacePoint, OutsideChart> {
+        let (way, mut face, mut done) = (to - from, start, 0.0);
+        // A straight line enters a face once.
+        for _ in 0..=self.connectivity.face_count() {
+            if let Some(weights) = inside(self.corners(face), to) {
+                return Ok(SurfacePoint { face, weights });
+            }
+            let Some((side, t)) = self.exit(face, from, way, done) else { break };
+            let Some(next) = self.connectivity.opposite(side) else { break };
+            (face, done) = (next.face(), t);
+            cross(side, t);
+        }
+        // What is left of the way is within rounding of the chart's coordinates: its end decides.
+        let left = (1.0 - done) * way.length();
+        match self.locate(to) {
+            Ok(end) if left <= SHORT_WALK * self.tolerance => Ok(end),
+            _ => Err(OutsideChart { uv: from + way * done }),
+        }
+    }
+
+    /// The side through which the line leaves `face`, and the part of the way done there.
+    fn exit(&self, face: FaceId, from: DVec2, way: DVec2, done: f64) -> Option<(HalfEdgeId, f64)> {
+        let corners = self.corners(face);
+        let leaving = (0..3).filter_map(|i| {
+            let (a, b) = (corners[i], corners[(i + 1) % 3]);
+            let across = way.perp_dot(b - a);
+            // Positive where the way turns to the right of the side: outward.
+            (across > 0.0).then(|| (face.half_edge(i), (a - from).perp_dot(b - a) / across))
+        });
+        let nearest = leaving.min_by(|x, y| x.1.total_cmp(&y.1));
+        nearest.map(|(side, t)| (side, t.clamp(done, 1.0)))
     }
 
     /// The nearest point of the chart when it is within the tolerance.
@@ -242,6 +290,22 @@ mod tests {
             assert!(surface.position(walked).truncate().distance(uv) < 1e-12);
             hint = walked.face;
         }
+    }
+
+    #[test]
+    fn a_walk_crosses_sides_in_order_and_stops_at_the_boundary() {
+        let (surface, chart) = chart_of_plane(12);
+        let locator = Locator::new(surface.connectivity(), chart.uv());
+        let at = |i: usize| chart.uv()[i];
+        let (from, to) = (at(1).lerp(at(40), 0.3), at(100).lerp(at(130), 0.6));
+        let start = locator.locate(from).unwrap().face;
+        let mut parts = Vec::new();
+        let end = locator.walk(start, from, to, |_, t| parts.push(t)).unwrap();
+        assert!(surface.position(end).truncate().distance(to) < 1e-9);
+        assert!(parts.len() > 4 && parts.windows(2).all(|w| w[0] <= w[1]));
+        let far = to + (to - from) * 9.0;
+        let left = locator.walk(start, from, far, |_, _| {}).unwrap_err();
+        assert!((left.uv - from).perp_dot(far - from).abs() < 1e-6);
     }
 
     #[test]

@@ -89,3 +89,19 @@ pub fn rolled_sheet(n: usize, slope: f64) -> Surface {
         DVec3::new(radius * cos(angle), radius * sin(angle), 25.0 * along)
     })
 }
+
+/// A flat ring of `n` quads: vertices `0..n` outside, `n..2 n` inside.
+pub fn ring(n: u32) -> Surface {
+    let at = |k: u32| {
+        let angle = std::f64::consts::TAU * f64::from(k % n) / f64::from(n);
+        let radius = if k < n { 2.0 } else { 1.0 };
+        radius * DVec3::new(cos(angle), sin(angle), 0.0)
+    };
+    let quad = |i: u32| {
+        let j = (i + 1) % n;
+        [[i, j, n + j], [i, n + j, n + i]].map(|f| f.map(VertexId))
+    };
+    let faces = (0..n).flat_map(quad).collect();
+    let positions: Vec<DVec3> = (0..2 * n).map(at).collect();
+    Surface::new(Connectivity::new(positions.len(), faces).unwrap(), positions)
+}

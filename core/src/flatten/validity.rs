@@ -9,7 +9,8 @@ use crate::surface::Surface;
 impl Chart {
     /// Checks that no flat face is turned over and that the flat boundary does not cross itself.
     ///
-    /// A map of a disk with both is one-to-one.
+    /// With one loop that runs counter-clockwise and the holes clockwise, every flat point is
+    /// then covered at most once.
     ///
     /// # Errors
     /// [`FlattenError::Flipped`] or [`FlattenError::Overlap`] with one example.
@@ -52,26 +53,33 @@ impl Chart {
 
 /// A side that crosses another one without sharing a vertex, and where.
 ///
-/// Sweeps over the sides in the order of their smallest `x` and keeps those still open.
+/// Sweeps along the boundary's longer extent over the sides by their start and keeps those still
+/// open.
 fn first_crossing(sides: &[[VertexId; 2]], uv: &[DVec2]) -> Option<(usize, DVec2)> {
-    let ends = |s: usize| sides[s].map(|v| uv[v.index()]);
-    let mut order: Vec<(f64, u32)> = (0..sides.len())
+    let ends = |s: u32| sides[s as usize].map(|v| uv[v.index()]);
+    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    for p in (0..sides.len() as u32).flat_map(ends) {
+        low = low.min(p);
+        high = high.max(p);
+    }
+    let axis = usize::from(high.y - low.y > high.x - low.x);
+    let mut order: Vec<(f64, u32)> = (0..sides.len() as u32)
         .map(|s| {
             let [a, b] = ends(s);
-            (a.x.min(b.x), s as u32)
+            (a[axis].min(b[axis]), s)
         })
         .collect();
     order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut open: Vec<u32> = Vec::new();
-    for &(x, s) in &order {
-        let [a, b] = ends(s as usize);
+    for &(start, s) in &order {
+        let [a, b] = ends(s);
         open.retain(|&t| {
-            let [c, d] = ends(t as usize);
-            c.x.max(d.x) >= x
+            let [c, d] = ends(t);
+            c[axis].max(d[axis]) >= start
         });
         for &t in &open {
             let shared = sides[s as usize].iter().any(|v| sides[t as usize].contains(v));
-            let [c, d] = ends(t as usize);
+            let [c, d] = ends(t);
             if !shared && cross(a, b, c, d) {
                 return Some((s as usize, meeting(a, b, c, d)));
             }
@@ -103,6 +111,7 @@ mod tests {
     use crate::flatten::samples;
     use crate::geometry::DVec3;
     use crate::geometry::math::{cos, sin};
+    use std::f64::consts::TAU;
 
     #[test]
     fn turned_face_and_crossing_boundary_are_found() {
@@ -123,6 +132,20 @@ mod tests {
         };
         assert_eq!(Chart::new(&surface, rolled(6.0)).validate(&surface), Ok(()));
         let fault = Chart::new(&surface, rolled(7.0)).validate(&surface);
+        assert!(matches!(fault, Err(FlattenError::Overlap { .. })), "{fault:?}");
+    }
+    #[test]
+    fn a_ring_wound_twice_is_found_though_no_sides_cross() {
+        let ring = samples::ring(24);
+        let wound = |turns: f64| -> Vec<DVec2> {
+            let at = |k: u32| {
+                let angle = turns * TAU * f64::from(k % 24) / 24.0;
+                (if k < 24 { 2.0 } else { 1.0 }) * DVec2::new(cos(angle), sin(angle))
+            };
+            (0..48).map(at).collect()
+        };
+        assert_eq!(Chart::new(&ring, wound(1.0)).validate(&ring), Ok(()));
+        let fault = Chart::new(&ring, wound(2.0)).validate(&ring);
         assert!(matches!(fault, Err(FlattenError::Overlap { .. })), "{fault:?}");
     }
 }

@@ -44,4 +44,8 @@ impl Terrain for RingTerrain<'_> {
     fn room(&self, at: DVec2) -> Option<f64> {
         self.interpolate(at, self.field.values())
     }
+
+    fn joins(&self, from: DVec2, to: DVec2) -> bool {
+        self.find(from).is_some_and(|p| self.locator.walk(p.face, from, to, |_, _| {}).is_ok())
+    }
 }

@@ -5,11 +5,13 @@
 //! fixed order with plain multiplications and additions.
 
 mod cholesky;
+mod conjugate_gradients;
 mod dense;
 mod matrix;
 mod ordering;
 mod symbolic;
 
 pub use cholesky::{Cholesky, NotPositiveDefinite};
+pub use conjugate_gradients::conjugate_gradients;
 pub use matrix::{Adjacency, SymmetricMatrix};
 pub use ordering::nested_dissection;

@@ -1,15 +1,20 @@
 //! Flat path → the delivered [`Toolpath`]: lifted, located, joined by retracts and approaches.
 
 use crate::cutter_location::{
-    CheckMesh, LocateError, Located, PassOptions, RaisedStretch, ToolAxis, locate_pass,
+    CheckMesh, Contact, LocateError, Located, LocatedPass, PassOptions, RaisedStretch, ToolAxis,
+    locate_pass,
 };
 use crate::flat_path::FlatPoint;
 use crate::flatten::OutsideChart;
 use crate::geometry::{DVec3, math};
 use crate::lift::{Lift, Lifted};
+use crate::parallel;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use thiserror::Error;
 
+/// Contacts located in one piece. Larger: less to share between threads; smaller: more points kept
+/// at the joints.
+const PIECE: usize = 2048;
 /// Largest turn between two points of a rapid, rad.
 const RAPID_TURN: f64 = 0.1;
 
@@ -32,6 +37,10 @@ pub struct DeliverOptions {
     /// Distance along the axis from the origin at and above which rapids run, mm: clear of part and
     /// stock, in any position of the tables.
     pub rapid_plane: f64,
+    /// Where the cutter would have to be raised by more than this, mm, it retracts instead.
+    pub highest_raise: f64,
+    /// Threads to use; the path does not depend on it.
+    pub threads: usize,
     /// Feed of approach and retract through air, mm/s.
     pub air_feed: f64,
     /// Speed of rapids, mm/s.
@@ -65,7 +74,7 @@ pub fn deliver(
             .find(|&i| flat[i].kind == MoveKind::Rapid)
             .unwrap_or(flat.len());
         let lifted = lift.run(&flat[start..end], start)?;
-        let located = locate_pass(&lifted.contacts, &options.pass, check)?;
+        let located = locate(&lifted.contacts, check, options)?;
         out.raised.extend(located.raised);
         let run = Run { flat, lifted: &lifted, located: &located.points };
         run.append(&mut out.toolpath.points, options);
@@ -73,6 +82,29 @@ pub fn deliver(
         progress(end as f64 / flat.len() as f64);
     }
     Ok(out)
+}
+
+/// Locates a run in pieces that share their end points, on all threads.
+fn locate(
+    contacts: &[Contact],
+    check: &CheckMesh,
+    options: &DeliverOptions,
+) -> Result<LocatedPass, LocateError> {
+    let last = contacts.len().saturating_sub(1);
+    let pieces: Vec<_> = (0..last.max(1))
+        .step_by(PIECE)
+        .map(|from| &contacts[from..(from + PIECE + 1).min(contacts.len())])
+        .collect();
+    let located =
+        parallel::map(options.threads, &pieces, |piece| locate_pass(piece, &options.pass, check));
+    let mut all = LocatedPass::default();
+    for piece in located {
+        let piece = piece?;
+        let shared = usize::from(!all.points.is_empty());
+        all.points.extend(piece.points.into_iter().skip(shared));
+        all.raised.extend(piece.raised);
+    }
+    Ok(all)
 }
 
 /// Moves between two retracts.
@@ -83,14 +115,33 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
+    /// Appends the run; where the cutter had to be raised out of the cut it retracts and goes on
+    /// behind.
     fn append(&self, points: &mut Vec<PathPoint>, options: &DeliverOptions) {
-        let (Some(first), Some(last)) = (self.located.first(), self.located.last()) else { return };
-        let pass = self.flat[self.lifted.points[first.keys.0].source].pass;
+        let fits = |l: &Located| l.raise <= options.highest_raise;
+        let mut from = 0;
+        while let Some(first) = (from..self.located.len()).find(|&i| fits(&self.located[i])) {
+            let end = (first..self.located.len())
+                .find(|&i| !fits(&self.located[i]))
+                .unwrap_or(self.located.len());
+            self.append_piece(points, first..end, options);
+            from = end;
+        }
+    }
+
+    fn append_piece(
+        &self,
+        points: &mut Vec<PathPoint>,
+        piece: core::ops::Range<usize>,
+        options: &DeliverOptions,
+    ) {
+        let (first, last) = (&self.located[piece.start], &self.located[piece.end - 1]);
+        let pass = |l: &Located| self.flat[self.lifted.points[l.keys.1].source].pass;
         let above = options.above(first.tip, first.axis);
-        rapid(points, options, pass, above, first.axis);
-        let link = |tip: DVec3, l: &Located, pass: u32| PathPoint {
+        rapid(points, options, pass(first), above, first.axis);
+        let link = |tip: DVec3, l: &Located| PathPoint {
             kind: MoveKind::Link,
-            pass,
+            pass: pass(l),
             region: 0,
             tip,
             axis: l.axis,
@@ -101,10 +152,9 @@ impl Run<'_> {
             alpha: 0.0,
             time: 0.0,
         };
-        points.push(link(first.tip, first, pass));
-        points.extend(self.located.iter().skip(1).map(|l| self.point(l)));
-        let pass = self.flat[self.lifted.points[last.keys.1].source].pass;
-        points.push(link(options.above(last.tip, last.axis), last, pass));
+        points.push(link(first.tip, first));
+        points.extend(self.located[piece.start + 1..piece.end].iter().map(|l| self.point(l)));
+        points.push(link(options.above(last.tip, last.axis), last));
     }
 
     /// A located point with the largest removal rate of the moves it covers.

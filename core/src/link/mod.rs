@@ -200,12 +200,13 @@ impl RingTask<'_> {
             return false;
         }
         let steps = (length / (0.2 * disc)).ceil().max(1.0) as usize;
-        (1..=steps).all(|i| {
-            let p = walk.at() + way * (i as f64 / steps as f64);
-            let inside = walk.terrain.room(p).is_some_and(|room| room >= -0.05);
-            let rate = walk.cutting.rate(&walk.engagement(p, way / length));
-            inside && rate * SLOWEST_LINK <= walk.cutting.limit
-        })
+        walk.terrain.joins(walk.at(), to)
+            && (1..=steps).all(|i| {
+                let p = walk.at() + way * (i as f64 / steps as f64);
+                let inside = walk.terrain.room(p).is_some_and(|room| room >= -0.05);
+                let rate = walk.cutting.rate(&walk.engagement(p, way / length));
+                inside && rate * SLOWEST_LINK <= walk.cutting.limit
+            })
     }
 
     /// Goes to a point of the surface, by link or by retract.

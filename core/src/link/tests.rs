@@ -23,6 +23,10 @@ impl Terrain for Plate {
         let wall = at.min_element().min(self.side - at.max_element());
         (wall >= 0.0).then_some((wall - self.radius) / self.step)
     }
+
+    fn joins(&self, from: DVec2, to: DVec2) -> bool {
+        self.scale(from).is_some() && self.scale(to).is_some()
+    }
 }
 
 impl Plate {

@@ -52,7 +52,7 @@ pub struct Repaired {
 /// Repairs `soup`, whose indices must be below its number of vertices.
 ///
 /// Non-manifold edges and vertices and surfaces with one side only are left as they are, for
-/// [`judge`](super::judge) to report.
+/// [`judge`](super::judge()) to report.
 pub fn repair(soup: TriangleSoup) -> Repaired {
     let mut mesh = soup;
     let mut repairs = Repairs::default();

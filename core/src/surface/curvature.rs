@@ -20,13 +20,15 @@ use crate::mesh::{HalfEdgeId, VertexId};
 const RADIUS_IN_EDGES: f64 = 3.5;
 /// Most neighbours that a fit uses, nearest rings first; bounds the work for a huge radius.
 const MOST_NEIGHBOURS: usize = 512;
+/// Most edges that a search follows; bounds the work where thousands of faces share a vertex.
+const MOST_EDGES: usize = 4096;
 /// Neighbours below which only the quadratic terms are fitted.
 const FEWEST_FOR_CUBIC: usize = 13;
 /// Neighbours below which the radius is enlarged.
 const FEWEST: usize = 8;
 /// How often the radius is enlarged, and by how much.
-const ENLARGEMENTS: usize = 6;
-const ENLARGEMENT: f64 = 1.6;
+const ENLARGEMENTS: usize = 10;
+const ENLARGEMENT: f64 = 1.25;
 /// Part of a column's norm that must be independent of the columns before it.
 const INDEPENDENT: f64 = 1e-5;
 /// Cosine between normals below which a neighbour lies on another sheet of the surface.
@@ -171,11 +173,13 @@ struct Search {
     seen: Vec<u32>,
     current: u32,
     found: Vec<u32>,
+    /// Whether the last search ended at a limit and not at its radius.
+    cut_off: bool,
 }
 
 impl Search {
     fn new(vertices: usize) -> Self {
-        Self { seen: vec![0; vertices], current: 0, found: Vec::new() }
+        Self { seen: vec![0; vertices], current: 0, found: Vec::new(), cut_off: false }
     }
 
     /// Vertices within `radius` of vertex `v`, connected to it within the radius; `v` is first.
@@ -184,9 +188,10 @@ impl Search {
         self.found.clear();
         self.found.push(v);
         self.seen[v as usize] = self.current;
-        let mut at = 0;
+        let (mut at, mut followed) = (0, 0);
         while at < self.found.len() && self.found.len() < MOST_NEIGHBOURS {
-            for &w in rings.around(self.found[at]) {
+            let ring = rings.around(self.found[at]);
+            for &w in &ring[..ring.len().min(MOST_EDGES - followed)] {
                 let near = (positions[w as usize] - positions[v as usize]).length_squared()
                     <= radius * radius;
                 if near && self.seen[w as usize] != self.current {
@@ -194,8 +199,11 @@ impl Search {
                     self.found.push(w);
                 }
             }
+            followed = MOST_EDGES.min(followed + ring.len());
             at += 1;
         }
+        self.cut_off = at < self.found.len() || followed == MOST_EDGES;
+        self.found.truncate(MOST_NEIGHBOURS);
         &self.found
     }
 }
@@ -209,24 +217,40 @@ fn fit_vertex(
     radius: f64,
 ) -> Option<ShapeOperator> {
     let mut radius = radius;
+    let mut quadratic = None;
     for _ in 0..=ENLARGEMENTS {
         let near = search.run(surface.positions(), rings, v as u32, radius);
-        if near.len() > FEWEST
-            && let Some(operator) = fit(surface, v, near, radius)
-        {
-            return Some(operator);
+        let fitted = if near.len() > FEWEST { fit(surface, v, near, radius) } else { None };
+        match fitted {
+            Some((operator, Degree::Cubic)) => return Some(operator),
+            // Corners see too little for cubic terms; one larger radius is worth trying there.
+            Some((operator, Degree::Quadratic)) if quadratic.is_none() => {
+                quadratic = Some(operator);
+            }
+            _ if quadratic.is_some() => return quadratic,
+            _ => {}
+        }
+        if search.cut_off {
+            return quadratic;
         }
         radius *= ENLARGEMENT;
     }
-    // A surface of few faces: whatever quadric its vertices tell.
+    // A surface of few faces: whatever its vertices tell.
     let near = search.run(surface.positions(), rings, v as u32, f64::INFINITY);
     let reach = |w: &u32| (surface.positions()[*w as usize] - surface.positions()[v]).length();
     let radius = near.iter().map(reach).fold(0.0, f64::max);
-    fit(surface, v, near, radius)
+    quadratic.or_else(|| fit(surface, v, near, radius).map(|(operator, _)| operator))
+}
+
+/// Degree of a fitted height field.
+#[derive(Copy, Clone, PartialEq)]
+enum Degree {
+    Quadratic,
+    Cubic,
 }
 
 /// The least-squares height field over `near`; `None` if they do not determine one.
-fn fit(surface: &Surface, v: usize, near: &[u32], radius: f64) -> Option<ShapeOperator> {
+fn fit(surface: &Surface, v: usize, near: &[u32], radius: f64) -> Option<(ShapeOperator, Degree)> {
     let origin = surface.positions()[v];
     let normal = surface.vertex_normals()[v];
     let x = any_perpendicular(normal);
@@ -247,18 +271,14 @@ fn fit(surface: &Surface, v: usize, near: &[u32], radius: f64) -> Option<ShapeOp
         }
     }
     let cubic = if used > FEWEST_FOR_CUBIC { system.solve::<TERMS>() } else { None };
-    let c = match cubic {
-        Some(c) => [c[1], c[2], c[3], c[4], c[5]],
-        None if used > QUADRATIC_TERMS => {
-            let c = system.solve::<QUADRATIC_TERMS>()?;
-            [c[1], c[2], c[3], c[4], c[5]]
-        }
+    let (degree, [_, p, q, uu, uv, vv]) = match cubic {
+        Some([c0, c1, c2, c3, c4, c5, ..]) => (Degree::Cubic, [c0, c1, c2, c3, c4, c5]),
+        None if used > QUADRATIC_TERMS => (Degree::Quadratic, system.solve::<QUADRATIC_TERMS>()?),
         None => return None,
     };
-    let [p, q, uu, uv, vv] = c;
     let second = [2.0 * uu, uv, 2.0 * vv].map(|s| normal * (s / radius));
     let operator = ShapeOperator::from_derivatives([x + normal * p, y + normal * q], second);
-    operator.k.iter().all(|k| k.is_finite()).then_some(operator)
+    operator.k.iter().all(|k| k.is_finite()).then_some((operator, degree))
 }
 
 /// Weighted normal equations of the fit; the quadratic ones are their leading block.
@@ -313,6 +333,7 @@ impl Normal {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::DVec2;
     use crate::mesh::{Connectivity, TriangleSoup};
     use crate::surface::AnalyticSurface;
 
@@ -327,7 +348,7 @@ mod tests {
         let field = CurvatureField::estimate(&surface, None);
         assert_eq!(field.poor(), 0);
         let samples = truth.samples(edge);
-        let error = |(operator, s): (&ShapeOperator, &crate::geometry::DVec2)| {
+        let error = |(operator, s): (&ShapeOperator, &DVec2)| {
             let exact = truth.curvature(*s).turned_to(operator.normal()).in_frame(operator.frame);
             let off = (0..3).map(|i| (operator.k[i] - exact.k[i]).abs()).fold(0.0, f64::max);
             off / scale
@@ -378,6 +399,42 @@ mod tests {
         }
     }
 
+    /// A bump whose interior vertices are moved by up to a third of an edge, always alike.
+    fn irregular_error(edge: f64) -> f64 {
+        let truth = AnalyticSurface::Bump { size: 20.0, height: 3.0, width: 5.0 };
+        let mut state = 7_u64;
+        let mut random = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 40) as f64 / (1_u64 << 24) as f64 - 0.5
+        };
+        let samples: Vec<DVec2> = truth
+            .samples(edge)
+            .into_iter()
+            .map(|s| {
+                let inside = s.abs().max_element() < 10.0 - 0.9 * edge;
+                let step = 0.6 * edge * DVec2::new(random(), random());
+                if inside { s + step } else { s }
+            })
+            .collect();
+        let mut mesh = truth.mesh(edge);
+        mesh.positions = samples.iter().map(|s| truth.position(*s)).collect();
+        let field = CurvatureField::estimate(&surface(mesh), None);
+        let error = |(operator, s): (&ShapeOperator, &DVec2)| {
+            let exact = truth.curvature(*s).turned_to(operator.normal()).in_frame(operator.frame);
+            (0..3).map(|i| (operator.k[i] - exact.k[i]).abs()).fold(0.0, f64::max)
+        };
+        field.operators().iter().zip(&samples).map(error).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn irregular_meshes_converge_with_the_square_too() {
+        // The bump's curvature goes up to 3/25 per mm.
+        let (coarse, fine) = (irregular_error(0.5), irregular_error(0.25));
+        println!("irregular: {coarse:.2e} -> {fine:.2e}");
+        assert!(fine < 0.01 * 3.0 / 25.0, "{fine}");
+        assert!(coarse / fine > 3.0, "{coarse} {fine}");
+    }
+
     #[test]
     fn moved_and_reordered_meshes_bend_alike() {
         let truth = AnalyticSurface::Bump { size: 20.0, height: 3.0, width: 5.0 };
@@ -399,6 +456,20 @@ mod tests {
             let ((low, high, _), (low_b, high_b, _)) = (a.principal(), b.principal());
             assert!((low - low_b).abs() < 1e-9 && (high - high_b).abs() < 1e-9);
         }
+    }
+
+    #[test]
+    fn a_vertex_of_very_many_faces_does_not_stall_the_search() {
+        let n = 30_000_u32;
+        let rim = (0..n).map(|i| {
+            let angle = std::f64::consts::TAU * f64::from(i) / f64::from(n);
+            DVec3::new(crate::geometry::math::cos(angle), crate::geometry::math::sin(angle), 0.0)
+        });
+        let positions = std::iter::once(DVec3::ZERO).chain(rim).collect();
+        let faces = (0..n).map(|i| [0, 1 + i, 1 + (i + 1) % n]).collect();
+        let fan = surface(TriangleSoup { positions, faces, texture: None });
+        let field = CurvatureField::estimate(&fan, None);
+        assert!(field.operators().iter().all(|o| o.k.iter().all(|k| k.abs() < 1e-6)));
     }
 
     #[test]

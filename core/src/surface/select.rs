@@ -10,8 +10,11 @@ use crate::mesh::repair::{
 };
 use crate::mesh::{Judgement, TriangleSoup, component_of, judge, nonmanifold_vertices};
 
+/// Area that a piece must have, as a part of the largest one's, to be machined in its place;
+/// a smaller one is hardly what was meant.
+const WORTHWHILE: f64 = 0.5;
 /// How many pieces, largest first, are looked at for one that can be machined.
-const CANDIDATES: u32 = 16;
+const CANDIDATES: usize = 16;
 
 /// The piece picked.
 pub(super) struct Picked {
@@ -29,25 +32,24 @@ pub(super) struct Picked {
 
 /// Applies the conditions, then the choice of component.
 pub(super) fn pick(mut mesh: TriangleSoup, selection: &Selection) -> Result<Picked, SurfaceError> {
-    let faulty = nonmanifold_vertices(&mesh.positions, &mesh.faces);
-    select_by_normal(&mut mesh, selection)?;
-    select_by_box(&mut mesh, selection)?;
-    // Touching faces that the selection made are parted; those of the file stay for the judge.
-    let split = split_pinches(&mut mesh, |v| !faulty[v as usize]);
-    compact(&mut mesh);
-    // A part of a surface with one side only may have two.
-    let turn = orientation(&mesh.positions, &mesh.faces).turn;
-    turn_faces(&mut mesh, |f| turn[f]);
+    let conditions = selection.normal_within.is_some() || selection.within_box.is_some();
+    let split = if conditions { select_faces(&mut mesh, selection)? } else { 0 };
     let whole = judge(&mesh.positions, &mesh.faces);
     let count = whole.components.len();
-    let number = component_of(&mesh.positions, &mesh.faces, &whole.components);
+    let number = match selection.component {
+        Component::Only => Vec::new(),
+        _ => component_of(&mesh.positions, &mesh.faces, &whole.components),
+    };
     let (index, passed_over) = match selection.component {
         Component::Only => (None, 0),
         Component::Largest => {
-            let usable = (0..CANDIDATES.min(count as u32)).find(|&i| {
-                let (_, judgement) = component(&mesh, &number, i);
-                topology_faults(&judgement).is_empty()
-            });
+            let least = WORTHWHILE * whole.components.first().map_or(0.0, |c| c.area);
+            let candidates = whole.components.iter().take(CANDIDATES).zip(0..);
+            let usable =
+                candidates.take_while(|(c, _)| c.area >= least).map(|(_, i)| i).find(|&i| {
+                    let (_, judgement) = component(&mesh, &number, i);
+                    topology_faults(&judgement).is_empty()
+                });
             (Some(usable.unwrap_or(0)), usable.unwrap_or(0))
         }
         Component::Index(i) if (i as usize) < count => (Some(i), 0),
@@ -72,6 +74,20 @@ fn component(mesh: &TriangleSoup, number: &[u32], index: u32) -> (TriangleSoup, 
     compact(&mut piece);
     let judgement = judge(&piece.positions, &piece.faces);
     (piece, judgement)
+}
+
+/// Keeps the faces that meet the conditions; how many vertices had to be split.
+fn select_faces(mesh: &mut TriangleSoup, selection: &Selection) -> Result<usize, SurfaceError> {
+    let faulty = nonmanifold_vertices(&mesh.positions, &mesh.faces);
+    select_by_normal(mesh, selection)?;
+    select_by_box(mesh, selection)?;
+    // Touching faces that the selection made are parted; those of the file stay for the judge.
+    let split = split_pinches(mesh, |v| !faulty[v as usize]);
+    compact(mesh);
+    // A part of a surface with one side only may have two.
+    let turn = orientation(&mesh.positions, &mesh.faces).turn;
+    turn_faces(mesh, |f| turn[f]);
+    Ok(split)
 }
 
 fn select_by_normal(mesh: &mut TriangleSoup, selection: &Selection) -> Result<(), SurfaceError> {

@@ -17,11 +17,12 @@ use crate::geometry::{DVec2, math};
 use crate::toolpath::MoveKind;
 use core::f64::consts::{PI, TAU};
 
-/// A loop's peak is steered into this part of the limit…
-const LOW_PEAK: f64 = 0.95;
-/// …and this one.
+/// A loop's peak is steered to this part of the limit. Higher: more loops are made twice; lower:
+/// more loops.
+const AIM_PEAK: f64 = 0.975;
+/// A loop whose peak is above this part of the limit is made again with a smaller bite.
 const HIGH_PEAK: f64 = 0.998;
-/// Tries per loop before the best one so far is taken.
+/// Tries per loop before it is slowed instead.
 const TRIES: usize = 12;
 /// Smallest bite as a part of the cutter radius; where it is too much the feed is reduced.
 const SMALLEST_BITE: f64 = 2e-3;
@@ -233,40 +234,33 @@ struct LoopStep<'g> {
 }
 
 impl LoopStep<'_> {
-    /// Takes the largest bite whose peak stays below the limit; returns the bite to try next and
-    /// the one taken.
+    /// Makes the loop with a bite whose peak stays below the limit; returns the bite to try next
+    /// and the one taken.
+    ///
+    /// Loops change little from one to the next, so a peak that is merely low is left as it is and
+    /// corrected in the next loop.
     fn take(&self, walk: &mut Walk, first: f64) -> (f64, f64) {
         let disc = walk.disc(self.here.center);
-        let (smallest, largest) =
-            (SMALLEST_BITE * disc, self.loops.max_bite * disc / walk.cutting.radius);
-        let (mut low, mut high) = (None::<(f64, f64)>, None::<(f64, f64)>);
+        let per_mm = disc / walk.cutting.radius;
+        let (smallest, largest) = (SMALLEST_BITE * disc, self.loops.max_bite * per_mm);
         let mut bite = first.clamp(smallest, largest);
         for _ in 0..TRIES {
             let mark = walk.mark();
             let used = bite.min(self.guide.length - self.from);
             let peak = self.run(walk, used, false) / walk.cutting.limit;
-            let at_end = used < bite && peak <= HIGH_PEAK;
-            if (LOW_PEAK..=HIGH_PEAK).contains(&peak)
-                || at_end
-                || (peak <= HIGH_PEAK && bite >= largest)
-            {
+            if peak <= HIGH_PEAK {
                 walk.keep();
-                return (bite.max(smallest), used);
+                let change = (AIM_PEAK / peak.max(0.5)).min(1.3);
+                let next = if used < bite { bite } else { bite * change };
+                return (next, used);
             }
             walk.undo(&mark);
             walk.keep();
-            if peak > HIGH_PEAK {
-                high = Some((bite, peak))
-            } else {
-                low = Some((bite, peak))
-            }
-            let next = next_bite(low, high);
-            if next < smallest || (next - bite).abs() < 0.01 * bite {
+            if bite <= smallest {
                 break;
             }
-            bite = next.min(largest);
+            bite = (bite * (AIM_PEAK / peak).clamp(0.3, 0.97)).max(smallest);
         }
-        let bite = low.map_or(smallest, |l| l.0);
         let used = bite.min(self.guide.length - self.from);
         self.run(walk, used, true);
         (bite, used)
@@ -293,6 +287,10 @@ impl LoopStep<'_> {
             let center = self.here.center.lerp(next.center, t);
             let arm = heading * math::cos(angle) + heading.perp() * math::sin(angle);
             let to = drawn_in(walk, center, arm * radius);
+            if walk.has_begun() && !walk.terrain.joins(walk.at(), to) {
+                // Around a corner of the boundary that pokes into the loop.
+                go(walk, center);
+            }
             go(walk, to);
         }
         let peak = walk.points()[mark..].iter().map(|p| p.mrr).fold(0.0, f64::max);
@@ -301,24 +299,11 @@ impl LoopStep<'_> {
     }
 }
 
-/// The bite to try after one that was too small, too large, or both.
-fn next_bite(low: Option<(f64, f64)>, high: Option<(f64, f64)>) -> f64 {
-    let target = 0.5 * (LOW_PEAK + HIGH_PEAK);
-    match (low, high) {
-        (Some((bite, peak)), None) => bite * (target / peak.max(0.3)).clamp(1.05, 3.0),
-        (None, Some((bite, peak))) => bite * (target / peak).clamp(0.2, 0.95),
-        (Some(l), Some(h)) => {
-            let t = ((target - l.1) / (h.1 - l.1)).clamp(0.15, 0.85);
-            l.0 + (h.0 - l.0) * t
-        }
-        (None, None) => 0.0,
-    }
-}
-
-/// Sides of a polygon whose chords stay within `tolerance` of a circle.
+/// Sides of a loop: its chords lie on the surface whatever their number, so that `tolerance` is
+/// not asked of them beyond what keeps the machine from slowing at corners.
 fn sides_of_loop(radius: f64, tolerance: f64) -> usize {
     let half = math::acos_clamped(1.0 - tolerance / radius.max(tolerance));
-    ((PI / half).ceil() as usize).clamp(12, 120)
+    ((PI / half).ceil() as usize).clamp(16, 24)
 }
 
 /// Cuts down from above the stock by a helix about `center`, arriving at its start `back`.

@@ -40,7 +40,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<TriangleSoup, ReadError> {
     check_vertex_count(MeshFormat::Obj, Place::Whole, records.positions.len())?;
     check_vertex_count(MeshFormat::Obj, Place::Whole, records.texture.len())?;
     check_indices(&tokens, &records)?;
-    Ok(triangles(&records))
+    triangles(&tokens, records)
 }
 
 /// Passes over the rest of a record, continued lines included.
@@ -67,8 +67,7 @@ fn polygon(tokens: &mut Tokens, at: usize, records: &mut Records) -> Result<(), 
     }
     let n = records.corners.len() - first;
     if n < 3 {
-        let place = tokens.error(at, String::new(), "").place;
-        return Err(too_few_corners(MeshFormat::Obj, place, n));
+        return Err(too_few_corners(MeshFormat::Obj, tokens.line(at), n));
     }
     records.polygons.push((records.corners.len(), at));
     Ok(())
@@ -126,18 +125,18 @@ fn check_indices(tokens: &Tokens, records: &Records) -> Result<(), ReadError> {
     Ok(())
 }
 
-fn triangles(records: &Records) -> TriangleSoup {
+fn triangles(tokens: &Tokens, records: Records) -> Result<TriangleSoup, ReadError> {
     let textured = records.corners.iter().all(|c| c.vt != NONE);
     let mut faces = Vec::with_capacity(records.polygons.len());
     let mut texture = Vec::new();
     let (mut points, mut cut) = (Vec::new(), Vec::new());
     let mut first = 0;
-    for &(end, _) in &records.polygons {
+    for &(end, at) in &records.polygons {
         let corners = &records.corners[first..end];
         points.clear();
         points.extend(corners.iter().map(|c| records.positions[c.v as usize]));
         cut.clear();
-        triangulate(&points, &mut cut);
+        triangulate(&points, &mut cut).map_err(|e| e.at(MeshFormat::Obj, tokens.line(at)))?;
         for triangle in &cut {
             let triangle = triangle.map(|i| corners[i as usize]);
             faces.push(triangle.map(|c| c.v));
@@ -148,5 +147,5 @@ fn triangles(records: &Records) -> TriangleSoup {
         first = end;
     }
     let texture = textured.then_some(texture);
-    TriangleSoup { positions: records.positions.clone(), faces, texture }
+    Ok(TriangleSoup { positions: records.positions, faces, texture })
 }

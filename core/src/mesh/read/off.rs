@@ -17,7 +17,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<TriangleSoup, ReadError> {
     let mut soup = TriangleSoup::default();
     soup.positions.reserve(vertices);
     for _ in 0..vertices {
-        skip_blank(&mut tokens);
+        tokens.skip_blank();
         soup.positions.push(tokens.position_in_line()?);
         tokens.skip_line();
     }
@@ -27,7 +27,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<TriangleSoup, ReadError> {
         polygon(&mut tokens, vertices, &mut corners)?;
         cut.clear();
         let points: Vec<_> = corners.iter().map(|&v| soup.positions[v as usize]).collect();
-        triangulate(&points, &mut cut);
+        triangulate(&points, &mut cut)
+            .map_err(|e| e.at(MeshFormat::Off, tokens.line(tokens.position() - 1)))?;
         soup.faces.extend(cut.iter().map(|t| t.map(|i| corners[i as usize])));
     }
     match tokens.next() {
@@ -87,13 +88,6 @@ fn counts(tokens: &mut Tokens) -> Result<(usize, usize), ReadError> {
     Ok((vertices as usize, faces as usize))
 }
 
-/// Moves to the next token without consuming it.
-fn skip_blank(tokens: &mut Tokens) {
-    if let Some(t) = tokens.next() {
-        tokens.seek(t.start);
-    }
-}
-
 /// `n i1 .. in`, then an optional colour.
 fn polygon(tokens: &mut Tokens, vertices: usize, corners: &mut Vec<u32>) -> Result<(), ReadError> {
     let first = tokens.next();
@@ -109,7 +103,7 @@ fn polygon(tokens: &mut Tokens, vertices: usize, corners: &mut Vec<u32>) -> Resu
         corners.push(index as u32);
     }
     if n < 3 {
-        let place = tokens.error(first.map_or(0, |t| t.start), String::new(), "").place;
+        let place = tokens.line(first.map_or(0, |t| t.start));
         return Err(too_few_corners(MeshFormat::Off, place, corners.len()));
     }
     tokens.skip_line();

@@ -234,7 +234,7 @@ struct Body<'a> {
 impl Body<'_> {
     fn place(&self, at: usize) -> Place {
         match self.encoding {
-            Encoding::Ascii => self.tokens.error(at, String::new(), "").place,
+            Encoding::Ascii => self.tokens.line(at),
             _ => Place::Byte(at),
         }
     }
@@ -244,7 +244,11 @@ impl Body<'_> {
         ReadError { format, place, found, expected: expected.into() }
     }
 
-    fn at(&self) -> usize {
+    /// Byte of the next value.
+    fn at(&mut self) -> usize {
+        if self.encoding == Encoding::Ascii {
+            self.tokens.skip_blank();
+        }
         self.tokens.position()
     }
 
@@ -281,7 +285,7 @@ impl Body<'_> {
         Err(self.error(at, format!("a list of length {length}"), &expected))
     }
 
-    fn check_count(&self, element: &Element, row: usize) -> Result<(), ReadError> {
+    fn check_count(&mut self, element: &Element, row: usize) -> Result<(), ReadError> {
         // The last value of a text file may lack its separator.
         let left = (self.bytes.len() - self.at() + 1) as u64;
         let fits = left / row as u64;
@@ -295,12 +299,12 @@ impl Body<'_> {
 
     /// Nothing but blanks may follow the last element.
     fn check_end(&mut self) -> Result<(), ReadError> {
-        let at = self.at();
-        let rest = &self.bytes[at..];
-        if rest.iter().all(u8::is_ascii_whitespace) {
+        let from = self.at();
+        let rest = &self.bytes[from..];
+        let Some(blank) = rest.iter().position(|b| !b.is_ascii_whitespace()) else {
             return Ok(());
-        }
-        let found = format!("{} more bytes", rest.len());
+        };
+        let (at, found) = (from + blank, format!("{} more bytes", rest.len() - blank));
         Err(self.error(at, found, "the end of the file: the header counts less than is there"))
     }
 }
@@ -410,7 +414,7 @@ fn triangles(
             points.push(p);
         }
         cut.clear();
-        triangulate(&points, &mut cut);
+        triangulate(&points, &mut cut).map_err(|e| e.at(MeshFormat::Ply, body.place(at)))?;
         faces.extend(cut.iter().map(|t| t.map(|i| corners[i as usize])));
         first = end;
     }

@@ -1,33 +1,55 @@
 //! Polygons into triangles.
 
-use super::{MeshFormat, ReadError};
+use super::{MeshFormat, Place, ReadError};
 use crate::geometry::{DVec2, DVec3, any_perpendicular, cross2};
 
-/// Largest polygon that ear clipping, whose time grows with the square, is given.
-const LARGEST_CLIPPED: usize = 4096;
+/// Largest polygon that ear clipping is given, whose time grows with the square or worse.
+const LARGEST_CLIPPED: usize = 1024;
 
 /// Cuts a polygon of at least three corners into triangles of corner numbers.
 ///
 /// Convex polygons become a fan, others are clipped ear by ear in their mean plane; what has no
 /// ear left (a corner repeated, a polygon that crosses itself) becomes a fan for the mesh checks
 /// to judge.
-pub(super) fn triangulate(corners: &[DVec3], out: &mut Vec<[u32; 3]>) {
+///
+/// # Errors
+/// [`TooLarge`] for a polygon that is neither convex nor small.
+pub(super) fn triangulate(corners: &[DVec3], out: &mut Vec<[u32; 3]>) -> Result<(), TooLarge> {
     match corners.len() {
         0..3 => {}
         3 => out.push([0, 1, 2]),
         n => {
             let flat = project(corners);
-            if n > LARGEST_CLIPPED || is_convex(&flat) {
+            if is_convex(&flat) {
                 fan(&(0..n as u32).collect::<Vec<_>>(), out);
-            } else {
+            } else if n <= LARGEST_CLIPPED {
                 clip_ears(&flat, out);
+            } else {
+                return Err(TooLarge(n));
             }
+        }
+    }
+    Ok(())
+}
+
+/// A polygon that is not convex and has more corners than are clipped.
+#[derive(Copy, Clone, Debug)]
+pub(super) struct TooLarge(usize);
+
+impl TooLarge {
+    /// The error to report.
+    pub fn at(self, format: MeshFormat, place: Place) -> ReadError {
+        ReadError {
+            format,
+            place,
+            found: format!("a face with {} corners that is not convex", self.0),
+            expected: format!("at most {LARGEST_CLIPPED} corners, or a convex face"),
         }
     }
 }
 
 /// A polygon with fewer than three corners is not a face.
-pub(super) fn too_few_corners(format: MeshFormat, place: super::Place, n: usize) -> ReadError {
+pub(super) fn too_few_corners(format: MeshFormat, place: Place, n: usize) -> ReadError {
     ReadError {
         format,
         place,
@@ -97,7 +119,7 @@ mod tests {
 
     fn area(corners: &[DVec3]) -> f64 {
         let mut triangles = Vec::new();
-        triangulate(corners, &mut triangles);
+        triangulate(corners, &mut triangles).unwrap();
         assert_eq!(triangles.len(), corners.len() - 2);
         let corner = |i: u32| corners[i as usize];
         triangles
@@ -138,7 +160,7 @@ mod tests {
         let corners: Vec<DVec3> =
             (0..1000).map(|i| DVec3::new(square[i % 4].0, square[i % 4].1, 0.0)).collect();
         let mut triangles = Vec::new();
-        triangulate(&corners, &mut triangles);
+        triangulate(&corners, &mut triangles).unwrap();
         assert_eq!(triangles.len(), 998);
     }
 }

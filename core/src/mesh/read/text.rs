@@ -105,6 +105,11 @@ impl<'a> Tokens<'a> {
         Token { text: &self.bytes[start..self.at], start }
     }
 
+    /// Moves to the next token without consuming it.
+    pub fn skip_blank(&mut self) {
+        self.at = self.next().map_or(self.bytes.len(), |token| token.start);
+    }
+
     /// Moves to the start of the next line.
     pub fn skip_line(&mut self) {
         let end = self.bytes[self.at..].iter().position(|b| *b == b'\n');
@@ -155,16 +160,16 @@ impl<'a> Tokens<'a> {
         }
     }
 
+    /// The line of a byte.
+    pub fn line(&self, at: usize) -> Place {
+        let before = &self.bytes[..at.min(self.bytes.len())];
+        Place::Line(1 + before.iter().filter(|b| **b == b'\n').count())
+    }
+
     /// An error at a byte, which becomes a line number.
     pub fn error(&self, at: usize, found: String, expected: &str) -> ReadError {
-        let before = &self.bytes[..at.min(self.bytes.len())];
-        let line = 1 + before.iter().filter(|b| **b == b'\n').count();
-        ReadError {
-            format: self.format,
-            place: Place::Line(line),
-            found,
-            expected: expected.to_owned(),
-        }
+        let (format, place) = (self.format, self.line(at));
+        ReadError { format, place, found, expected: expected.to_owned() }
     }
 }
 

@@ -1,0 +1,43 @@
+//! Whether moves that were read from a program are the path it was written from.
+
+use evencut_core::geometry::DVec3;
+use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
+
+/// Largest distance of a programmed point from the path's, mm.
+pub const READ_BACK: f64 = 0.001;
+
+fn distance_to_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
+    let d = b - a;
+    let u = if d.length_squared() > 0.0 { (p - a).dot(d) / d.length_squared() } else { 0.0 };
+    p.distance(a + d * u.clamp(0.0, 1.0))
+}
+
+/// Asserts that every point of the path is met in order within [`READ_BACK`]; points between lie on
+/// its segments within half the path tolerance. `read`: rapid or not, tip, axis.
+pub fn assert_follows(
+    path: &Toolpath,
+    read: &[(bool, DVec3, DVec3)],
+    rapid_plane: f64,
+    path_tolerance: f64,
+) {
+    let mut next = 0;
+    for &(rapid, tip, axis) in read {
+        if next == path.points.len() {
+            // Only the final retract may follow.
+            assert!(tip.dot(axis) > rapid_plane - 0.001, "{tip} after the path's end");
+            continue;
+        }
+        let p = &path.points[next];
+        let meets = |p: &PathPoint| tip.distance(p.tip) < READ_BACK && axis.distance(p.axis) < 1e-5;
+        if meets(p) {
+            assert!(next == 0 || rapid == (p.kind == MoveKind::Rapid));
+            next += 1;
+            // Points that the program's digits do not tell apart are one block.
+            next += path.points[next..].iter().take_while(|p| meets(p)).count();
+        } else if next > 0 {
+            let off = distance_to_segment(tip, path.points[next - 1].tip, p.tip);
+            assert!(off < 0.5 * path_tolerance + READ_BACK, "{tip} is {off} mm beside the path");
+        }
+    }
+    assert_eq!(next, path.points.len(), "the program leaves the path at point {next}");
+}

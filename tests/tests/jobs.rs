@@ -1,0 +1,137 @@
+//! Every job, shipped and on real surfaces: what a plan promises holds for it.
+
+use evencut_core::geometry::DVec3;
+use evencut_core::job::{self, ForceControl, Job, SurfaceSource};
+use evencut_core::machine::Axes;
+use evencut_core::post::read_back;
+use evencut_core::report::Report;
+use evencut_core::results::{Input, Results, results};
+use evencut_core::toolpath::{MoveKind, Toolpath};
+use evencut_tests::follow::assert_follows;
+use evencut_tests::linuxcnc::{in_part, interpreted};
+use evencut_tests::shared_data;
+use std::path::{Path, PathBuf};
+
+/// Largest share of the area that may be left uncovered where the cutter fits, percent.
+const UNCOVERED: f64 = 0.1;
+/// The plain rings of every job exceed the limit at least so many times.
+const PLAIN_EXCESS: f64 = 1.3;
+
+fn jobs_in(folder: &str) -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    let entries = std::fs::read_dir(&folder).unwrap().map(|e| e.unwrap().path());
+    let mut jobs: Vec<_> = entries.filter(|p| p.extension().is_some_and(|e| e == "toml")).collect();
+    jobs.sort();
+    jobs
+}
+
+fn planned(path: &Path, threads: usize) -> (Job, Results) {
+    let source = std::fs::read(path).unwrap();
+    let job = job::read(&source)
+        .unwrap_or_else(|faults| panic!("{}", faults.render(&path.display().to_string(), &source)))
+        .job;
+    let file = match &job.surface.source {
+        SurfaceSource::File(name) => {
+            let bytes = std::fs::read(path.parent().unwrap().join(name)).unwrap();
+            Some((name.clone(), bytes))
+        }
+        SurfaceSource::Analytic(_) => None,
+    };
+    let surface = file.as_ref().map(|(name, bytes)| Input { name, bytes });
+    let input = Input { name: "job.toml", bytes: &source };
+    let results = results(&job, input, surface, threads, &mut |_, _| {})
+        .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    (job, results)
+}
+
+fn text<'a>(results: &'a Results, name: &str) -> &'a str {
+    let file = results.files.iter().find(|f| f.name == name).unwrap();
+    std::str::from_utf8(&file.bytes).unwrap()
+}
+
+/// The limit is kept, the plain rings break it, nothing is left, and the table says the same.
+fn check_promises(name: &str, job: &Job, results: &Results) {
+    let Report { plain, slowed, delivered, coverage, force, gouge, .. } = &results.report;
+    println!(
+        "{name:34} plain {:6.3} delivered {:6.4} of the limit; {:7.0} {:7.0} {:7.0} mm; \
+         {:6.0} {:6.0} {:6.0} s; uncovered {:.4} % too tight {:.1} mm2 raised {}",
+        plain.peak_over_limit,
+        delivered.peak_over_limit,
+        plain.length_mm.total,
+        slowed.length_mm.total,
+        delivered.length_mm.total,
+        plain.time_s.total,
+        slowed.time_s.total,
+        delivered.time_s.total,
+        coverage.never_covered_percent,
+        coverage.too_tight_mm2,
+        gouge.raised.len(),
+    );
+    assert_ne!(job.force.control, ForceControl::Off);
+    assert!(delivered.peak_over_limit <= 1.0, "{name}: {}", delivered.peak_over_limit);
+    assert!(plain.peak_over_limit >= PLAIN_EXCESS, "{name}: {}", plain.peak_over_limit);
+    assert!(slowed.peak_over_limit <= 1.0 + 1e-9, "{name}: {}", slowed.peak_over_limit);
+    assert!(coverage.never_covered_percent <= UNCOVERED, "{name}");
+    let path = Toolpath::from_csv(text(results, "toolpath.csv")).unwrap();
+    let peak = path.points.iter().map(|p| 60.0 * p.mrr).fold(0.0, f64::max);
+    assert!(peak <= force.limit_mm3_per_min * (1.0 + 1e-6), "{name}: the table peaks at {peak}");
+    assert!(path.points.windows(2).all(|w| w[1].time >= w[0].time), "{name}: time runs back");
+    assert!(path.points.iter().all(|p| p.feed > 0.0), "{name}: a move without feed");
+}
+
+/// The program, read back and interpreted, is the path.
+fn check_program(name: &str, job: &Job, results: &Results) {
+    let path = Toolpath::from_csv(text(results, "toolpath.csv")).unwrap();
+    let program = text(results, "program.ngc");
+    let rapids = || path.points.iter().filter(|p| p.kind == MoveKind::Rapid);
+    let plane = rapids().map(|p| p.tip.dot(p.axis)).fold(f64::INFINITY, f64::min) - 0.001;
+    let read = read_back(program).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let moves: Vec<_> = read.iter().map(|p| (p.rapid, p.tip, p.axis)).collect();
+    assert_follows(&path, &moves, plane, job.cut.tolerance);
+    if job.machine.axes == Axes::ThreeAxis
+        && let Some(verdict) = interpreted(program, name)
+    {
+        let moves = verdict.unwrap_or_else(|why| panic!("{name}: LinuxCNC rejects it: {why}"));
+        let read: Vec<(bool, DVec3, DVec3)> =
+            moves.iter().map(|&(rapid, p)| (rapid, in_part(p).0, in_part(p).1)).collect();
+        assert_follows(&path, &read[1..], plane, job.cut.tolerance);
+    }
+}
+
+fn check(path: &Path) {
+    let name = path.file_stem().unwrap().to_string_lossy();
+    let (job, results) = planned(path, 2);
+    check_promises(&name, &job, &results);
+    check_program(&name, &job, &results);
+}
+
+#[test]
+fn shipped_jobs_keep_their_promises() {
+    let jobs = jobs_in("../jobs");
+    assert!(jobs.len() >= 4);
+    jobs.iter().for_each(|job| check(job));
+}
+
+#[test]
+fn jobs_on_real_surfaces_keep_their_promises() {
+    if shared_data().is_none() {
+        return;
+    }
+    let jobs = jobs_in("real");
+    assert!(jobs.len() >= 8);
+    jobs.iter().for_each(|job| check(job));
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bytes() {
+    for job in jobs_in("../jobs") {
+        let (_, one) = planned(&job, 1);
+        let (_, two) = planned(&job, 2);
+        let (_, three) = planned(&job, 3);
+        for other in [&two, &three] {
+            for (a, b) in one.files.iter().zip(&other.files) {
+                assert!(a == b, "{}: {} differs", job.display(), a.name);
+            }
+        }
+    }
+}
