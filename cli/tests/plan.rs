@@ -184,6 +184,13 @@ fn limits_that_cannot_be_met_are_refused_at_the_limit() {
     let limit = "[force]\nmrr_limit = 0.5\ncontrol = \"feed\"\n";
     fs::write(directory.join("part.toml"), format!("{DOME}{limit}")).unwrap();
     assert_refused(&directory, 4, &["the limit is", "part.toml:14:13"]);
+    // A pit that a ball of 4 mm cannot enter.
+    let pit = DOME
+        .replace("sphere-cap", "bump")
+        .replace("radius = 20.0", "radius = 1.5\nheight = -2.0")
+        .replace("resolution = 1.5", "resolution = 0.5");
+    fs::write(directory.join("part.toml"), pit + "too_tight = \"refuse\"\n").unwrap();
+    assert_refused(&directory, 4, &["it does not fit near", "part.toml:14:13"]);
 }
 
 #[test]
