@@ -1,3 +1,5 @@
+//! Plans a job file and prints the time and the measures of every stage, for work on the planner.
+
 use std::time::Instant;
 fn main() {
     let path = std::path::PathBuf::from(std::env::args().nth(1).unwrap());
