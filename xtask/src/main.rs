@@ -17,7 +17,7 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["test"] => report(test::test(&project())),
-        ["surfaces"] => report(write_surfaces(&project().join("jobs/surfaces"))),
+        ["surfaces"] => report(write_surfaces(&surfaces_folder())),
         _ => {
             eprintln!("{USAGE}");
             ExitCode::from(2)
@@ -38,6 +38,10 @@ fn report(result: Result<(), String>) -> ExitCode {
 fn project() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     here.parent().unwrap_or(here).to_owned()
+}
+
+fn surfaces_folder() -> PathBuf {
+    project().join("jobs/surfaces")
 }
 
 fn write_surfaces(folder: &Path) -> Result<(), String> {

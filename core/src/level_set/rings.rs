@@ -66,8 +66,9 @@ fn faces_by_level(
             by_level[0].push(FaceId(f as u32));
         }
         // A level is crossed when low <= level < high.
-        for level in (low.max(1.0).ceil() as usize)..(high.ceil() as usize) {
-            by_level[level].push(FaceId(f as u32));
+        let crossed = (low.max(1.0).ceil() as usize)..(high.ceil() as usize);
+        for faces in by_level.iter_mut().take(crossed.end).skip(crossed.start) {
+            faces.push(FaceId(f as u32));
         }
     }
     by_level

@@ -54,7 +54,7 @@ fn files(blocks: &[Vec<u8>]) -> Result<Vec<OutputFile>, String> {
         SurfaceSource::Analytic(_) => None,
     };
     let job_file = Input { name, bytes: source };
-    let results = results(&job, job_file, surface, &mut |_, _| {}).map_err(|e| e.to_string())?;
+    let results = results(&job, job_file, surface, 1, &mut |_, _| {}).map_err(|e| e.to_string())?;
     Ok(results.files)
 }
 

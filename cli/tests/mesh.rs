@@ -1,0 +1,135 @@
+//! Looking at a mesh, and starting a job from it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn project(path: &str) -> PathBuf {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).canonicalize().unwrap().join(path)
+}
+
+fn scratch(test: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("mesh-{test}"));
+    let _ = fs::remove_dir_all(&path);
+    fs::create_dir_all(&path).unwrap();
+    path
+}
+
+/// A quarter of a bowl of radius 20 over a square of 12 by 12 in steps of 1, times `scale`.
+fn write_bowl(path: &Path, scale: f64) {
+    let mut text = String::new();
+    for (x, y) in (0..169).map(|i| (f64::from(i % 13), f64::from(i / 13))) {
+        let z = 20.0 - (400.0 - x * x - y * y).sqrt();
+        text += &format!("v {} {} {}\n", scale * x, scale * y, scale * z);
+    }
+    for a in (1..=156).filter(|a| a % 13 != 0) {
+        text += &format!("f {} {} {}\nf {} {} {}\n", a, a + 1, a + 14, a, a + 14, a + 13);
+    }
+    fs::write(path, text).unwrap();
+}
+
+fn evencut(directory: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_evencut"))
+        .current_dir(directory)
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn streams(output: &Output) -> (i32, &str, &str) {
+    let text = |bytes| std::str::from_utf8(bytes).unwrap();
+    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
+}
+
+#[test]
+fn shipped_jobs_are_good() {
+    let mut seen = 0;
+    for entry in fs::read_dir(project("jobs")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|e| e == "toml") {
+            let output = evencut(Path::new("."), &["check", path.to_str().unwrap()]);
+            let (code, _, messages) = streams(&output);
+            assert_eq!(code, 0, "{messages}");
+            assert!(messages.ends_with(": good\n"), "{messages}");
+            seen += 1;
+        }
+    }
+    assert!(seen >= 5, "only {seen} jobs");
+}
+
+#[test]
+fn a_mesh_is_inspected_as_text_and_as_json() {
+    let directory = scratch("inspect");
+    write_bowl(&directory.join("bowl.obj"), 1.0);
+    let output = evencut(&directory, &["inspect", "bowl.obj"]);
+    let (code, data, messages) = streams(&output);
+    assert_eq!((code, messages), (0, ""));
+    assert!(data.contains("288 faces") && data.contains("boundary loops 1"), "{data}");
+    let output = evencut(&directory, &["inspect", "bowl.obj", "--json", "--scale", "25.4"]);
+    let (code, data, messages) = streams(&output);
+    assert_eq!((code, messages), (0, ""));
+    let figures: serde_json::Value = serde_json::from_str(data).unwrap();
+    assert_eq!(figures["faces"], 288);
+    let radius = figures["smallest_concave_radius_mm"].as_f64().unwrap();
+    assert!((radius / (20.0 * 25.4) - 1.0).abs() < 0.03, "{radius}");
+}
+
+#[test]
+fn what_cannot_be_inspected_is_refused() {
+    let directory = scratch("refused");
+    fs::write(directory.join("part.step"), "").unwrap();
+    fs::write(directory.join("empty.stl"), "").unwrap();
+    for (file, part) in [("part.step", ".stl"), ("empty.stl", "empty"), ("none.stl", "none.stl")] {
+        for command in ["inspect", "new"] {
+            let output = evencut(&directory, &[command, file]);
+            let (code, data, messages) = streams(&output);
+            assert_eq!((code, data), (3, ""), "{messages}");
+            assert!(messages.starts_with("error: ") && messages.contains(part), "{messages}");
+        }
+    }
+    for scale in ["0", "-1", "nan", "x"] {
+        let output = evencut(&directory, &["inspect", "empty.stl", "--scale", scale]);
+        assert_eq!(output.status.code(), Some(2), "{scale}");
+    }
+}
+
+#[test]
+fn a_new_job_is_good_and_can_be_planned() {
+    let directory = scratch("new");
+    fs::create_dir_all(directory.join("parts")).unwrap();
+    fs::create_dir_all(directory.join("jobs")).unwrap();
+    write_bowl(&directory.join("parts/bowl.obj"), 1.0);
+    let output = evencut(&directory, &["new", "parts/bowl.obj", "-o", "jobs/bowl.toml"]);
+    let (code, data, messages) = streams(&output);
+    assert_eq!((code, data), (0, ""), "{messages}");
+    assert!(messages.contains("evencut plan jobs/bowl.toml"), "{messages}");
+    let job = fs::read_to_string(directory.join("jobs/bowl.toml")).unwrap();
+    assert!(job.contains("file = \"../parts/bowl.obj\""), "{job}");
+    assert_eq!(evencut(&directory, &["check", "jobs/bowl.toml"]).status.code(), Some(0));
+    let output = evencut(&directory, &["plan", "jobs/bowl.toml"]);
+    assert_eq!(output.status.code(), Some(0), "{}", streams(&output).2);
+}
+
+#[test]
+fn a_new_job_never_replaces_a_file() {
+    let directory = scratch("never");
+    write_bowl(&directory.join("bowl.obj"), 1.0);
+    fs::write(directory.join("bowl.toml"), "mine").unwrap();
+    let output = evencut(&directory, &["new", "bowl.obj"]);
+    let (code, data, messages) = streams(&output);
+    assert_eq!((code, data), (2, ""));
+    assert!(messages.contains("bowl.toml") && messages.contains("-o"), "{messages}");
+    assert_eq!(fs::read_to_string(directory.join("bowl.toml")).unwrap(), "mine");
+}
+
+#[test]
+fn small_numbers_are_taken_as_other_units() {
+    let directory = scratch("units");
+    for (scale, line) in [(0.001, "scale = 1000.0"), (0.1, "units = \"inch\"")] {
+        write_bowl(&directory.join("bowl.obj"), scale);
+        let _ = fs::remove_file(directory.join("bowl.toml"));
+        assert_eq!(evencut(&directory, &["new", "bowl.obj"]).status.code(), Some(0));
+        let job = fs::read_to_string(directory.join("bowl.toml")).unwrap();
+        assert!(job.contains(line) && job.contains("a guess"), "{job}");
+    }
+}

@@ -1,0 +1,202 @@
+//! Planning as it is called: exit codes, files, streams, and that results appear all or none.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const DOME: &str = "version = 1\nname = \"dome\"\n[surface.analytic]\nkind = \"sphere-cap\"\n\
+                    size = 16.0\nradius = 20.0\nresolution = 1.5\n[tool]\ndiameter = 4.0\n[cut]\n\
+                    stepover = 1.2\nfeed = 600.0\n";
+
+/// A strip of two triangles, 20 by 10 mm.
+const STRIP: &str = "v 0 0 0\nv 20 0 0\nv 20 10 0\nv 0 10 0\nf 1 2 3\nf 1 3 4\n";
+
+/// An empty directory with a job for a dome given by a formula.
+fn scratch(test: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("plan-{test}"));
+    let _ = fs::remove_dir_all(&path);
+    fs::create_dir_all(&path).unwrap();
+    fs::write(path.join("dome.toml"), DOME).unwrap();
+    path
+}
+
+/// Writes `part.toml` for the mesh `part.obj`.
+fn write_mesh_job(directory: &Path, mesh: &str, more: &str) {
+    let job = format!(
+        "version = 1\n[surface]\nfile = \"part.obj\"\n[tool]\ndiameter = 4.0\n[cut]\n\
+         stepover = 1.2\nfeed = 600.0\n{more}"
+    );
+    fs::write(directory.join("part.toml"), job).unwrap();
+    fs::write(directory.join("part.obj"), mesh).unwrap();
+}
+
+fn evencut(directory: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_evencut"))
+        .current_dir(directory)
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn streams(output: &Output) -> (i32, &str, &str) {
+    let text = |bytes| std::str::from_utf8(bytes).unwrap();
+    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
+}
+
+/// Names and contents of the files in a directory.
+fn contents(directory: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = fs::read_dir(directory).unwrap().map(|e| e.unwrap());
+    entries.map(|e| (e.file_name().into_string().unwrap(), fs::read(e.path()).unwrap())).collect()
+}
+
+/// Asserts that planning `part.toml` ends with `code`, one error that holds `parts`, and no files.
+fn assert_refused(directory: &Path, code: i32, parts: &[&str]) {
+    let output = evencut(directory, &["plan", "part.toml"]);
+    let (found, data, messages) = streams(&output);
+    assert_eq!((found, data), (code, ""), "{messages}");
+    assert_eq!(messages.matches("error:").count(), 1, "{messages}");
+    for part in parts {
+        assert!(messages.contains(part), "{part} not in\n{messages}");
+    }
+    assert!(!directory.join("results").exists());
+}
+
+#[test]
+fn all_results_are_written_and_two_runs_write_the_same_bytes() {
+    let directory = scratch("same");
+    let output = evencut(&directory, &["plan", "dome.toml"]);
+    let (code, data, messages) = streams(&output);
+    let place = Path::new("results").join("dome");
+    assert_eq!((code, messages), (0, format!("results in {}\n", place.display()).as_str()));
+    assert!(data.starts_with("dome\n  surface "), "{data}");
+    let first = contents(&directory.join(&place));
+    let names: Vec<&str> = first.keys().map(String::as_str).collect();
+    let expected = [
+        ".evencut-results",
+        "flat.svg",
+        "job.resolved.toml",
+        "mrr.svg",
+        "program.ngc",
+        "report.html",
+        "report.json",
+        "surface.svg",
+        "toolpath.csv",
+    ];
+    assert_eq!(names, expected);
+    // From elsewhere, to elsewhere, on top of earlier results.
+    for _ in 0..2 {
+        let above = directory.parent().unwrap();
+        let output =
+            evencut(above, &["plan", "plan-same/dome.toml", "-o", "plan-same/again", "-q"]);
+        assert_eq!(streams(&output), (0, "", ""));
+        assert!(first == contents(&directory.join("again")), "other bytes");
+    }
+}
+
+#[test]
+fn the_report_is_printed_as_json() {
+    let directory = scratch("json");
+    let output = evencut(&directory, &["plan", "dome.toml", "--json", "-o", "there"]);
+    let (code, data, messages) = streams(&output);
+    assert_eq!((code, messages), (0, "results in there\n"));
+    let report: serde_json::Value = serde_json::from_str(data).unwrap();
+    assert_eq!(report["job"], "dome");
+    assert!(report["delivered"]["peak_over_limit"].as_f64().unwrap() <= 1.0);
+    assert_eq!(data.as_bytes(), fs::read(directory.join("there/report.json")).unwrap());
+}
+
+#[test]
+fn a_resolved_job_plans_the_same_path() {
+    let directory = scratch("resolved");
+    assert_eq!(
+        evencut(&directory, &["plan", "dome.toml", "-q", "-o", "first"]).status.code(),
+        Some(0)
+    );
+    let again = ["plan", "first/job.resolved.toml", "-q", "-o", "second"];
+    assert_eq!(evencut(&directory, &again).status.code(), Some(0));
+    let path = |run: &str| fs::read(directory.join(run).join("toolpath.csv")).unwrap();
+    assert!(path("first") == path("second"));
+}
+
+#[test]
+fn a_run_that_fails_leaves_earlier_results() {
+    let directory = scratch("fails");
+    assert_eq!(evencut(&directory, &["plan", "dome.toml", "-q"]).status.code(), Some(0));
+    let earlier = contents(&directory.join("results/dome"));
+    let hopeless = format!("{DOME}[force]\nmrr_limit = 0.5\ncontrol = \"feed\"\n");
+    for (job, code) in [(hopeless.as_str(), 4), ("version = 1\n", 2)] {
+        fs::write(directory.join("dome.toml"), job).unwrap();
+        assert_eq!(evencut(&directory, &["plan", "dome.toml"]).status.code(), Some(code));
+        assert!(earlier == contents(&directory.join("results/dome")));
+        assert_eq!(fs::read_dir(directory.join("results")).unwrap().count(), 1);
+    }
+}
+
+#[test]
+fn a_directory_with_other_files_is_not_taken() {
+    let directory = scratch("foreign");
+    fs::create_dir(directory.join("mine")).unwrap();
+    fs::write(directory.join("mine/notes.txt"), "mine").unwrap();
+    for (target, part) in [("mine", "notes.txt"), ("dome.toml", "is a file"), ("/", "a name")] {
+        let output = evencut(&directory, &["plan", "dome.toml", "-o", target]);
+        let (code, data, messages) = streams(&output);
+        assert_eq!((code, data), (2, ""), "{messages}");
+        assert!(messages.starts_with("error: output: ") && messages.contains(part), "{messages}");
+    }
+    assert_eq!(fs::read_dir(&directory).unwrap().count(), 2);
+}
+
+#[test]
+fn bad_jobs_are_refused_with_all_their_faults() {
+    let directory = scratch("bad-job");
+    fs::write(directory.join("dome.toml"), DOME.replace("4.0", "-4").replace("feed", "fed"))
+        .unwrap();
+    let output = evencut(&directory, &["plan", "dome.toml"]);
+    let (code, data, messages) = streams(&output);
+    assert_eq!((code, data), (2, ""));
+    for part in ["dome.toml:9:12", "dome.toml:12:1", "did you mean `feed`?"] {
+        assert!(messages.contains(part), "{part} not in\n{messages}");
+    }
+    assert_eq!(evencut(&directory, &["plan", "none.toml"]).status.code(), Some(2));
+}
+
+#[test]
+fn bad_surfaces_are_refused_where_the_job_names_them() {
+    let directory = scratch("bad-surface");
+    write_mesh_job(&directory, STRIP, "");
+    fs::remove_file(directory.join("part.obj")).unwrap();
+    assert_refused(&directory, 3, &["there is no file part.obj", "part.toml:3:8"]);
+    write_mesh_job(&directory, "v 0 0 zero\n", "");
+    assert_refused(&directory, 3, &["line 1", "part.toml:3:8"]);
+    write_mesh_job(&directory, &format!("{STRIP}v 50 0 0\nv 60 0 0\nv 50 9 0\nf 5 6 7\n"), "");
+    assert_refused(&directory, 3, &["2 connected pieces", "`evencut inspect part.obj`"]);
+    write_mesh_job(&directory, STRIP, "[surface.select]\ncomponent = 7\n");
+    assert_refused(&directory, 3, &["surface.select.component = 7", "part.toml:10:13"]);
+    let vertical = STRIP.replace("10 0\n", "0 10\n");
+    write_mesh_job(&directory, &vertical, "");
+    assert_refused(&directory, 3, &["face away from the tool", "part.toml:3:8"]);
+}
+
+#[test]
+fn limits_that_cannot_be_met_are_refused_at_the_limit() {
+    let directory = scratch("limits");
+    let limit = "[force]\nmrr_limit = 0.5\ncontrol = \"feed\"\n";
+    fs::write(directory.join("part.toml"), format!("{DOME}{limit}")).unwrap();
+    assert_refused(&directory, 4, &["the limit is", "part.toml:14:13"]);
+    // A pit that a ball of 4 mm cannot enter.
+    let pit = DOME
+        .replace("sphere-cap", "bump")
+        .replace("radius = 20.0", "radius = 1.5\nheight = -2.0")
+        .replace("resolution = 1.5", "resolution = 0.5");
+    fs::write(directory.join("part.toml"), pit + "too_tight = \"refuse\"\n").unwrap();
+    assert_refused(&directory, 4, &["it does not fit near", "part.toml:14:13"]);
+}
+
+#[test]
+fn quiet_runs_show_errors_only() {
+    let directory = scratch("quiet");
+    assert_eq!(streams(&evencut(&directory, &["plan", "dome.toml", "-q"])), (0, "", ""));
+    let output = evencut(&directory, &["plan", "none.toml", "-q"]);
+    assert!(streams(&output).2.starts_with("error: "));
+}
