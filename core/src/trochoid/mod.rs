@@ -25,7 +25,7 @@ const HIGH_PEAK: f64 = 0.998;
 /// Loops in a row that are slowed before the ring is followed at limited feed instead.
 const MOST_FAILURES: usize = 25;
 /// Tries per loop before it is slowed instead.
-const TRIES: usize = 6;
+const TRIES: usize = 8;
 /// Smallest bite as a part of the cutter radius; where it is too much the feed is reduced.
 const SMALLEST_BITE: f64 = 2e-3;
 
@@ -70,8 +70,7 @@ struct Station {
 pub fn clear_span(walk: &mut Walk, span: &[DVec2], loops: &Loops, toward: f64) -> usize {
     let guide = Guide::new(walk, span, loops, toward);
     let mut count = 0;
-    let usual = first_bite(walk, guide.station(0.0).radius, guide.start_disc, loops);
-    let mut bite = usual;
+    let mut bite = first_bite(walk, guide.station(0.0).radius, guide.start_disc, loops);
     let (mut along, mut failures) = (0.0, 0);
     while along < guide.length {
         let here = guide.station(along);
@@ -81,15 +80,15 @@ pub fn clear_span(walk: &mut Walk, span: &[DVec2], loops: &Loops, toward: f64) -
         }
         let step = LoopStep { guide: &guide, from: along, here, loops };
         let (next, used) = match step.take(walk, bite) {
-            Some(taken) => {
+            Ok(taken) => {
                 failures = 0;
                 taken
             }
-            None if failures < MOST_FAILURES => {
+            Err(last) if failures < MOST_FAILURES => {
                 failures += 1;
-                step.slowed(walk, usual)
+                step.slowed(walk, last)
             }
-            None => {
+            Err(_) => {
                 guide.follow(walk, along);
                 break;
             }
@@ -280,12 +279,13 @@ impl LoopStep<'_> {
     ///
     /// Loops change little from one to the next, so a peak that is merely low is left as it is and
     /// corrected in the next loop.
-    /// `None`, with nothing cut, when even the smallest bite is too much.
-    fn take(&self, walk: &mut Walk, first: f64) -> Option<(f64, f64)> {
+    /// `Err`, with nothing cut and the last bite thought of, when no bite tried is small enough.
+    fn take(&self, walk: &mut Walk, first: f64) -> Result<(f64, f64), f64> {
         let disc = walk.disc(self.here.center);
         let per_mm = disc / walk.cutting.radius;
         let (smallest, largest) = (SMALLEST_BITE * disc, self.loops.max_bite * per_mm);
         let mut bite = first.clamp(smallest, largest);
+        let mut earlier: Option<(f64, f64)> = None;
         for _ in 0..TRIES {
             let mark = walk.mark();
             let used = bite.min(self.guide.length - self.from);
@@ -294,16 +294,18 @@ impl LoopStep<'_> {
                 walk.keep();
                 let change = (AIM_PEAK / peak.max(0.5)).min(1.3);
                 let next = if used < bite { bite } else { bite * change };
-                return Some((next, used));
+                return Ok((next, used));
             }
             walk.undo(&mark);
             walk.keep();
             if bite <= smallest {
-                return None;
+                break;
             }
-            bite = (bite * (AIM_PEAK / peak).clamp(0.3, 0.97)).max(smallest);
+            let next = smaller_bite((used, peak), earlier);
+            earlier = Some((used, peak));
+            bite = next.max(smallest);
         }
-        None
+        Err(bite)
     }
 
     /// Makes the loop with that bite, slower where the limit asks for it.
@@ -339,11 +341,21 @@ impl LoopStep<'_> {
     }
 }
 
+/// The bite to try after one whose peak is too high: on the line through this and the earlier try,
+/// or in proportion.
+fn smaller_bite((bite, peak): (f64, f64), earlier: Option<(f64, f64)>) -> f64 {
+    let guess = match earlier {
+        Some((b, p)) if p > peak && b > bite => bite - (peak - AIM_PEAK) * (b - bite) / (p - peak),
+        _ => bite * AIM_PEAK / peak,
+    };
+    guess.clamp(0.3 * bite, 0.95 * bite)
+}
+
 /// Sides of a loop: its chords lie on the surface whatever their number, so that `tolerance` is
 /// not asked of them beyond what keeps the machine from slowing at corners.
 fn sides_of_loop(radius: f64, tolerance: f64) -> usize {
     let half = math::acos_clamped(1.0 - tolerance / radius.max(tolerance));
-    ((PI / half).ceil() as usize).clamp(16, 24)
+    ((PI / half).ceil() as usize).clamp(14, 18)
 }
 
 /// Cuts down from above the stock by a helix about `center`, arriving at its start `back`.

@@ -103,7 +103,7 @@ fn planar_fronts_are_exact() {
         let mut sides = [p.x, p.y, 24.0 - p.x, 24.0 - p.y];
         sides.sort_by(f64::total_cmp);
         // Within an edge of a ridge the two fronts blur.
-        let slack = if sides[1] - sides[0] < 1.0 { 0.12 } else { 1e-3 };
+        let slack = if sides[1] - sides[0] < 1.5 { 0.12 } else { 1e-3 };
         assert!((v - sides[0] / 3.0).abs() < slack, "{p}: {v} {}", sides[0] / 3.0);
     }
 }

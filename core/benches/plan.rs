@@ -1,0 +1,92 @@
+//! Times of the stages that follow flattening, and of a whole plan, on a bump of 100 mm.
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use evencut_core::engagement::{Capsule, Stock};
+use evencut_core::flatten::bff;
+use evencut_core::geometry::{DVec2, DVec3};
+use evencut_core::job::{self, Component, Job, Selection, SurfaceOptions, SurfaceSource};
+use evencut_core::level_set::{DistanceField, PassMesh, rings, strip_metric};
+use evencut_core::plan::plan;
+use evencut_core::region::Region;
+use evencut_core::surface::{AnalyticSurface, Surface, build};
+use std::hint::black_box;
+
+/// About 20 000 faces at an edge of 1 mm, 200 000 at 0.316 mm.
+fn bump(edge: f64) -> Surface {
+    let bump = AnalyticSurface::Bump { size: 100.0, height: 12.0, width: 20.0 };
+    let options = SurfaceOptions {
+        source: SurfaceSource::File(String::new()),
+        scale: 1.0,
+        rotate: DVec3::ZERO,
+        translate: DVec3::ZERO,
+        select: Selection { component: Component::Only, ..Selection::default() },
+        curvature_radius: None,
+        flip: false,
+    };
+    match build(bump.mesh(edge), &options) {
+        Ok(built) => built.surface,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+fn job(control: &str, stepover: f64) -> Job {
+    let text = format!(
+        "version = 1\n[surface.analytic]\nkind = \"bump\"\nsize = 100.0\nradius = 20.0\n\
+         height = 12.0\nresolution = 1.0\n[tool]\nkind = \"ball\"\ndiameter = 10.0\n[cut]\n\
+         stepover = {stepover}\naxial_depth = 0.5\nfeed = 1200.0\n[force]\nrelative = 1.5\n\
+         control = \"{control}\"\n"
+    );
+    match job::read(text.as_bytes()) {
+        Ok(resolved) => resolved.job,
+        Err(faults) => panic!("{}", faults.render("bench", text.as_bytes())),
+    }
+}
+
+fn stages(c: &mut Criterion) {
+    let surface = bump(1.0);
+    let chart = match bff(&surface) {
+        Ok(chart) => chart,
+        Err(error) => panic!("{error}"),
+    };
+    c.bench_function("rings, 20k faces, side step 0.6 mm", |b| {
+        b.iter(|| {
+            let metric = vec![strip_metric::even(0.6); surface.positions().len()];
+            let mesh = PassMesh::new(&surface, &chart, metric).ok();
+            mesh.map(|mesh| rings(&mesh, &DistanceField::from_boundary(&mesh)).len())
+        });
+    });
+    let region = Region::of_chart(&surface, &chart);
+    c.bench_function("engagement, 40 passes of 400 moves measured and swept", |b| {
+        b.iter(|| {
+            let mut stock = Stock::new(&region);
+            let mut sum = 0.0;
+            for pass in 0..40 {
+                let y = -40.0 + 0.6 * f64::from(pass);
+                for i in 0..400 {
+                    let from = DVec2::new(-45.0 + 0.225 * f64::from(i), y);
+                    let to = from + DVec2::new(0.225, 0.0);
+                    sum += stock.engagement(0.5 * (from + to), 5.0, DVec2::X).normal_feed;
+                    stock.sweep(Capsule::new(from, 5.0, to, 5.0));
+                }
+            }
+            black_box(sum)
+        });
+    });
+}
+
+fn whole(c: &mut Criterion) {
+    let mut group = c.benchmark_group("plan, 20k faces, side step 0.6 mm");
+    group.sample_size(10);
+    for control in ["off", "feed", "trochoid"] {
+        let job = job(control, 0.6);
+        for threads in [1, 2] {
+            group.bench_function(format!("{control}, threads {threads}"), |b| {
+                b.iter(|| plan(&job, None, threads, &mut |_, _| {}).map(|p| p.rings.len()).ok());
+            });
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, stages, whole);
+criterion_main!(benches);
