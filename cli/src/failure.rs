@@ -71,6 +71,9 @@ fn of_plan(error: &PlanError) -> Failure {
         PlanError::Rings(LevelSetError::TooFine { .. }) => {
             bad_surface(&["cut.stepover", "cut.scallop"], Hint::None)
         }
+        PlanError::Rings(LevelSetError::TooSmall { .. }) => {
+            bad_surface(&["surface.scale", "cut.stepover", "cut.scallop"], Hint::Inspect)
+        }
         PlanError::Rings(LevelSetError::NoRoom { .. }) => {
             bad_surface(&["tool.diameter"], Hint::None)
         }

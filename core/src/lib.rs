@@ -22,9 +22,11 @@ pub mod flatten;
 
 pub mod region;
 
-pub mod level_set;
+pub mod toolpath;
 
 pub mod flat_path;
+
+pub mod level_set;
 
 pub mod engagement;
 
@@ -33,8 +35,6 @@ pub mod trochoid;
 pub mod cutter_location;
 
 pub mod lift;
-
-pub mod toolpath;
 
 pub mod feed;
 

@@ -49,16 +49,24 @@ impl<'a> Lift<'a> {
 
     /// Lifts a run of moves; `first` is the index of `run[0]` in the whole path.
     ///
+    /// Where a move cuts a corner of the boundary, the contact goes straight in space from where it
+    /// was last on the chart to where it is back.
+    ///
     /// # Errors
-    /// [`OutsideChart`] when a point lies outside of the chart.
+    /// [`OutsideChart`] when the first or the last point lies outside of the chart.
     pub fn run(&self, run: &[FlatPoint], first: usize) -> Result<Lifted, OutsideChart> {
         let mut out = Lifted::default();
         let Some(start) = run.first() else { return Ok(out) };
         let mut at = self.locate(start.at)?;
         self.push(&mut out, at, start, first, start.at, start.height);
-        for (i, pair) in run.windows(2).enumerate() {
-            let (from, to) = (&pair[0], &pair[1]);
-            at = self.walk(&mut out, at, from, to, first + i + 1)?;
+        let mut from = start;
+        for (i, to) in run.iter().enumerate().skip(1) {
+            match self.walk(&mut out, at, from, to, first + i) {
+                Ok(end) => (at, from) = (end, to),
+                // A stretch that cuts a corner of the boundary: straight on to where it is back.
+                Err(_) if i + 1 < run.len() => {}
+                Err(outside) => return Err(outside),
+            }
         }
         let n = out.contacts.len();
         for i in 0..n {
@@ -87,7 +95,8 @@ impl<'a> Lift<'a> {
     ) -> Result<SurfacePoint, OutsideChart> {
         let way = to.at - from.at;
         let mut done = 0.0;
-        let end = self.locator.walk(start.face, from.at, to.at, |side, t| {
+        let crossed = out.contacts.len();
+        let walked = self.locator.walk(start.face, from.at, to.at, |side, t| {
             let uv = from.at + way * t;
             if t > done
                 && let Some(point) = self.point_on(side, uv)
@@ -96,6 +105,11 @@ impl<'a> Lift<'a> {
                 let height = from.height + (to.height - from.height) * t;
                 self.push(out, point, to, source, uv, height);
             }
+        });
+        let end = walked.or_else(|_| {
+            out.contacts.truncate(crossed);
+            out.points.truncate(crossed);
+            self.locate(to.at)
         })?;
         self.push(out, end, to, source, to.at, to.height);
         Ok(end)

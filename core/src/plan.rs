@@ -189,6 +189,10 @@ pub fn plan(
         Boundary::Wall => DistanceField::from_inset(&mesh, job.tool.radius())?,
     };
     let rings = simplified(rings(&mesh, &field), job, &chart);
+    if rings.is_empty() {
+        let passes = field.values().iter().copied().fold(0.0, f64::max);
+        return Err(LevelSetError::TooSmall { passes }.into());
+    }
     let precedence = Precedence::new(&rings, job.path.order);
     let ring_depth = precedence.depth();
     let region = Region::of_chart(&surface, &chart);

@@ -36,6 +36,15 @@ pub enum LevelSetError {
         /// Largest number of triangles.
         limit: usize,
     },
+    /// The surface is too small to hold a ring.
+    #[error(
+        "rings: the surface is only {passes:.2e} side steps wide from its boundary to its middle; \
+         check the unit and surface.scale, or choose a smaller cut.stepover or cut.scallop"
+    )]
+    TooSmall {
+        /// Largest distance from the boundary, passes.
+        passes: f64,
+    },
     /// The cutter does not fit between the walls anywhere.
     #[error(
         "rings: with path.boundary = \"wall\" the cutter centre stays {radius:.3} mm from the \
