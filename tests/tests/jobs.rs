@@ -2,7 +2,9 @@
 
 use evencut_core::geometry::DVec3;
 use evencut_core::job::{self, ForceControl, Job, SurfaceSource};
+use evencut_core::link::DeliverError;
 use evencut_core::machine::Axes;
+use evencut_core::plan::{PlanError, plan};
 use evencut_core::post::read_back;
 use evencut_core::report::Report;
 use evencut_core::results::{Input, Results, results};
@@ -134,4 +136,38 @@ fn any_number_of_threads_gives_the_same_bytes() {
             }
         }
     }
+}
+
+/// A job with nothing but what must be said, for any file.
+fn bare_job(file: &str) -> Job {
+    let text = format!(
+        "version = 1\n[surface]\nfile = \"{file}\"\n[tool]\ndiameter = 6.0\n[cut]\nstepover = 1.5\n\
+         feed = 1000.0\n"
+    );
+    job::read(text.as_bytes()).unwrap().job
+}
+
+/// No file, however bad, ends in a fault of our own.
+#[test]
+fn nasty_files_are_planned_or_refused() {
+    let Some(data) = shared_data() else { return };
+    let mut files: Vec<_> =
+        std::fs::read_dir(data.join("nasty")).unwrap().map(|e| e.unwrap().path()).collect();
+    files.sort();
+    assert!(files.len() >= 60);
+    let mut planned = 0;
+    for file in files {
+        let name = file.file_name().unwrap().to_string_lossy().to_lowercase();
+        let bytes = std::fs::read(&file).unwrap();
+        match plan(&bare_job(&name), Some(&bytes), 2, &mut |_, _| {}) {
+            Ok(plan) => {
+                planned += 1;
+                let peak = plan.toolpath.points.iter().map(|p| p.mrr).fold(0.0, f64::max);
+                assert!(peak <= bare_job(&name).mrr_limit(), "{name}: {peak}");
+            }
+            Err(PlanError::Deliver(error @ DeliverError::Outside(_))) => panic!("{name}: {error}"),
+            Err(error) => assert!(error.to_string().len() > 20, "{name}: {error}"),
+        }
+    }
+    assert!(planned >= 15, "only {planned} were planned");
 }
