@@ -104,6 +104,9 @@ fn surface_keys(error: &SurfaceError) -> &'static [&'static str] {
 fn of_post(error: &PostError) -> Failure {
     match error {
         PostError::Singular { .. } => limit(&["cut.tolerance", "machine.axes"]),
+        PostError::Travel { axis: 'X', .. } => limit(&["machine.travel.x", "machine.travel"]),
+        PostError::Travel { axis: 'Y', .. } => limit(&["machine.travel.y", "machine.travel"]),
+        PostError::Travel { .. } => limit(&["machine.travel.z", "machine.travel"]),
         PostError::Empty
         | PostError::TiltedAxis { .. }
         | PostError::LowRapid { .. }

@@ -183,7 +183,10 @@ fn limits_that_cannot_be_met_are_refused_at_the_limit() {
     let directory = scratch("limits");
     let limit = "[force]\nmrr_limit = 0.5\ncontrol = \"feed\"\n";
     fs::write(directory.join("part.toml"), format!("{DOME}{limit}")).unwrap();
-    assert_refused(&directory, 4, &["the limit is", "part.toml:14:13"]);
+    assert_refused(&directory, 4, &["the limit of 0.50", "part.toml:14:13"]);
+    let travel = "[machine]\ntravel = { x = [-5.0, 5.0] }\n";
+    fs::write(directory.join("part.toml"), format!("{DOME}{travel}")).unwrap();
+    assert_refused(&directory, 4, &["axis X would go to", "-5 to 5 mm", "part.toml:14:"]);
     // A pit that a ball of 4 mm cannot enter.
     let pit = DOME
         .replace("sphere-cap", "bump")

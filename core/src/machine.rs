@@ -25,11 +25,11 @@ pub struct Machine {
     pub max_acceleration: f64,
     /// Height above part and stock at which rapids run, mm.
     pub clearance: f64,
-    /// Where the linear axes can go, in the part's coordinates.
+    /// Where the linear axes can go, in the program's coordinates.
     pub travel: Travel,
 }
 
-/// Reach of the linear axes in the part's coordinates: least and greatest position, mm; an axis
+/// Reach of the linear axes in the program's coordinates: least and greatest position, mm; an axis
 /// that is `None` is not checked.
 #[derive(Copy, Clone, Debug, PartialEq, Default)]
 pub struct Travel {

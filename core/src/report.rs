@@ -88,7 +88,7 @@ pub struct Warning {
     pub stage: String,
     /// What was found, with its measured value.
     pub message: String,
-    /// What would mend it.
+    /// What would mend it; empty where the message says it all.
     pub remedy: String,
 }
 
@@ -273,9 +273,10 @@ pub struct CoverageFigures {
     pub never_covered_mm2: f64,
     /// The same as a share of the flat area, percent.
     pub never_covered_percent: f64,
-    /// Area where the surface is too concave for the cutter, mm².
+    /// Area the cutter cannot reach, mm²: corners between walls, and, estimated as length times side
+    /// step, passes on which it had to be raised.
     pub too_tight_mm2: f64,
-    /// The tightest such place, mm; null if there is none.
+    /// A place of it, mm; null if there is none.
     pub too_tight_at_mm: Option<[f64; 3]>,
 }
 

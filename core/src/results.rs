@@ -13,8 +13,11 @@ use crate::report::{
     Versions, Warning,
 };
 use crate::surface;
-use crate::toolpath::{MoveKind, Toolpath};
+use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use thiserror::Error;
+
+/// A flat map whose scale varies more than this gets a warning.
+const WIDEST_SCALE: f64 = 30.0;
 
 /// A file that was read.
 #[derive(Copy, Clone, Debug)]
@@ -166,7 +169,7 @@ fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> Report {
             smallest_concave_radius_mm: planned.tightest.map(|(radius, _)| radius),
         },
         repairs: repairs(planned),
-        warnings: warnings(job, planned, &delivered),
+        warnings: warnings(job, planned, &slowed, &delivered),
         flatten: FlattenFigures {
             method: match job.flatten {
                 FlattenMethod::Abf => "abf".into(),
@@ -197,13 +200,13 @@ fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> Report {
             },
             limit_mm3_per_min: 60.0 * limit,
             straight_pass_mm3_per_min: 60.0 * job.nominal_mrr(),
-            over_limit_intervals: planned.counts.intervals as u64,
+            over_limit_intervals: intervals_above(&planned.plain, limit),
             trochoid_loops: planned.counts.loops as u64,
         },
         plain,
         slowed,
         delivered,
-        coverage: coverage(planned),
+        coverage: coverage(job, planned),
         gouge: GougeFigures { raised: raised(planned) },
         outputs: Vec::new(),
     }
@@ -222,15 +225,27 @@ fn slowed(plain: &Toolpath, factor: f64, job: &Job) -> Toolpath {
     path
 }
 
-fn coverage(planned: &Planned) -> CoverageFigures {
+/// Runs of moves above the limit, rounding aside.
+fn intervals_above(path: &Toolpath, limit: f64) -> u64 {
+    let above = |p: &PathPoint| p.mrr > limit * (1.0 + 1e-9);
+    let starts = |w: &&[PathPoint]| above(&w[1]) && !above(&w[0]);
+    path.points.windows(2).filter(starts).count() as u64
+}
+
+fn coverage(job: &Job, planned: &Planned) -> CoverageFigures {
     let c = &planned.coverage;
+    let worst = planned.raised.iter().max_by(|a, b| a.raise.total_cmp(&b.raise));
     CoverageFigures {
         flat_area_mm2: c.area,
         never_covered_mm2: c.never_covered,
         never_covered_percent: 100.0 * c.never_covered / c.area,
-        too_tight_mm2: c.too_tight,
-        too_tight_at_mm: c.too_tight_at.map(|p| p.to_array()),
+        too_tight_mm2: c.too_tight + raised_length(planned) * job.nominal_side_step(),
+        too_tight_at_mm: worst.map(|r| r.place).or(c.too_tight_at).map(|p| p.to_array()),
     }
+}
+
+fn raised_length(planned: &Planned) -> f64 {
+    planned.raised.iter().map(|r| r.length).sum()
 }
 
 fn raised(planned: &Planned) -> Vec<RaisedStretch> {
@@ -250,11 +265,21 @@ fn warning(stage: &str, message: String, remedy: &str) -> Warning {
     Warning { stage: stage.into(), message, remedy: remedy.into() }
 }
 
+/// A message without the stage it begins with.
+fn without_stage(message: &str) -> String {
+    message.split_once(": ").map_or(message, |(_, rest)| rest).to_owned()
+}
+
 /// What a reader should know before cutting.
-fn warnings(job: &Job, planned: &Planned, delivered: &PathFigures) -> Vec<Warning> {
+fn warnings(
+    job: &Job,
+    planned: &Planned,
+    slowed: &PathFigures,
+    delivered: &PathFigures,
+) -> Vec<Warning> {
     let about_surface = planned.warnings.iter().filter(|w| w.repair().is_none());
     let mut out: Vec<Warning> =
-        about_surface.map(|w| warning("surface", w.to_string(), "")).collect();
+        about_surface.map(|w| warning("surface", without_stage(&w.to_string()), "")).collect();
     let c = &planned.coverage;
     if c.never_covered > 1e-3 * c.area {
         out.push(warning(
@@ -268,7 +293,7 @@ fn warnings(job: &Job, planned: &Planned, delivered: &PathFigures) -> Vec<Warnin
         out.push(warning("rings", message, "finish them with a smaller cutter"));
     }
     if let Some(worst) = planned.raised.iter().max_by(|a, b| a.raise.total_cmp(&b.raise)) {
-        let length: f64 = planned.raised.iter().map(|r| r.length).sum();
+        let length = raised_length(planned);
         out.push(warning(
             "cutter",
             format!(
@@ -280,8 +305,17 @@ fn warnings(job: &Job, planned: &Planned, delivered: &PathFigures) -> Vec<Warnin
                 worst.place.z,
                 worst.raise
             ),
-            "use a smaller cutter or corner radius there",
+            "use a smaller cutter or corner radius there; with cut.stock, also less of it",
         ));
+    }
+    let q = &planned.quality;
+    if q.max_s > WIDEST_SCALE * q.min_s {
+        let message = format!(
+            "the scale of the flat map runs from {:.3} to {:.3}; side steps and removal rates are \
+             poor where it changes within a cutter",
+            q.min_s, q.max_s
+        );
+        out.push(warning("flatten", message, "select a smaller, flatter piece (surface.select)"));
     }
     if delivered.peak_over_limit > 1.0 {
         out.push(warning(
@@ -290,9 +324,8 @@ fn warnings(job: &Job, planned: &Planned, delivered: &PathFigures) -> Vec<Warnin
             "set force.control to \"trochoid\" or \"feed\"",
         ));
     }
-    let slow = |p: &&[crate::toolpath::PathPoint]| {
-        p[1].flat.is_some() && p[1].feed < 0.5 * job.cut.feed && p[1].mrr > 0.0
-    };
+    let slow =
+        |p: &&[PathPoint]| p[1].flat.is_some() && p[1].feed < 0.5 * job.cut.feed && p[1].mrr > 0.0;
     let slow: f64 = (planned.toolpath.points.windows(2).filter(slow))
         .map(|w| w[0].tip.distance(w[1].tip))
         .sum();
@@ -300,8 +333,17 @@ fn warnings(job: &Job, planned: &Planned, delivered: &PathFigures) -> Vec<Warnin
         out.push(warning(
             "force",
             format!("{slow:.0} mm of path had to be slowed below half the feed to keep the limit"),
-            "raise the limit, or reduce cut.axial_depth or cut.stepover",
+            "raise force.relative or force.mrr_limit",
         ));
+    }
+    if job.force.control == ForceControl::Trochoid
+        && delivered.machine_time_s.total > slowed.machine_time_s.total
+    {
+        let message = format!(
+            "the plain rings, slowed throughout, would take {:.0} s instead of {:.0} s",
+            slowed.machine_time_s.total, delivered.machine_time_s.total
+        );
+        out.push(warning("force", message, "try force.control = \"feed\""));
     }
     out
 }

@@ -340,12 +340,12 @@ pub struct MachineTable {
     /// Height above part and stock at which rapids run.
     #[schemars(extend("x-unit" = "mm", "x-default" = "10 mm", "exclusiveMinimum" = 0.0, "maximum" = 1e4))]
     pub clearance: Option<f64>,
-    /// Where the linear axes can go, in the part's coordinates.
+    /// Where the linear axes can go, in the program's coordinates.
     #[schemars(extend("x-default" = "not checked"))]
     pub travel: Option<TravelTable>,
 }
 
-/// Least and greatest position of each linear axis, in the part's coordinates.
+/// Least and greatest position of each linear axis, in the program's coordinates.
 #[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TravelTable {

@@ -11,7 +11,7 @@ use crate::surface::Surface;
 /// are blunted; shorter: more triangles, quadratically.
 const LONGEST_EDGE: f64 = 1.0;
 /// Refinement stops with an error beyond this many triangles.
-const MOST_FACES: usize = 6_000_000;
+const MOST_FACES: usize = 2_500_000;
 
 /// Flat and spatial mesh with edge lengths measured in passes and in mm.
 #[derive(Clone, Debug)]

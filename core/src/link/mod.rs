@@ -120,7 +120,8 @@ impl RingTask<'_> {
         }
         let moves = walk.since(&mark)[reached..].to_vec();
         let limit = walk.cutting.limit;
-        let over: Vec<bool> = moves.iter().map(|m| rate_at_nominal(m, walk) > limit).collect();
+        let above = |m: &FlatPoint| rate_at_nominal(m, walk) > limit * (1.0 + 1e-9);
+        let over: Vec<bool> = moves.iter().map(above).collect();
         if self.options.control != ForceControl::Trochoid || !over.contains(&true) {
             walk.keep();
             return;

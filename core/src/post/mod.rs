@@ -101,6 +101,21 @@ pub enum PostError {
         /// Index of the point.
         index: usize,
     },
+    /// An axis would leave its travel.
+    #[error(
+        "post: axis {axis} would go to {position:.3} mm; machine.travel.{key} allows {low} to {high} mm: move the part (surface.translate, surface.rotate), lower machine.clearance, or choose a larger machine",
+        key = axis.to_ascii_lowercase()
+    )]
+    Travel {
+        /// `X`, `Y` or `Z`.
+        axis: char,
+        /// The position farthest outside, mm.
+        position: f64,
+        /// Least position allowed, mm.
+        low: f64,
+        /// Greatest position allowed, mm.
+        high: f64,
+    },
     /// The rotary axes cannot follow.
     #[error(
         "post: between ({:.3}, {:.3}, {:.3}) and the next point the rotary axes turn too fast near A = 0 to stay within {tolerance} mm; keep the tool axis away from the C axis there",

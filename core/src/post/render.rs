@@ -23,12 +23,14 @@ pub(super) fn render(
     let mut text = String::with_capacity(48 * path.points.len() + 1024);
     header(&mut text, options, dialect);
     let rotary = Rotary::default();
-    let mut writer = Writer { text, options, dialect, rotary, modal: Default::default() };
+    let reach = [(f64::INFINITY, f64::NEG_INFINITY); 3];
+    let mut writer = Writer { text, options, dialect, rotary, modal: Default::default(), reach };
     writer.start(&path.points)?;
     for pair in path.points.windows(2) {
         writer.step(&pair[0], &pair[1])?;
     }
     writer.finish(&path.points[path.points.len() - 1], last_feed(&path.points));
+    check_travel(&writer.reach, options)?;
     Ok(Program { text: writer.text, extension: dialect.extension })
 }
 
@@ -55,6 +57,19 @@ fn check(path: &Toolpath, options: &ProgramOptions) -> Result<(), PostError> {
             }
         } else if !(p.feed.is_finite() && p.feed > 0.0) {
             return Err(PostError::Feed { index, feed: p.feed });
+        }
+    }
+    Ok(())
+}
+
+/// Whether every linear axis stays within its travel.
+fn check_travel(reach: &[(f64, f64); 3], options: &ProgramOptions) -> Result<(), PostError> {
+    let travel = &options.machine.travel;
+    for (i, allowed) in [travel.x, travel.y, travel.z].into_iter().enumerate() {
+        let Some((low, high)) = allowed else { continue };
+        let position = if low - reach[i].0 > reach[i].1 - high { reach[i].0 } else { reach[i].1 };
+        if position < low || position > high {
+            return Err(PostError::Travel { axis: ['X', 'Y', 'Z'][i], position, low, high });
         }
     }
     Ok(())
@@ -139,6 +154,8 @@ struct Writer<'a> {
     dialect: &'a Dialect,
     rotary: Rotary,
     modal: Modal,
+    /// Least and greatest position of each linear axis so far, mm.
+    reach: [(f64, f64); 3],
 }
 
 /// How fast a block runs.
@@ -243,6 +260,9 @@ impl Writer<'_> {
     /// Writes a block of the words that change; `None` leaves a coordinate alone.
     fn block(&mut self, speed: Speed, position: [Option<f64>; 3], turn: bool) {
         let [lengths, angles, feeds] = self.dialect.decimals;
+        for (reach, p) in self.reach.iter_mut().zip(position) {
+            *reach = (reach.0.min(p.unwrap_or(reach.0)), reach.1.max(p.unwrap_or(reach.1)));
+        }
         let rotary = match (self.options.machine.axes, turn) {
             (Axes::Xyzac, true) => {
                 [Some(self.rotary.a.to_degrees()), Some(self.rotary.c.to_degrees())]

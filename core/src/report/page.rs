@@ -51,11 +51,12 @@ pub fn page(report: &Report, pictures: &[(&str, &str)]) -> String {
 fn warnings(html: &mut String, report: &Report) {
     for w in &report.warnings {
         let (stage, message) = (escaped(&w.stage), escaped(&w.message));
-        let remedy = escaped(&w.remedy);
-        let _ = writeln!(
-            html,
-            "<p class=\"warning\"><strong>{stage}:</strong> {message}<br>Remedy: {remedy}</p>"
-        );
+        let remedy = match w.remedy.as_str() {
+            "" => String::new(),
+            remedy => format!("<br>Remedy: {}", escaped(remedy)),
+        };
+        let _ =
+            writeln!(html, "<p class=\"warning\"><strong>{stage}:</strong> {message}{remedy}</p>");
     }
 }
 

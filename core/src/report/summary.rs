@@ -112,7 +112,10 @@ fn warnings(text: &mut String, warnings: &[Warning]) {
     }
     text.push('\n');
     for Warning { stage, message, remedy } in warnings.iter().take(WARNINGS) {
-        let _ = writeln!(text, "  warning: {stage}: {message}\n    remedy: {remedy}");
+        let _ = writeln!(text, "  warning: {stage}: {message}");
+        if !remedy.is_empty() {
+            let _ = writeln!(text, "    remedy: {remedy}");
+        }
     }
     if warnings.len() > WARNINGS {
         let _ = writeln!(text, "  and {} more in report.json", warnings.len() - WARNINGS);
