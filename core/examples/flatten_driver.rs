@@ -7,12 +7,8 @@ use std::fs;
 use std::time::Instant;
 
 use evencut_core::flatten;
-use evencut_core::geometry::DVec3;
-use evencut_core::mesh::{Connectivity, VertexId};
+use evencut_core::mesh::{Connectivity, MeshFormat, TriangleSoup, VertexId, read};
 use evencut_core::surface::Surface;
-
-#[path = "../src/flatten/mesh_file.rs"]
-mod mesh_file;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -72,9 +68,10 @@ fn corner_error(surface: &Surface, result: &flatten::AngleBased) -> f64 {
 }
 
 fn load(path: &str) -> Result<Surface, Box<dyn std::error::Error>> {
-    let mesh = mesh_file::read(path, &fs::read(path)?);
-    let positions: Vec<DVec3> = mesh.positions.into_iter().map(DVec3::from_array).collect();
-    let faces = mesh.faces.into_iter().map(|f| f.map(VertexId)).collect();
+    // As the file numbers them: the flat points are written in that order.
+    let format = MeshFormat::from_name(path).ok_or("the name must end in .obj, .off or .ply")?;
+    let TriangleSoup { positions, faces, .. } = read(&fs::read(path)?, format)?;
+    let faces = faces.into_iter().map(|f| f.map(VertexId)).collect();
     Ok(Surface::new(Connectivity::new(positions.len(), faces)?, positions))
 }
 

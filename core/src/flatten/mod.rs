@@ -14,8 +14,6 @@ mod known_charts;
 mod laplace;
 mod locator;
 #[cfg(test)]
-mod mesh_file;
-#[cfg(test)]
 mod real_meshes;
 #[cfg(test)]
 mod samples;

@@ -2,26 +2,34 @@
 
 use std::path::Path;
 
-use super::{Chart, Locator, abf, bff, mesh_file};
+use super::{Chart, Locator, abf, bff};
 use crate::geometry::math::atan2;
 use crate::geometry::{DVec2, DVec3};
-use crate::mesh::{Connectivity, VertexId};
-use crate::surface::Surface;
+use crate::job::{Selection, SurfaceOptions, SurfaceSource};
+use crate::mesh::{MeshFormat, read};
+use crate::surface::{Built, Surface, build};
 
 const SHARED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data");
 
 /// The mesh of a file and its texture coordinates, `None` where the data is not present.
-fn load(name: &str) -> Option<(Surface, Vec<[[f64; 2]; 3]>)> {
+fn load(name: &str) -> Option<(Surface, Vec<[DVec2; 3]>)> {
     let path = Path::new(SHARED).join(name);
     let Ok(bytes) = std::fs::read(&path) else {
         println!("skipped: ../shared not present");
         return None;
     };
-    let mesh = mesh_file::read(name, &bytes);
-    let positions: Vec<DVec3> = mesh.positions.into_iter().map(DVec3::from_array).collect();
-    let faces = mesh.faces.into_iter().map(|f| f.map(VertexId)).collect();
-    let connectivity = Connectivity::new(positions.len(), faces).unwrap();
-    Some((Surface::new(connectivity, positions), mesh.texture))
+    let as_it_is = SurfaceOptions {
+        source: SurfaceSource::File(name.to_owned()),
+        scale: 1.0,
+        rotate: DVec3::ZERO,
+        translate: DVec3::ZERO,
+        select: Selection::default(),
+        curvature_radius: None,
+        flip: false,
+    };
+    let soup = read(&bytes, MeshFormat::from_name(name).unwrap()).unwrap();
+    let Built { surface, texture, .. } = build(soup, &as_it_is).unwrap();
+    Some((surface, texture.unwrap_or_default()))
 }
 
 fn flat_angles(p: [DVec2; 3]) -> [f64; 3] {
@@ -32,12 +40,12 @@ fn flat_angles(p: [DVec2; 3]) -> [f64; 3] {
 }
 
 /// RMS difference in degrees between the corner angles of a chart and of the given flat faces.
-fn angle_rms(surface: &Surface, chart: &Chart, exact: &[[[f64; 2]; 3]]) -> f64 {
+fn angle_rms(surface: &Surface, chart: &Chart, exact: &[[DVec2; 3]]) -> f64 {
     let mut sum = 0.0;
     for (face, exact) in surface.connectivity().faces().iter().zip(exact) {
         let ours = flat_angles(face.map(|v| chart.uv()[v.index()]));
         // The exact chart may be the mirror image.
-        let theirs = flat_angles(exact.map(DVec2::from_array)).map(f64::abs);
+        let theirs = flat_angles(*exact).map(f64::abs);
         sum += (0..3).map(|c| (ours[c] - theirs[c]).powi(2)).sum::<f64>();
     }
     (sum / (3 * exact.len()) as f64).sqrt().to_degrees()
