@@ -80,6 +80,9 @@ fn of_plan(error: &PlanError) -> Failure {
         PlanError::Deliver(DeliverError::Locate(LocateError::BelowHorizon { .. })) => {
             bad_surface(&["surface.select", "surface.file", "machine.axes"], Hint::None)
         }
+        PlanError::FarFromCentre { .. } => {
+            bad_surface(&["surface.translate", "machine.axes", "surface.file"], Hint::None)
+        }
         PlanError::Deliver(DeliverError::Outside(_))
         | PlanError::Deliver(DeliverError::Locate(LocateError::NotFinite { .. })) => BUG,
         PlanError::LimitUnreachable { .. } => limit(&["force.mrr_limit", "force.relative"]),

@@ -32,6 +32,8 @@ use thiserror::Error;
 
 /// Part of the tolerance that ring polylines may deviate from the level curve.
 const RING_TOLERANCE: f64 = 0.25;
+/// Farthest distance of a part from the rotary centre, in diagonals of its box.
+const FARTHEST: f64 = 20.0;
 /// A move that would have to be slower than this part of the feed means that the limit cannot be
 /// kept.
 const SLOWEST: f64 = 0.005;
@@ -62,6 +64,21 @@ pub enum PlanError {
     /// The path cannot be delivered.
     #[error(transparent)]
     Deliver(#[from] DeliverError),
+    /// The part lies too far from the rotary centre for five axes.
+    #[error(
+        "machine: the middle of the part lies {distance:.0} mm from the rotary centre (the origin), \
+         {times:.0} times its own size; at most {FARTHEST} times can be turned within the tolerance: \
+         set surface.translate = [{:.0}, {:.0}, {:.0}]",
+        -middle.x, -middle.y, -middle.z
+    )]
+    FarFromCentre {
+        /// Middle of the bounding box, mm.
+        middle: DVec3,
+        /// Its distance from the origin, mm.
+        distance: f64,
+        /// The distance as a multiple of the box's diagonal.
+        times: f64,
+    },
     /// The limit on the removal rate cannot be kept.
     #[error(
         "force: near ({:.3}, {:.3}, {:.3}) mm the limit of {:.2} mm³/min leaves a feed of {:.3} mm/min, \
@@ -177,6 +194,7 @@ pub fn plan(
 ) -> Result<Planned, PlanError> {
     progress(Stage::Surface, 0.0);
     let Built { surface, part, warnings, .. } = load(job, file)?;
+    refuse_too_far(job, &part)?;
     progress(Stage::Flatten, 0.0);
     let (chart, angle_residual) = flatten(job, &surface)?;
     let quality = chart.quality(&surface);
@@ -414,6 +432,22 @@ impl Plane<'_> {
         });
         out
     }
+}
+
+fn refuse_too_far(job: &Job, part: &Part) -> Result<(), PlanError> {
+    if job.machine.axes == Axes::ThreeAxis {
+        return Ok(());
+    }
+    let (low, high) = part
+        .positions
+        .iter()
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
+    let middle = 0.5 * (low + high);
+    let (distance, times) = (middle.length(), middle.length() / (high - low).length());
+    if times > FARTHEST {
+        return Err(PlanError::FarFromCentre { middle, distance, times });
+    }
+    Ok(())
 }
 
 fn refuse_too_slow(
