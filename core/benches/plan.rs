@@ -56,6 +56,8 @@ fn stages(c: &mut Criterion) {
         });
     });
     let region = Region::of_chart(&surface, &chart);
+    let (low, high) = region.bounds();
+    let middle = 0.5 * (low + high);
     c.bench_function("engagement, 40 passes of 400 moves measured and swept", |b| {
         b.iter(|| {
             let mut stock = Stock::new(&region);
@@ -63,7 +65,7 @@ fn stages(c: &mut Criterion) {
             for pass in 0..40 {
                 let y = -40.0 + 0.6 * f64::from(pass);
                 for i in 0..400 {
-                    let from = DVec2::new(-45.0 + 0.225 * f64::from(i), y);
+                    let from = middle + DVec2::new(-45.0 + 0.225 * f64::from(i), y);
                     let to = from + DVec2::new(0.225, 0.0);
                     sum += stock.engagement(0.5 * (from + to), 5.0, DVec2::X).normal_feed;
                     stock.sweep(Capsule::new(from, 5.0, to, 5.0));
