@@ -1,0 +1,333 @@
+//! The cutter as a solid: a cylinder of radius `R` whose lower rim is rounded by the corner radius.
+//!
+//! It is the set of points within the corner radius of its *core*: a cylinder of radius
+//! `R - r_c` that begins `r_c` above the tip. A ball's core is a line, a flat end's core is the
+//! cutter itself. The core is convex, hence so is the cutter, and a line meets it in one interval.
+
+use crate::geometry::DVec3;
+use crate::tool::Tool;
+
+/// A line whose direction has less than this squared part across the axis runs along it.
+const ALONG_AXIS: f64 = 1e-14;
+/// Newton steps on the rounded rim; each doubles the digits, from below.
+const MOST_STEPS: usize = 24;
+/// A point this close to the rim lies on it, mm.
+const TOUCH: f64 = 1e-9;
+
+/// The solid of a cutter, tip at the origin.
+#[derive(Copy, Clone, Debug)]
+pub struct Body {
+    radius: f64,
+    corner: f64,
+    /// Radius of the core.
+    bottom: f64,
+    /// Height of the top above the tip; may be infinite.
+    length: f64,
+}
+
+/// A cutter in place.
+#[derive(Copy, Clone, Debug)]
+pub struct Placed {
+    /// Tip, mm.
+    pub tip: DVec3,
+    /// Unit axis, from the tip to the spindle.
+    pub axis: DVec3,
+}
+
+/// Where a point lies seen from the cutter.
+#[derive(Copy, Clone, Debug)]
+pub struct Nearest {
+    /// Distance from the cutter, mm; zero or negative inside.
+    pub distance: f64,
+    /// Unit direction from the nearest point of the cutter to the point; meaningless inside.
+    pub outward: DVec3,
+}
+
+/// A line in the cutter's cylindrical coordinates: height and squared distance from the axis are
+/// polynomials of the way along it.
+struct Line {
+    height: f64,
+    rise: f64,
+    /// Squared distance from the axis is `q[0] + 2 q[1] t + q[2] t²`.
+    q: [f64; 3],
+}
+
+impl Body {
+    /// The solid of `tool` up to `length` mm above its tip; never less than the corner.
+    pub fn new(tool: &Tool, length: f64) -> Self {
+        let (radius, corner) = (tool.radius(), tool.corner_radius());
+        Self { radius, corner, bottom: radius - corner, length: length.max(2.0 * radius) }
+    }
+
+    /// Cutter radius, mm.
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// Height of the top above the tip, mm.
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// Whether it is a ball.
+    pub fn is_ball(&self) -> bool {
+        self.bottom == 0.0
+    }
+
+    /// Whether part of a layer that high is cut by the cutter's side.
+    pub fn has_wall_below(&self, height: f64) -> bool {
+        self.corner < height
+    }
+
+    /// Distance and direction of a point from the cutter.
+    pub fn nearest(&self, at: &Placed, point: DVec3) -> Nearest {
+        let w = point - at.tip;
+        let height = w.dot(at.axis);
+        let across = w - at.axis * height;
+        let rho = across.length();
+        let out = (rho - self.bottom).max(0.0);
+        let top = self.length - self.corner;
+        let beyond = if height > top { height - top } else { (height - self.corner).min(0.0) };
+        let from_core = (out * out + beyond * beyond).sqrt();
+        if from_core == 0.0 {
+            return Nearest { distance: -self.corner, outward: -at.axis };
+        }
+        let radial = if rho > 0.0 { across * (out / rho) } else { DVec3::ZERO };
+        Nearest {
+            distance: from_core - self.corner,
+            outward: (radial + at.axis * beyond) / from_core,
+        }
+    }
+
+    /// Whether a point is in the cutter or on it.
+    pub fn contains(&self, at: &Placed, point: DVec3) -> bool {
+        self.nearest(at, point).distance <= TOUCH
+    }
+
+    /// The least `t` for which `origin + t direction` lies in the cutter; `None` if none does.
+    ///
+    /// `direction`: unit.
+    pub fn entry(&self, at: &Placed, origin: DVec3, direction: DVec3) -> Option<f64> {
+        let line = Line::new(at, origin, direction);
+        if self.corner == 0.0 {
+            return line.entry(self.radius, 0.0, self.length).map(|(t, _)| t);
+        }
+        let side = line.entry(self.radius, self.corner, self.length);
+        if self.is_ball() {
+            let ball = line.ball_entry(self.radius);
+            return match (side, ball) {
+                (Some((a, _)), Some(b)) => Some(a.min(b)),
+                (a, b) => a.map(|(t, _)| t).or(b),
+            };
+        }
+        // Nothing of the cutter lies outside of its cylinder or below its tip.
+        if let Some((t, Through::Side)) = side {
+            return Some(t);
+        }
+        let flat = line.entry(self.bottom, 0.0, self.length);
+        if let Some((t, Through::End)) = flat
+            && line.rise > 0.0
+        {
+            return Some(t);
+        }
+        let (outer, _) = line.entry(self.radius, 0.0, self.length)?;
+        self.rim_entry(&line, outer)
+    }
+
+    /// Entry through the rounded rim, from a place before it on. The distance from the core is convex
+    /// along the line, so Newton's steps never overshoot.
+    fn rim_entry(&self, line: &Line, start: f64) -> Option<f64> {
+        let mut t = start;
+        for _ in 0..MOST_STEPS {
+            let rho = line.rho_squared(t).max(0.0).sqrt();
+            let out = (rho - self.bottom).max(0.0);
+            let under = (self.corner - line.height_at(t)).max(0.0);
+            let from_core = (out * out + under * under).sqrt();
+            if from_core <= self.corner + TOUCH {
+                return Some(t);
+            }
+            let spread = if rho > 0.0 { (line.q[1] + line.q[2] * t) / rho } else { 0.0 };
+            let slope = (out * spread - under * line.rise) / from_core;
+            if slope >= 0.0 {
+                return None;
+            }
+            t += (from_core - self.corner) / -slope;
+        }
+        // Slow only where the line grazes the rim.
+        None
+    }
+
+    /// The least `t` at which a ball that moves from `from` to `to` without turning is entered
+    /// between its ends; `None` where the ends decide.
+    pub fn ball_sweep_entry(
+        &self,
+        from: &Placed,
+        to: &Placed,
+        origin: DVec3,
+        direction: DVec3,
+    ) -> Option<f64> {
+        let start = from.tip + from.axis * self.radius;
+        let way = to.tip + to.axis * self.radius - start;
+        let length_squared = way.length_squared();
+        let w = origin - start;
+        // Across the way.
+        let along = |v: DVec3| v.dot(way) / length_squared;
+        let (w_along, d_along) = (along(w), along(direction));
+        let (w_across, d_across) = (w - way * w_along, direction - way * d_along);
+        let a = d_across.length_squared();
+        let b = w_across.dot(d_across);
+        let c = w_across.length_squared() - self.radius * self.radius;
+        let discriminant = b * b - a * c;
+        if !(a > ALONG_AXIS && discriminant > 0.0) {
+            return None;
+        }
+        let t = (-b - discriminant.sqrt()) / a;
+        let place = w_along + t * d_along;
+        (place > 0.0 && place < 1.0).then_some(t)
+    }
+}
+
+/// Through what a line enters a cylinder.
+#[derive(Copy, Clone, PartialEq)]
+enum Through {
+    Side,
+    End,
+}
+
+impl Line {
+    fn new(at: &Placed, origin: DVec3, direction: DVec3) -> Self {
+        let w = origin - at.tip;
+        let (height, rise) = (w.dot(at.axis), direction.dot(at.axis));
+        let q = [
+            w.length_squared() - height * height,
+            w.dot(direction) - height * rise,
+            1.0 - rise * rise,
+        ];
+        Self { height, rise, q }
+    }
+
+    fn height_at(&self, t: f64) -> f64 {
+        self.height + self.rise * t
+    }
+
+    fn rho_squared(&self, t: f64) -> f64 {
+        self.q[0] + t * (2.0 * self.q[1] + t * self.q[2])
+    }
+
+    /// Entry into the cylinder of that radius between two heights, and through what.
+    fn entry(&self, radius: f64, low: f64, high: f64) -> Option<(f64, Through)> {
+        let c = self.q[0] - radius * radius;
+        let (mut first, mut last) = (f64::NEG_INFINITY, f64::INFINITY);
+        let mut through = Through::End;
+        if self.q[2] > ALONG_AXIS {
+            let discriminant = self.q[1] * self.q[1] - self.q[2] * c;
+            if discriminant <= 0.0 {
+                return None;
+            }
+            let root = discriminant.sqrt();
+            (first, last) = ((-self.q[1] - root) / self.q[2], (-self.q[1] + root) / self.q[2]);
+            through = Through::Side;
+        } else if c > 0.0 {
+            return None;
+        }
+        if self.rise.abs() > 1e-12 {
+            let ends = [(low - self.height) / self.rise, (high - self.height) / self.rise];
+            let (near, far) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+            if near > first {
+                (first, through) = (near, Through::End);
+            }
+            last = last.min(far);
+        } else if !(low..=high).contains(&self.height) {
+            return None;
+        }
+        (first <= last).then_some((first, through))
+    }
+
+    /// Entry into the ball of that radius about the point that high on the axis.
+    fn ball_entry(&self, radius: f64) -> Option<f64> {
+        let up = self.height - radius;
+        let b = self.q[1] + up * self.rise;
+        let c = self.q[0] + up * up - radius * radius;
+        let discriminant = b * b - c;
+        (discriminant > 0.0).then(|| -b - discriminant.sqrt())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tools() -> [Body; 3] {
+        [5.0, 0.0, 1.5].map(|c| Body::new(&Tool::new(5.0, c).unwrap(), 40.0))
+    }
+
+    /// Entry by stepping and bisection on the distance.
+    fn searched(body: &Body, at: &Placed, o: DVec3, d: DVec3) -> Option<f64> {
+        let inside = |t: f64| body.nearest(at, o + d * t).distance <= 1e-9;
+        let step = 1e-3;
+        let n = (-30_000..60_000).find(|&i| inside(f64::from(i) * step))?;
+        let (mut out, mut within) = (f64::from(n - 1) * step, f64::from(n) * step);
+        for _ in 0..60 {
+            let middle = 0.5 * (out + within);
+            if inside(middle) { within = middle } else { out = middle }
+        }
+        Some(within)
+    }
+
+    #[test]
+    fn entries_are_where_the_distance_becomes_zero() {
+        let at =
+            Placed { tip: DVec3::new(1.0, 2.0, 3.0), axis: DVec3::new(0.2, -0.3, 0.9).normalize() };
+        let directions =
+            [DVec3::Z, DVec3::new(0.6, 0.0, 0.8), DVec3::new(-0.48, 0.64, 0.6), at.axis];
+        let mut met = 0;
+        for body in tools() {
+            for direction in directions {
+                for i in 0..12 {
+                    let offset = DVec3::new(
+                        f64::from(i % 4) * 2.3 - 4.0,
+                        f64::from(i / 4) * 2.9 - 1.7,
+                        -2.0,
+                    );
+                    let found = body.entry(&at, at.tip + offset, direction);
+                    let expected = searched(&body, &at, at.tip + offset, direction);
+                    match (found, expected) {
+                        (Some(a), Some(b)) => {
+                            met += 1;
+                            assert!((a - b).abs() < 1e-6, "{body:?} {offset} {direction}: {a} {b}")
+                        }
+                        (a, b) => {
+                            assert_eq!(a.is_some(), b.is_some(), "{body:?} {offset} {direction}")
+                        }
+                    }
+                }
+            }
+        }
+        assert!(met > 40, "{met}");
+    }
+
+    #[test]
+    fn distance_of_known_points() {
+        let at = Placed { tip: DVec3::ZERO, axis: DVec3::Z };
+        for body in tools() {
+            let below = body.nearest(&at, DVec3::new(0.0, 0.0, -2.0));
+            assert!((below.distance - 2.0).abs() < 1e-12 && below.outward == -DVec3::Z);
+            let beside = body.nearest(&at, DVec3::new(0.0, 9.0, 10.0));
+            assert!((beside.distance - 4.0).abs() < 1e-12 && beside.outward == DVec3::Y);
+            assert!(body.contains(&at, DVec3::new(3.0, 0.0, 6.0)));
+        }
+    }
+
+    #[test]
+    fn moving_ball_is_a_capsule() {
+        let [ball, ..] = tools();
+        let from = Placed { tip: DVec3::ZERO, axis: DVec3::Z };
+        let to = Placed { tip: DVec3::new(4.0, 0.0, 0.0), axis: DVec3::Z };
+        let entry =
+            |x: f64, y: f64| ball.ball_sweep_entry(&from, &to, DVec3::new(x, y, 0.0), DVec3::Z);
+        let height = 5.0 - (25.0f64 - 4.0).sqrt();
+        assert!((entry(1.0, 2.0).unwrap() - height).abs() < 1e-12);
+        assert_eq!(entry(-0.1, 2.0), None);
+        assert_eq!(entry(1.0, 5.1), None);
+    }
+}

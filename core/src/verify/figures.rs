@@ -1,0 +1,313 @@
+//! What the samples amount to: scallops, gouges, what is untouched, and which limits are broken.
+
+use super::rate::{Rate, Window};
+use super::sweep::Touch;
+use super::{Outcome, VerifyOptions, without_feed};
+use crate::geometry::{DVec3, math};
+use crate::toolpath::Toolpath;
+
+/// Upper ends of the slope bands, degrees; the last has none.
+const BANDS: [f64; 4] = [15.0, 30.0, 45.0, 60.0];
+/// Places named at most of each kind.
+const MOST_SPOTS: usize = 10;
+/// A peak of the removal rate above the limit by this factor breaks it: what windows of a fifth of
+/// the radius leave to the samples' number.
+const MRR_NOISE: f64 = 1.03;
+
+/// A place and how much is there.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Spot {
+    /// Where, mm.
+    pub place: DVec3,
+    /// How much, mm.
+    pub height: f64,
+    /// Index of the move that left it; it ends at the path's point after that.
+    pub of: Option<u32>,
+}
+
+/// Samples of a slope band or a region.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Band {
+    /// Area, mm².
+    pub area: f64,
+    /// Area above the limit on the scallop, mm².
+    pub above: f64,
+    /// Largest residual, mm.
+    pub largest: f64,
+}
+
+/// A move that may not be.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Fault {
+    /// Index of the move.
+    pub of: u32,
+    /// Where, mm.
+    pub place: DVec3,
+    /// How deep in material, mm; 0 where depth is not the fault.
+    pub depth: f64,
+}
+
+/// What was found; areas in mm², heights in mm. Places where the plan says that the cutter does not
+/// fit count in `too_tight` only, gouges everywhere.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figures {
+    /// Area that is judged.
+    pub area: f64,
+    /// Number of samples.
+    pub samples: usize,
+    /// Their distance, mm.
+    pub spacing: f64,
+    /// What the largest residual may lie above the largest that was sampled.
+    pub sampling_bound: f64,
+    /// Largest residual and where.
+    pub largest: Option<Spot>,
+    /// Residual that 99 % of the area stay below.
+    pub p99: f64,
+    /// Residual that half of the area stays below.
+    pub p50: f64,
+    /// Mean of what is left.
+    pub mean: f64,
+    /// Area above the limit on the scallop; 0 where there is none.
+    pub above: f64,
+    /// Places above limit and tolerance, worst first, a cutter radius apart.
+    pub spots: Vec<Spot>,
+    /// The same by slope: 0 to 15, 30, 45, 60 and above, degrees.
+    pub by_slope: [Band; 5],
+    /// The same by region of the path that left it, in their order.
+    pub by_region: Vec<(u32, Band)>,
+    /// Deepest gouge and where; heights negative.
+    pub gouge: Option<Spot>,
+    /// Area cut into deeper than the tolerance.
+    pub gouged: f64,
+    /// Area that no move reached, and a place of it.
+    pub untouched: (f64, Option<DVec3>),
+    /// What lies where the plan says that the cutter does not fit.
+    pub too_tight: Band,
+    /// Rapids that touch stock or part.
+    pub rapids: Vec<Fault>,
+    /// Moves at feed that have none.
+    pub without_feed: Vec<Fault>,
+    /// The limits that are broken.
+    pub broken: Vec<Broken>,
+}
+
+/// A limit that is broken.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub enum Broken {
+    /// The scallop is too high.
+    Scallop {
+        /// Worst place.
+        worst: Spot,
+        /// Limit, mm.
+        limit: f64,
+    },
+    /// The part is cut into.
+    Gouge {
+        /// Worst place.
+        worst: Spot,
+        /// Tolerance, mm.
+        tolerance: f64,
+    },
+    /// Stock was not reached.
+    Untouched {
+        /// Area, mm².
+        area: f64,
+        /// A place of it, mm.
+        place: DVec3,
+    },
+    /// The removal rate is too high.
+    RemovalRate {
+        /// The worst window.
+        worst: Window,
+        /// Limit, mm³/s.
+        limit: f64,
+    },
+    /// Rapids touch stock.
+    Rapid {
+        /// How many.
+        count: usize,
+        /// The deepest.
+        worst: Fault,
+    },
+    /// Moves at feed have none.
+    NoFeed {
+        /// How many.
+        count: usize,
+        /// The first.
+        first: Fault,
+    },
+}
+
+impl Figures {
+    pub(super) fn of(
+        path: &Toolpath,
+        samples: &[Outcome],
+        touches: &[Touch],
+        rate: &Rate,
+        spacing: f64,
+        options: &VerifyOptions,
+    ) -> Self {
+        let judged: Vec<&Outcome> = samples.iter().filter(|s| s.machined && !s.too_tight).collect();
+        let limit = options.scallop.unwrap_or(f64::INFINITY);
+        let largest = worst(judged.iter().copied(), |s| s.residual);
+        let [p50, p99] = percentiles(&judged);
+        let untouched = judged.iter().filter(|s| s.by.is_none());
+        let mut figures = Self {
+            area: sum(&judged, |_| 1.0),
+            samples: samples.len(),
+            spacing,
+            sampling_bound: largest.map_or(0.0, |l| sampling_bound(l.height, spacing, options)),
+            largest,
+            p99,
+            p50,
+            mean: sum(&judged, |s| f64::from(s.residual).max(0.0))
+                / sum(&judged, |_| 1.0).max(1e-300),
+            above: sum(&judged, |s| f64::from(u8::from(f64::from(s.residual) > limit))),
+            spots: spots(&judged, limit + options.tolerance, options.tool.radius()),
+            by_slope: by_slope(&judged, limit),
+            by_region: by_region(path, &judged, limit),
+            gouge: worst(samples.iter(), |s| -s.residual)
+                .map(|s| Spot { height: -s.height, ..s })
+                .filter(|s| s.height < 0.0),
+            gouged: samples
+                .iter()
+                .filter(|s| f64::from(s.residual) < -options.tolerance)
+                .map(|s| f64::from(s.area))
+                .sum(),
+            untouched: (
+                untouched.clone().map(|s| f64::from(s.area)).sum(),
+                untouched.clone().next().map(|s| s.place()),
+            ),
+            too_tight: Band::default(),
+            rapids: touches
+                .iter()
+                .map(|t| Fault { of: t.of, place: t.place, depth: t.depth })
+                .collect(),
+            without_feed: without_feed(path)
+                .map(|(of, place)| Fault { of, place, depth: 0.0 })
+                .collect(),
+            broken: Vec::new(),
+        };
+        let tight = samples.iter().filter(|s| s.machined && s.too_tight);
+        tight.for_each(|s| figures.too_tight.add(s, limit));
+        figures.broken = figures.broken(rate, options);
+        figures
+    }
+
+    fn broken(&self, rate: &Rate, options: &VerifyOptions) -> Vec<Broken> {
+        let scallop = self.largest.zip(options.scallop).and_then(|(worst, limit)| {
+            (worst.height > limit + options.tolerance).then_some(Broken::Scallop { worst, limit })
+        });
+        let tolerance = options.tolerance;
+        let gouge = self
+            .gouge
+            .filter(|g| g.height < -tolerance)
+            .map(|worst| Broken::Gouge { worst, tolerance });
+        let untouched =
+            self.untouched.1.map(|place| Broken::Untouched { area: self.untouched.0, place });
+        let mrr = rate.peak.zip(options.mrr_limit).and_then(|(worst, limit)| {
+            let over = worst.measured > MRR_NOISE * limit;
+            over.then_some(Broken::RemovalRate { worst, limit })
+        });
+        let deepest =
+            self.rapids.iter().copied().reduce(|a, b| if b.depth > a.depth { b } else { a });
+        let rapid = deepest.map(|worst| Broken::Rapid { count: self.rapids.len(), worst });
+        let first = self.without_feed.first().copied();
+        let no_feed = first.map(|first| Broken::NoFeed { count: self.without_feed.len(), first });
+        [scallop, gouge, untouched, mrr, rapid, no_feed].into_iter().flatten().collect()
+    }
+}
+
+impl Outcome {
+    /// Where it is, mm.
+    pub fn place(&self) -> DVec3 {
+        let [x, y, z] = self.position.map(f64::from);
+        DVec3::new(x, y, z)
+    }
+
+    fn spot(&self) -> Spot {
+        Spot { place: self.place(), height: f64::from(self.residual), of: self.by }
+    }
+}
+
+impl Band {
+    fn add(&mut self, s: &Outcome, limit: f64) {
+        let (area, residual) = (f64::from(s.area), f64::from(s.residual));
+        self.area += area;
+        self.above += if residual > limit { area } else { 0.0 };
+        self.largest = self.largest.max(residual);
+    }
+}
+
+/// How far the residual may rise between samples: the steepest the cutter's side can stand to the
+/// surface at the height of the largest residual, over the distance to the next sample.
+fn sampling_bound(height: f64, spacing: f64, options: &VerifyOptions) -> f64 {
+    let corner = options.tool.corner_radius();
+    let part = if corner > 0.0 { height.max(0.0) / corner } else { 1.0 };
+    // The slope of a circle where it stands that high.
+    let cosine = (1.0 - part).max(0.0);
+    0.5 * spacing * (1.0 - cosine * cosine).sqrt()
+}
+
+fn sum(samples: &[&Outcome], of: impl Fn(&Outcome) -> f64) -> f64 {
+    samples.iter().map(|s| f64::from(s.area) * of(s)).sum()
+}
+
+fn worst<'a>(
+    samples: impl Iterator<Item = &'a Outcome>,
+    of: impl Fn(&Outcome) -> f32,
+) -> Option<Spot> {
+    let largest = samples.reduce(|a, b| if of(b) > of(a) { b } else { a })?;
+    Some(Spot { height: f64::from(of(largest)), ..largest.spot() })
+}
+
+/// The residuals that half and 99 % of the area stay below.
+fn percentiles(samples: &[&Outcome]) -> [f64; 2] {
+    let mut sorted: Vec<(f32, f32)> = samples.iter().map(|s| (s.residual, s.area)).collect();
+    sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let total: f64 = sorted.iter().map(|s| f64::from(s.1)).sum();
+    let at = |share: f64| {
+        let mut left = share * total;
+        let reached = sorted.iter().find(|s| {
+            left -= f64::from(s.1);
+            left <= 0.0
+        });
+        reached.or(sorted.last()).map_or(0.0, |s| f64::from(s.0))
+    };
+    [at(0.5), at(0.99)]
+}
+
+/// The worst places above `limit`, `apart` mm from each other.
+fn spots(samples: &[&Outcome], limit: f64, apart: f64) -> Vec<Spot> {
+    let mut above: Vec<Spot> =
+        samples.iter().filter(|s| f64::from(s.residual) > limit).map(|s| s.spot()).collect();
+    above.sort_by(|a, b| b.height.total_cmp(&a.height));
+    let mut out: Vec<Spot> = Vec::new();
+    for spot in above {
+        if out.len() < MOST_SPOTS && out.iter().all(|o| o.place.distance(spot.place) > apart) {
+            out.push(spot);
+        }
+    }
+    out
+}
+
+fn by_slope(samples: &[&Outcome], limit: f64) -> [Band; 5] {
+    let mut bands: [Band; 5] = Default::default();
+    let cosines = BANDS.map(|b| math::cos(b.to_radians()));
+    for s in samples {
+        let band = cosines.iter().filter(|&&c| f64::from(s.up) < c).count();
+        bands[band].add(s, limit);
+    }
+    bands
+}
+
+fn by_region(path: &Toolpath, samples: &[&Outcome], limit: f64) -> Vec<(u32, Band)> {
+    let mut bands = std::collections::BTreeMap::<u32, Band>::new();
+    for s in samples {
+        let point = s.by.and_then(|of| path.points.get(of as usize + 1));
+        if let Some(point) = point {
+            bands.entry(point.region).or_default().add(s, limit);
+        }
+    }
+    bands.into_iter().collect()
+}

@@ -1,0 +1,258 @@
+//! What a path really leaves and really removes: the judge of every plan.
+//!
+//! - *Residual*: height along the surface normal that is left above the design surface (and its
+//!   allowance) after the cutter has swept every move; a *scallop* where positive, a *gouge* where
+//!   negative.
+//! - *Untouched*: where no move reached the stock.
+//! - *Removal rate*: volume of the columns of stock over the samples, taken in cutting order, over the
+//!   time of a window of travel.
+//!
+//! Steps: (1) area-uniform samples of the design surface and, for gouges only, of the rest of the
+//! part ([`samples`]); (2) the path as short steps ([`motion`]); (3) each tile of samples swept by
+//! the steps that reach it ([`sweep`]), independently of other tiles; (4) figures.
+//!
+//! Nothing here comes from planning: a path is points and axes, a surface is triangles. It judges
+//! paths made elsewhere alike.
+//!
+//! Source: spec 09. Columns along normals instead of one direction, as in the normal vector cutting
+//! method: Jerard, Drysdale, Hauck, Schaudt, Magewick, "Methods for detecting errors in numerically
+//! controlled machining of sculptured surfaces", IEEE CG&A 9(1) (1989).
+
+mod body;
+mod figures;
+mod motion;
+mod rate;
+mod samples;
+mod sweep;
+
+pub use figures::{Band, Broken, Fault, Figures, Spot};
+pub use rate::{Rate, Window};
+pub use samples::Facets;
+
+use crate::geometry::DVec3;
+use crate::parallel;
+use crate::tool::Tool;
+use crate::toolpath::{MoveKind, Toolpath};
+use body::Body;
+use motion::Motion;
+use sweep::{Material, SweptTile, Touch};
+use thiserror::Error;
+
+/// Samples at most; above, they are put farther apart.
+const MOST_SAMPLES: f64 = 4.0e6;
+/// Deepest gouge that is told apart, cutter radii.
+const DEEPEST: f64 = 0.5;
+/// A rapid that takes less than this touches nothing, mm.
+const GRAZE: f64 = 1e-4;
+
+/// What is cut, with what, and what is asked of it.
+#[derive(Clone, Debug)]
+pub struct VerifyOptions {
+    /// The cutter.
+    pub tool: Tool,
+    /// Length of the cutter with its shank, mm; may be infinite.
+    pub length: f64,
+    /// Axial depth of the layer of stock, mm.
+    pub depth: f64,
+    /// Allowance left on the surface, mm.
+    pub stock: f64,
+    /// Limit on the scallop height, mm.
+    pub scallop: Option<f64>,
+    /// By how much the limit on the scallop may be exceeded and the surface cut into, mm.
+    pub tolerance: f64,
+    /// Limit on the removal rate, mm³/s.
+    pub mrr_limit: Option<f64>,
+    /// Distance of samples, mm.
+    pub spacing: f64,
+    /// The direction from which slopes are counted, unit.
+    pub up: DVec3,
+    /// Places where the plan says that the cutter does not fit; judged apart.
+    pub too_tight: Vec<Sphere>,
+    /// Threads to use; the result does not depend on it.
+    pub threads: usize,
+}
+
+/// A sphere.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Sphere {
+    /// Centre, mm.
+    pub centre: DVec3,
+    /// Radius, mm.
+    pub radius: f64,
+}
+
+/// Why nothing can be judged.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum VerifyError {
+    /// The surface has no area.
+    #[error("verify: the surface has no area")]
+    NoSurface,
+    /// There is no move.
+    #[error("verify: the path has {points} points; it takes two for a move")]
+    NoPath {
+        /// Points found.
+        points: usize,
+    },
+    /// An option that is no positive number.
+    #[error("verify: {what} is {value} mm; it must be a positive number")]
+    NotPositive {
+        /// Which.
+        what: &'static str,
+        /// What was given, mm.
+        value: f64,
+    },
+}
+
+/// A sample of the design surface after the cut.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// Place, mm.
+    pub position: [f32; 3],
+    /// What is left above surface and allowance, mm; negative in a gouge.
+    pub residual: f32,
+    /// The area it stands for, mm².
+    pub area: f32,
+    /// Cosine of the slope.
+    pub up: f32,
+    /// The move that left it; it ends at the path's point after that.
+    pub by: Option<u32>,
+    /// The move that took the upper half of the stock.
+    pub opened_by: Option<u32>,
+    /// Whether it is machined: the rest of the part is only guarded against gouges.
+    pub machined: bool,
+    /// Whether the plan says that the cutter does not fit there.
+    pub too_tight: bool,
+}
+
+/// A judged path.
+#[derive(Clone, Debug)]
+pub struct Verification {
+    /// What the samples amount to.
+    pub figures: Figures,
+    /// The removal rate.
+    pub rate: Rate,
+    /// The samples, for pictures.
+    pub samples: Vec<Outcome>,
+}
+
+/// Judges a path. `design`: what is machined; `rest`: other facets of the part that must not be
+/// cut into. `progress` is called with the part done.
+///
+/// # Errors
+/// [`VerifyError`] when there is nothing to judge.
+pub fn verify(
+    path: &Toolpath,
+    design: Facets,
+    rest: Facets,
+    options: &VerifyOptions,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Verification, VerifyError> {
+    let area = design.area();
+    let spacing = checked(path, area, rest.area(), options)?;
+    let body = Body::new(&options.tool, options.length);
+    let motion = Motion::new(path, &body);
+    let material = Material {
+        height: options.stock + options.depth,
+        deepest: DEEPEST * options.tool.radius(),
+        spacing,
+    };
+    let tiles = samples::tiles(design, rest, spacing);
+    let mut swept: Vec<SweptTile> = Vec::with_capacity(tiles.len());
+    // In groups, so that progress shows.
+    for group in tiles.chunks(tiles.len().div_ceil(32).max(8)) {
+        progress(swept.len() as f64 / tiles.len() as f64);
+        let sweep = |tile: &samples::Tile| sweep::sweep(tile, &motion, &body, material);
+        swept.extend(parallel::map(options.threads, group, sweep));
+    }
+    let removed = summed(&swept);
+    let rate = rate::measure(path, &motion, &removed, options.tool.radius());
+    let touches = touches(&swept);
+    let samples = outcomes(&swept, options);
+    let figures = figures::Figures::of(path, &samples, &touches, &rate, spacing, options);
+    progress(1.0);
+    Ok(Verification { figures, rate, samples })
+}
+
+/// The distance of samples, once all is found in order.
+fn checked(
+    path: &Toolpath,
+    area: f64,
+    rest: f64,
+    options: &VerifyOptions,
+) -> Result<f64, VerifyError> {
+    let positive = |what, value: f64| {
+        if value > 0.0 { Ok(()) } else { Err(VerifyError::NotPositive { what, value }) }
+    };
+    positive("the depth of the stock", options.depth + options.stock)?;
+    positive("the distance of samples", options.spacing)?;
+    positive("the length of the cutter", options.length)?;
+    if path.points.len() < 2 {
+        return Err(VerifyError::NoPath { points: path.points.len() });
+    }
+    if !(area.is_finite() && area > 0.0) {
+        return Err(VerifyError::NoSurface);
+    }
+    Ok(options.spacing.max(((area + rest) / MOST_SAMPLES).sqrt()))
+}
+
+/// Volume by step, tiles added in their order.
+fn summed(swept: &[SweptTile]) -> Vec<(u64, f64)> {
+    let mut all: Vec<(u64, f64)> = swept.iter().flat_map(|t| t.removed.iter().copied()).collect();
+    all.sort_by_key(|r| r.0);
+    all.dedup_by(|next, sum| {
+        let same = next.0 == sum.0;
+        if same {
+            sum.1 += next.1;
+        }
+        same
+    });
+    all
+}
+
+/// The deepest touch of every rapid that touches, in order.
+fn touches(swept: &[SweptTile]) -> Vec<Touch> {
+    let mut all: Vec<Touch> = swept.iter().flat_map(|t| t.touched.iter().copied()).collect();
+    all.retain(|t| t.depth > GRAZE);
+    all.sort_by(|a, b| a.of.cmp(&b.of).then(b.depth.total_cmp(&a.depth)));
+    all.dedup_by_key(|t| t.of);
+    all
+}
+
+fn outcomes(swept: &[SweptTile], options: &VerifyOptions) -> Vec<Outcome> {
+    let mut out = Vec::with_capacity(swept.iter().map(|t| t.samples.len()).sum());
+    for tile in swept {
+        let places = || tile.samples.iter().map(|s| s.sample.position);
+        let (low, high) = samples::bounds(places());
+        let (centre, radius) = (0.5 * (low + high), 0.5 * low.distance(high));
+        let near = |s: &&Sphere| s.centre.distance(centre) < s.radius + radius;
+        let spheres: Vec<&Sphere> = options.too_tight.iter().filter(near).collect();
+        out.extend(tile.samples.iter().map(|s| {
+            let sample = &s.sample;
+            let inside = |b: &&Sphere| b.centre.distance(sample.position) <= b.radius;
+            let allowance = if sample.machined { options.stock } else { 0.0 };
+            Outcome {
+                position: sample.position.as_vec3().to_array(),
+                residual: (s.height - allowance) as f32,
+                area: sample.area as f32,
+                up: sample.normal.dot(options.up) as f32,
+                by: s.by,
+                opened_by: s.opened_by,
+                machined: sample.machined,
+                too_tight: spheres.iter().any(inside),
+            }
+        }));
+    }
+    out
+}
+
+/// Moves at feed that state none: index and end of each.
+fn without_feed(path: &Toolpath) -> impl Iterator<Item = (u32, DVec3)> + '_ {
+    path.points.windows(2).enumerate().filter_map(|(i, pair)| {
+        let moves = pair[0].tip != pair[1].tip || pair[0].axis != pair[1].axis;
+        let fed = pair[1].kind == MoveKind::Rapid || pair[1].feed > 0.0;
+        (moves && !fed).then_some((i as u32, pair[1].tip))
+    })
+}
+
+#[cfg(test)]
+mod tests;

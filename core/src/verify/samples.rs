@@ -1,0 +1,332 @@
+//! Dense, area-uniform samples of the part, in tiles that are judged independently.
+//!
+//! - *Patch*: a facet, or a piece of one that is larger than a tile.
+//! - *Tile*: patches that lie together and hold at most a given number of samples.
+//! - *Block*: a few samples of a tile that lie together, with what bounds them.
+//!
+//! A patch is halved across its longest side until the pieces are as small as the samples are dense; each
+//! piece is a *cell* with a sample near its centroid. Cells tile the surface, so that areas and volumes add
+//! up over any strip of it, which scattered samples would not.
+
+use crate::geometry::DVec3;
+
+/// Samples a tile. Larger: less to share between threads; smaller: more tiles a move must be tested
+/// against.
+const TILE: f64 = 1024.0;
+/// Samples a block. Larger: more samples looked at in vain; smaller: more bounds.
+pub const BLOCK: usize = 32;
+/// Largest cell, as a part of the squared distance of samples: halving then leaves cells around it.
+const CELL: f64 = core::f64::consts::SQRT_2;
+/// How far a sample may lie from its cell's centroid, as a part of the way to the rim. With 0, a row of
+/// samples that runs along a cusp may miss its top; with 1, cells are no longer evenly covered.
+const SCATTER: f64 = 0.5;
+/// Inverse powers of the plastic number, the root of `x³ = x + 1`: the evenest sequence of pairs
+/// (Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018).
+const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+/// Facets that meet at a sharper angle than this cosine (40 degrees) do not share normals.
+const CREASE: f64 = 0.766_044_443;
+
+/// A triangle mesh to be sampled.
+#[derive(Copy, Clone, Debug)]
+pub struct Facets<'a> {
+    /// `#V` positions, mm.
+    pub positions: &'a [DVec3],
+    /// `#F` triples of indices into them, counter-clockwise from outside.
+    pub faces: &'a [[u32; 3]],
+}
+
+/// A facet or a piece of one.
+#[derive(Copy, Clone, Debug)]
+pub struct Patch {
+    corners: [DVec3; 3],
+    normals: [DVec3; 3],
+    area: f64,
+    /// Whether it is to be machined; else it is only an obstacle.
+    machined: bool,
+}
+
+/// Patches that are judged together.
+#[derive(Clone, Debug)]
+pub struct Tile {
+    /// Its patches.
+    pub patches: Vec<Patch>,
+    /// Centre of the sphere around it, mm.
+    pub centre: DVec3,
+    /// Radius of that sphere, mm.
+    pub radius: f64,
+}
+
+/// A sample.
+#[derive(Copy, Clone, Debug)]
+pub struct Sample {
+    /// Place on the part, mm.
+    pub position: DVec3,
+    /// Centroid of its cell, mm.
+    pub centroid: DVec3,
+    /// Unit normal, outward.
+    pub normal: DVec3,
+    /// The area it stands for, mm².
+    pub area: f64,
+    /// Whether it is to be machined.
+    pub machined: bool,
+}
+
+impl Sample {
+    /// Distance at which cells of this size repeat: two triangles make a square.
+    pub fn cell_width(&self) -> f64 {
+        (2.0 * self.area).sqrt()
+    }
+}
+
+impl Facets<'_> {
+    fn corners(&self, face: &[u32; 3]) -> [DVec3; 3] {
+        face.map(|v| self.positions[v as usize])
+    }
+
+    /// Area, mm².
+    pub fn area(&self) -> f64 {
+        self.faces.iter().map(|f| 0.5 * doubled(self.corners(f)).length()).sum()
+    }
+
+    /// Normals at the corners of every facet: those of the facets around the vertex that meet this
+    /// one without a crease, weighted with their area.
+    fn normals(&self) -> Vec<[DVec3; 3]> {
+        let areas: Vec<DVec3> = self.faces.iter().map(|f| doubled(self.corners(f))).collect();
+        let mut first = vec![0u32; self.positions.len() + 1];
+        for face in self.faces {
+            face.iter().for_each(|&v| first[v as usize + 1] += 1);
+        }
+        for i in 1..first.len() {
+            first[i] += first[i - 1];
+        }
+        let mut next = first.clone();
+        let mut around = vec![0u32; 3 * self.faces.len()];
+        for (f, face) in self.faces.iter().enumerate() {
+            for &v in face {
+                around[next[v as usize] as usize] = f as u32;
+                next[v as usize] += 1;
+            }
+        }
+        let normal = |f: usize, v: u32| {
+            let own = areas[f];
+            let ring = &around[first[v as usize] as usize..first[v as usize + 1] as usize];
+            let smooth = |a: &DVec3| a.dot(own) > CREASE * a.length() * own.length();
+            let sum: DVec3 = ring.iter().map(|&g| areas[g as usize]).filter(smooth).sum();
+            sum.try_normalize().or(own.try_normalize()).unwrap_or(DVec3::Z)
+        };
+        self.faces.iter().enumerate().map(|(f, face)| face.map(|v| normal(f, v))).collect()
+    }
+}
+
+/// Normal of a triangle, as long as twice its area.
+fn doubled([a, b, c]: [DVec3; 3]) -> DVec3 {
+    (b - a).cross(c - a)
+}
+
+/// Tiles over a part: `design` is machined, `rest` only stands in the way. Facets without area are
+/// left out. `spacing`: distance of samples, mm.
+pub fn tiles(design: Facets, rest: Facets, spacing: f64) -> Vec<Tile> {
+    let largest = TILE * spacing * spacing;
+    let mut patches = Vec::new();
+    for (facets, machined) in [(design, true), (rest, false)] {
+        for (face, normals) in facets.faces.iter().zip(facets.normals()) {
+            let corners = facets.corners(face);
+            let area = 0.5 * doubled(corners).length();
+            if area > 0.0 {
+                // Needles are as bad as large facets: their tile would reach far.
+                let fits = |area: f64, side: f64| area <= 0.25 * largest && side <= largest;
+                split(Patch { corners, normals, area, machined }, &fits, &mut |p| patches.push(p));
+            }
+        }
+    }
+    let mut out = Vec::new();
+    group(&mut patches, largest, &mut out);
+    out
+}
+
+/// Pieces of a patch that pass `is_small`, given their area and squared longest side.
+fn split(patch: Patch, is_small: &impl Fn(f64, f64) -> bool, out: &mut impl FnMut(Patch)) {
+    let side = |i: usize| patch.corners[i].distance_squared(patch.corners[(i + 1) % 3]);
+    let longest = (0..3).fold(0, |best, i| if side(i) > side(best) { i } else { best });
+    if is_small(patch.area, side(longest)) {
+        return out(patch);
+    }
+    let turn = |a: [DVec3; 3]| [a[longest], a[(longest + 1) % 3], a[(longest + 2) % 3]];
+    let ([a, b, c], [na, nb, nc]) = (turn(patch.corners), turn(patch.normals));
+    let (m, nm) = (0.5 * (a + b), (na + nb).normalize_or(na));
+    let area = 0.5 * patch.area;
+    let half = |corners, normals| Patch { corners, normals, area, machined: patch.machined };
+    split(half([a, m, c], [na, nm, nc]), is_small, out);
+    split(half([m, b, c], [nm, nb, nc]), is_small, out);
+}
+
+/// Halves the patches at the middle of their widest direction until a half fits a tile.
+fn group(patches: &mut [Patch], largest: f64, out: &mut Vec<Tile>) {
+    let area: f64 = patches.iter().map(|p| p.area).sum();
+    if patches.is_empty() {
+        return;
+    }
+    if area <= largest || patches.len() == 1 {
+        return out.push(Tile::new(patches.to_vec()));
+    }
+    let centroid = |p: &Patch| (p.corners[0] + p.corners[1] + p.corners[2]) / 3.0;
+    let axis = widest(patches.iter().map(centroid));
+    let half = patches.len() / 2;
+    patches.select_nth_unstable_by(half, |a, b| {
+        let (a, b) = (centroid(a), centroid(b));
+        let lexical = |p: DVec3| [p[axis], p.x, p.y, p.z];
+        lexical(a)
+            .iter()
+            .zip(&lexical(b))
+            .map(|(x, y)| x.total_cmp(y))
+            .fold(core::cmp::Ordering::Equal, core::cmp::Ordering::then)
+    });
+    let (low, high) = patches.split_at_mut(half);
+    group(low, largest, out);
+    group(high, largest, out);
+}
+
+/// The axis along which points spread most.
+fn widest(points: impl Iterator<Item = DVec3>) -> usize {
+    let (low, high) = bounds(points);
+    let size = high - low;
+    if size.x >= size.y && size.x >= size.z {
+        0
+    } else if size.y >= size.z {
+        1
+    } else {
+        2
+    }
+}
+
+/// Lowest and highest coordinates.
+pub fn bounds(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
+    points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)))
+}
+
+impl Tile {
+    fn new(patches: Vec<Patch>) -> Self {
+        let corners = || patches.iter().flat_map(|p| p.corners);
+        let (low, high) = bounds(corners());
+        let centre = 0.5 * (low + high);
+        let radius = corners().map(|p| p.distance(centre)).fold(0.0, f64::max);
+        Self { patches, centre, radius }
+    }
+
+    /// Its samples, about `spacing` mm apart, in blocks of [`BLOCK`] that lie together.
+    pub fn samples(&self, spacing: f64) -> Vec<Sample> {
+        let mut out = Vec::new();
+        let cell = CELL * spacing * spacing;
+        // A needle's cells may be as long as a few squares.
+        let fits = |area: f64, side: f64| area <= cell && side <= 9.0 * cell;
+        for &patch in &self.patches {
+            split(patch, &fits, &mut |p| out.push(p.sample(out.len())));
+        }
+        arrange(&mut out);
+        out
+    }
+}
+
+impl Patch {
+    fn sample(&self, index: usize) -> Sample {
+        let place = |k: usize| (0.5 + index as f64 * STEPS[k]).fract();
+        let (mut u, mut v) = (place(0), place(1));
+        if u + v > 1.0 {
+            (u, v) = (1.0 - u, 1.0 - v);
+        }
+        let pull = |x: f64| SCATTER * x + (1.0 - SCATTER) / 3.0;
+        let (u, v) = (pull(u), pull(v));
+        let mix = |x: &[DVec3; 3]| x[0] * (1.0 - u - v) + x[1] * u + x[2] * v;
+        Sample {
+            position: mix(&self.corners),
+            centroid: (self.corners[0] + self.corners[1] + self.corners[2]) / 3.0,
+            normal: mix(&self.normals).normalize_or(self.normals[0]),
+            area: self.area,
+            machined: self.machined,
+        }
+    }
+}
+
+/// Puts samples that lie together next to each other.
+fn arrange(samples: &mut [Sample]) {
+    if samples.len() <= BLOCK {
+        return;
+    }
+    let axis = widest(samples.iter().map(|s| s.position));
+    // At a whole number of blocks, so that these are full.
+    let half = samples.len().div_ceil(2 * BLOCK) * BLOCK;
+    samples.select_nth_unstable_by(half, |a, b| {
+        let (a, b) = (a.position, b.position);
+        a[axis].total_cmp(&b[axis]).then(a.x.total_cmp(&b.x)).then(a.y.total_cmp(&b.y))
+    });
+    let (low, high) = samples.split_at_mut(half);
+    arrange(low);
+    arrange(high);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square(size: f64) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+        let corner = |x, y| DVec3::new(x, y, 0.0) * size;
+        (
+            vec![corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)],
+            vec![[0, 1, 2], [0, 2, 3]],
+        )
+    }
+
+    fn sampled(size: f64, spacing: f64) -> Vec<Sample> {
+        let (positions, faces) = square(size);
+        let nothing = Facets { positions: &[], faces: &[] };
+        let tiles = tiles(Facets { positions: &positions, faces: &faces }, nothing, spacing);
+        tiles.iter().flat_map(|t| t.samples(spacing)).collect()
+    }
+
+    #[test]
+    fn areas_add_up_and_density_is_even() {
+        let samples = sampled(50.0, 0.5);
+        let total: f64 = samples.iter().map(|s| s.area).sum();
+        assert!((total - 2500.0).abs() < 1e-6);
+        for (x, y) in [(0.0, 0.0), (17.0, 3.0), (40.0, 40.0)] {
+            let within = |s: &&Sample| {
+                (x..x + 10.0).contains(&s.position.x) && (y..y + 10.0).contains(&s.position.y)
+            };
+            let area: f64 = samples.iter().filter(within).map(|s| s.area).sum();
+            assert!((area - 100.0).abs() < 3.0, "{area}");
+        }
+    }
+
+    #[test]
+    fn no_place_is_far_from_a_sample() {
+        let samples = sampled(20.0, 0.25);
+        let mut farthest: f64 = 0.0;
+        for i in 0..40 {
+            for j in 0..40 {
+                let p = DVec3::new(0.37 + 0.48 * f64::from(i), 0.29 + 0.48 * f64::from(j), 0.0);
+                let d =
+                    samples.iter().map(|s| s.position.distance(p)).fold(f64::INFINITY, f64::min);
+                farthest = farthest.max(d);
+            }
+        }
+        assert!(farthest < 1.2 * 0.25, "{farthest}");
+    }
+
+    #[test]
+    fn blocks_lie_together() {
+        let samples = sampled(8.0, 0.26);
+        for block in samples.chunks(BLOCK) {
+            let (low, high) = bounds(block.iter().map(|s| s.position));
+            assert!((high - low).max_element() < 3.2, "{low} {high}");
+        }
+    }
+
+    #[test]
+    fn creases_keep_their_normals() {
+        let positions = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::NEG_Z];
+        let faces = [[0, 1, 2], [0, 3, 1]];
+        let normals = Facets { positions: &positions, faces: &faces }.normals();
+        assert_eq!(normals[0][0], DVec3::Z);
+        assert_eq!(normals[1][0], DVec3::NEG_Y);
+    }
+}

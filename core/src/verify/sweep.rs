@@ -1,0 +1,278 @@
+//! A tile of the part while the cutter goes along the path: the height above the surface that is left
+//! on each sample's normal line, and how much each step takes.
+//!
+//! The line of a sample starts full of material up to the stock's height and down into the part. A
+//! step lowers it to where the line enters the cutter. What stands lower than the surface is a gouge.
+//!
+//! For the volume that is taken, a sample stands for a cell as wide as the distance of samples: where a
+//! wall of the cutter passes over it, it goes by parts, so that the rate does not count samples but
+//! area. The residual knows no cells.
+//!
+//! Most steps near a tile do not reach what is left of it. A block of samples is left out where a
+//! plane parts it from the cutter: the plane through the cutter's point nearest to the block's
+//! highest point, across the way to it. The cutter is convex, so it lies behind that plane.
+
+use super::body::{Body, Nearest, Placed};
+use super::motion::{Motion, Step};
+use super::samples::{BLOCK, Sample, Tile};
+use crate::geometry::DVec3;
+
+/// What the judge assumes about material and cutter.
+#[derive(Copy, Clone, Debug)]
+pub struct Material {
+    /// Height of the stock above the surface where it is machined, mm.
+    pub height: f64,
+    /// Gouges deeper than this are reported as this deep, mm.
+    pub deepest: f64,
+    /// Distance of samples, mm.
+    pub spacing: f64,
+}
+
+/// Material thinner than this is none, mm: a flat end slides over what it has cut.
+const NOTHING: f64 = 1e-7;
+
+/// A sample after the sweep.
+#[derive(Copy, Clone, Debug)]
+pub struct Swept {
+    /// The sample.
+    pub sample: Sample,
+    /// Height left above the surface along the normal, mm; negative in a gouge.
+    pub height: f64,
+    /// Mean height left over its cell, as far as the volume goes, mm.
+    pub left: f64,
+    /// The move that left it, `None` where none came.
+    pub by: Option<u32>,
+    /// The move that took the upper half of the stock.
+    pub opened_by: Option<u32>,
+}
+
+/// A tile after the sweep.
+#[derive(Clone, Debug, Default)]
+pub struct SweptTile {
+    /// Its samples.
+    pub samples: Vec<Swept>,
+    /// Volume taken, mm³, by step, in order.
+    pub removed: Vec<(u64, f64)>,
+    /// Rapids that took material: step and place of the most taken.
+    pub touched: Vec<Touch>,
+}
+
+/// A rapid in material.
+#[derive(Copy, Clone, Debug)]
+pub struct Touch {
+    /// Index of the move.
+    pub of: u32,
+    /// Where, mm.
+    pub place: DVec3,
+    /// Height taken there, mm.
+    pub depth: f64,
+}
+
+/// Samples that lie together and what bounds them.
+struct Block {
+    centre: DVec3,
+    normal: DVec3,
+    /// Farthest sample's line across the mean normal, up to the stock's height.
+    radius: f64,
+    /// Highest material above the centre along the mean normal.
+    top: f64,
+    /// Lowest place of interest there.
+    bottom: f64,
+}
+
+/// Sweeps a tile.
+pub fn sweep(tile: &Tile, motion: &Motion, body: &Body, material: Material) -> SweptTile {
+    let start = |sample: &Sample| if sample.machined { material.height } else { 0.0 };
+    let samples = tile.samples(material.spacing).into_iter().map(|sample| Swept {
+        sample,
+        height: start(&sample),
+        left: start(&sample),
+        by: None,
+        opened_by: None,
+    });
+    let mut out = SweptTile { samples: samples.collect(), ..SweptTile::default() };
+    let mut blocks: Vec<Block> =
+        out.samples.chunks(BLOCK).map(|b| Block::new(b, material)).collect();
+    let reach = tile.radius + material.height.max(material.deepest);
+    motion.near(body, tile.centre, reach, &mut |step| {
+        let mut volume = 0.0;
+        let mut worst: Option<Touch> = None;
+        let rapid = motion.moves()[step.of as usize].rapid;
+        for (block, samples) in blocks.iter_mut().zip(out.samples.chunks_mut(BLOCK)) {
+            if block.is_clear(step, body) {
+                continue;
+            }
+            let mut lowered = false;
+            for s in samples.iter_mut() {
+                let height = lowered_to(s, step, body, material);
+                if s.sample.machined {
+                    let left = left_on_cell(s, height, step, body, material);
+                    volume += (s.left - left) * s.sample.area;
+                    lowered |= left < s.left;
+                    s.left = left;
+                }
+                let Some(height) = height else { continue };
+                lowered = true;
+                let depth = s.height - height;
+                if rapid && worst.is_none_or(|w| depth > w.depth) {
+                    let place = s.sample.position + s.sample.normal * height;
+                    worst = Some(Touch { of: step.of, place, depth });
+                }
+                (s.height, s.by) = (height, Some(step.of));
+                if height < 0.5 * material.height {
+                    s.opened_by = s.opened_by.or(s.by);
+                }
+            }
+            if lowered {
+                block.settle(samples);
+            }
+        }
+        if volume > 0.0 {
+            out.removed.push((step.index, volume));
+        }
+        out.touched.extend(worst);
+    });
+    out
+}
+
+/// The height to which a step lowers a sample's line, if it does.
+fn lowered_to(s: &Swept, step: &Step, body: &Body, material: Material) -> Option<f64> {
+    let Sample { position, normal, .. } = s.sample;
+    let tip = position + normal * (s.height - NOTHING);
+    let near = body.nearest(&step.middle, tip);
+    if near.distance > 0.0 && near.outward.dot(normal) < 0.0 && clearance(&near, step, tip) > 0.0 {
+        return None;
+    }
+    let lowest = lowest_entry(s, step, body)?;
+    if lowest >= s.height {
+        return None;
+    }
+    if lowest >= 0.0 {
+        return Some(lowest);
+    }
+    // A cutter wholly behind the surface has nothing to do with this side of it.
+    let surface = [step.middle, step.to, step.from].iter().any(|at| body.contains(at, position));
+    surface.then(|| lowest.max(-material.deepest)).filter(|&height| height < s.height)
+}
+
+/// Mean height left over a sample's cell after a step that lowers its line to `height`.
+fn left_on_cell(
+    s: &Swept,
+    height: Option<f64>,
+    step: &Step,
+    body: &Body,
+    material: Material,
+) -> f64 {
+    let exact = height.unwrap_or(s.height);
+    let settled = exact < material.height && s.left <= exact + NOTHING;
+    if settled || !body.has_wall_below(material.height) {
+        return s.left.min(exact);
+    }
+    let Sample { centroid, normal, .. } = s.sample;
+    let middle = centroid + normal * (0.5 * material.height);
+    let width = s.sample.cell_width();
+    let level = |at: &Placed| {
+        let w = middle - at.tip;
+        let across = w - at.axis * w.dot(at.axis);
+        let rho = across.length();
+        let inside = body.radius() - rho;
+        let covered = (0.5 + inside / width).min(1.0);
+        if covered <= 0.0 || rho == 0.0 {
+            return None;
+        }
+        // What the part of the cell that is covered is cut down to.
+        let inward = across * ((inside - 0.5 * width).min(0.0) / rho);
+        let inner = body.entry(at, centroid + inward, normal)?.max(-material.deepest);
+        Some(covered * inner + (1.0 - covered) * material.height)
+    };
+    [&step.middle, &step.to].into_iter().filter_map(level).fold(s.left, f64::min)
+}
+
+/// The lowest place at which a sample's line enters the cutter during a step.
+fn lowest_entry(s: &Swept, step: &Step, body: &Body) -> Option<f64> {
+    let Sample { position, normal, .. } = s.sample;
+    let entry = |at: &Placed| body.entry(at, position, normal);
+    let (start, middle, end) = (entry(&step.from), entry(&step.middle), entry(&step.to));
+    let ends = [start, middle, end].into_iter().flatten().reduce(f64::min);
+    let between = if body.is_ball() && step.half_turn == 0.0 {
+        body.ball_sweep_entry(&step.from, &step.to, position, normal)
+    } else {
+        start.zip(middle).zip(end).and_then(|((a, b), c)| {
+            let at = vertex(a, b, c)?;
+            let tip = step.middle.tip + step.half_way * at;
+            let axis = step.middle.axis + 0.5 * at * (step.to.axis - step.from.axis);
+            entry(&Placed { tip, axis: axis.normalize_or(step.middle.axis) })
+        })
+    };
+    between.into_iter().chain(ends).reduce(f64::min)
+}
+
+/// Where, from -1 to 1, the parabola through the values at -1, 0 and 1 is least, if between them.
+fn vertex(a: f64, b: f64, c: f64) -> Option<f64> {
+    let bend = a - 2.0 * b + c;
+    let at = 0.5 * (a - c) / bend;
+    (bend > 0.0 && at.abs() < 1.0 && at != 0.0).then_some(at)
+}
+
+/// How far a point stays from the cutter during a step, at least, mm.
+fn clearance(near: &Nearest, step: &Step, point: DVec3) -> f64 {
+    let way = step.half_way.dot(near.outward).abs();
+    near.distance - way - turned(step, point)
+}
+
+/// How far the turn of a step moves the cutter beside a point.
+fn turned(step: &Step, point: DVec3) -> f64 {
+    if step.half_turn == 0.0 { 0.0 } else { step.half_turn * point.distance(step.middle.tip) }
+}
+
+impl Block {
+    fn new(samples: &[Swept], material: Material) -> Self {
+        let n = samples.len().max(1) as f64;
+        let sum: DVec3 = samples.iter().map(|s| s.sample.position).sum();
+        let centre = sum / n;
+        let normals: DVec3 = samples.iter().map(|s| s.sample.normal).sum();
+        let normal = normals.normalize_or(DVec3::Z);
+        let cell = samples.iter().map(|s| 0.5 * s.sample.cell_width()).fold(0.0, f64::max);
+        let across = |p: DVec3| (p - centre - normal * (p - centre).dot(normal)).length() + cell;
+        let ends = |s: &Swept| {
+            let Sample { position: p, normal: n, .. } = s.sample;
+            across(p + n * s.height).max(across(p - n * material.deepest))
+        };
+        let low = |s: &Swept| {
+            (s.sample.position - s.sample.normal * material.deepest - centre).dot(normal)
+        };
+        let mut block = Self {
+            centre,
+            normal,
+            radius: samples.iter().map(ends).fold(0.0, f64::max),
+            top: 0.0,
+            bottom: samples.iter().map(low).fold(f64::INFINITY, f64::min),
+        };
+        block.settle(samples);
+        block
+    }
+
+    /// Takes note of what is left.
+    fn settle(&mut self, samples: &[Swept]) {
+        let top = |s: &Swept| {
+            let left = s.height.max(s.left);
+            (s.sample.position + s.sample.normal * left - self.centre).dot(self.normal)
+        };
+        self.top = samples.iter().map(top).fold(f64::NEG_INFINITY, f64::max);
+    }
+
+    /// Whether the cutter reaches nothing of the block during a step.
+    fn is_clear(&self, step: &Step, body: &Body) -> bool {
+        let point = self.centre + self.normal * (self.top - NOTHING);
+        let near = body.nearest(&step.middle, point);
+        if near.distance <= 0.0 {
+            return false;
+        }
+        let up = near.outward.dot(self.normal);
+        let across = self.radius * (1.0 - up * up).max(0.0).sqrt();
+        let below = (self.top - self.bottom).max(0.0) * up.max(0.0);
+        let spread = turned(step, point) + step.half_turn * (self.radius + self.top - self.bottom);
+        let way = step.half_way.dot(near.outward).abs();
+        near.distance - way - across - below - spread > 0.0
+    }
+}
