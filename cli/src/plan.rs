@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use evencut_core::job::{self, Faults, Job, Severity, SurfaceSource};
 use evencut_core::plan::Stage;
-use evencut_core::results::{Input, OutputFile, Results, results};
+use evencut_core::results::{Input, OutputFile, Results, ResultsOptions, results};
 
 use crate::output::{self, OutputError, ResultDirectory};
 use crate::progress::Progress;
@@ -26,6 +26,9 @@ pub struct Plan {
     /// Print the report as JSON instead of its summary
     #[arg(long)]
     json: bool,
+    /// Do not simulate the path to measure what it leaves and removes
+    #[arg(long)]
+    no_verify: bool,
     /// Print errors only (and the report, with --json)
     #[arg(short, long)]
     quiet: bool,
@@ -68,7 +71,12 @@ impl Plan {
         if !self.quiet {
             streams.message(&format!("results in {}\n", input::shown(&place)));
         }
-        Ok(())
+        match &results.report.verification {
+            Some(verification) if !verification.passed => {
+                Err(Failed(Exit::NotVerified, broken(&verification.broken)))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Reads the job and the surface it names; warnings are shown.
@@ -114,7 +122,7 @@ impl Plan {
             job,
             Input { name: &job_name, bytes: source },
             surface.as_ref().map(|(_, bytes)| Input { name: named, bytes }),
-            self.threads(),
+            ResultsOptions { threads: self.threads(), verify: !self.no_verify },
             &mut |stage, part| progress.report(words(stage), part),
         )
         .map_err(|error| {
@@ -147,6 +155,11 @@ fn write(target: &Path, files: &[OutputFile]) -> Result<PathBuf, OutputError> {
     Ok(target.to_owned())
 }
 
+/// The limits that the simulation found broken.
+pub fn broken(sentences: &[String]) -> String {
+    sentences.iter().map(|sentence| format!("error: verification: {sentence}\n")).collect()
+}
+
 fn of_output(error: &OutputError) -> Failed {
     let exit = match error {
         OutputError::NotADirectory(_) | OutputError::Foreign { .. } | OutputError::Nameless(_) => {
@@ -164,6 +177,7 @@ fn words(stage: Stage) -> &'static str {
         Stage::Rings => "laying rings",
         Stage::Cut => "cutting within the limit",
         Stage::Locate => "locating the cutter",
+        Stage::Verify => "simulating the path",
         Stage::Write => "writing the results",
     }
 }

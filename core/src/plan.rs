@@ -127,6 +127,8 @@ pub enum Stage {
     Cut,
     /// Lifting, locating, joining.
     Locate,
+    /// Simulating the path to judge it.
+    Verify,
     /// Writing program, tables, pictures and report.
     Write,
 }
@@ -158,6 +160,8 @@ pub struct Planned {
     pub raised: Vec<RaisedStretch>,
     /// What the path leaves.
     pub coverage: Coverage,
+    /// Facets of the part that are not machined.
+    pub rest: Part,
     /// Height of the rapids, mm.
     pub rapid_plane: f64,
     /// Smallest concave radius of curvature, mm, and where; `None` where nothing is concave.
@@ -237,6 +241,7 @@ pub fn plan(
     let no_check = CheckMesh::new(Vec::new(), Vec::new());
     let mut plain = deliver(&plain.points, &lift, &no_check, &options, |_| {})?.toolpath;
     fill_time(&mut plain, &job.tool, &job.machine);
+    let rest = part.without(&surface);
     let check = CheckMesh::new(part.positions, part.faces);
     let Delivered { mut toolpath, raised } =
         deliver(&cut.points, &lift, &check, &options, |p| progress(Stage::Locate, p))?;
@@ -244,6 +249,7 @@ pub fn plan(
     refuse_too_tight(job, &raised)?;
     Ok(Planned {
         coverage: plane.coverage(&cut.stock, &surface, &chart, &locator),
+        rest,
         surface,
         warnings,
         chart,
@@ -490,10 +496,7 @@ fn deliver_options(job: &Job, rapid_plane: f64, threads: usize) -> DeliverOption
             axis_rate: f64::INFINITY,
             stock: job.cut.stock,
             tolerance: job.cut.tolerance,
-            reach: match job.machine.axes {
-                Axes::ThreeAxis => f64::INFINITY,
-                Axes::Xyzac => 4.0 * job.tool.radius(),
-            },
+            reach: job.cutter_length(),
         },
         rapid_plane,
         threads,

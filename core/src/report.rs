@@ -7,9 +7,14 @@ mod json;
 mod page;
 mod profile;
 mod summary;
+mod verification;
 
 pub(crate) use page::escaped;
 pub use profile::Profile;
+pub use verification::{
+    FaultFigures, Lines, MrrFigures, RegionFigures, ScallopFigures, SlopeFigures, SpotFigures,
+    VerificationFigures, VerificationReport,
+};
 
 use crate::toolpath::{MoveKind, Toolpath};
 use serde::Serialize;
@@ -54,6 +59,8 @@ pub struct Report {
     pub coverage: CoverageFigures,
     /// Where the cutter does not fit.
     pub gouge: GougeFigures,
+    /// What a simulation of the path measured, independently of the plan; null where it was not run.
+    pub verification: Option<VerificationFigures>,
     /// Files that were written.
     pub outputs: Vec<FileRecord>,
 }

@@ -9,15 +9,18 @@ use crate::post::{PostError, ProgramOptions, program};
 use crate::preview::{flat_map, mrr_chart, surface_view};
 use crate::report::{
     ByKind, CoverageFigures, FORMAT, FileRecord, FlattenFigures, ForceFigures, GougeFigures,
-    PathFigures, Profile, RaisedStretch, Report, RingFigures, StepoverFigures, SurfaceFigures,
-    Versions, Warning,
+    Lines, PathFigures, Profile, RaisedStretch, Report, RingFigures, StepoverFigures,
+    SurfaceFigures, VerificationFigures, Versions, Warning,
 };
 use crate::surface;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
+use crate::verify::{Facets, Verification, VerifyError, VerifyOptions, verify};
 use thiserror::Error;
 
 /// A flat map whose scale varies more than this gets a warning.
 const WIDEST_SCALE: f64 = 30.0;
+/// Samples of the judge on a side step.
+const SAMPLES_PER_STEP: f64 = 12.0;
 
 /// A file that was read.
 #[derive(Copy, Clone, Debug)]
@@ -55,12 +58,24 @@ pub enum ResultsError {
     /// The path cannot be written as a program.
     #[error(transparent)]
     Post(#[from] PostError),
+    /// The path cannot be judged.
+    #[error(transparent)]
+    Verify(#[from] VerifyError),
+}
+
+/// How results are made.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub struct ResultsOptions {
+    /// Threads to use, which change nothing but the time.
+    pub threads: usize,
+    /// Whether the path is judged by a simulation.
+    pub verify: bool,
 }
 
 /// Plans a job and writes all files it asks for.
 ///
-/// `job_file`: the job as read; `surface_file`: the mesh it names, if it names one; `threads`: how
-/// many to use, which changes nothing but the time.
+/// `job_file`: the job as read; `surface_file`: the mesh it names, if it names one. A path that breaks
+/// a limit is a result too: the report's `verification` says so.
 ///
 /// # Errors
 /// [`ResultsError`]; nothing is half done.
@@ -68,10 +83,15 @@ pub fn results(
     job: &Job,
     job_file: Input,
     surface_file: Option<Input>,
-    threads: usize,
+    options: ResultsOptions,
     progress: &mut dyn FnMut(Stage, f64),
 ) -> Result<Results, ResultsError> {
+    let threads = options.threads;
     let planned = plan(job, surface_file.map(|f| f.bytes), threads, progress)?;
+    let judged = match options.verify {
+        true => Some(judge(job, &planned, threads, &mut |p| progress(Stage::Verify, p))?),
+        false => None,
+    };
     progress(Stage::Write, 0.0);
     let mut files = vec![
         OutputFile { name: "job.resolved.toml".into(), bytes: job.to_toml().into_bytes() },
@@ -99,6 +119,9 @@ pub fn results(
     let inputs = [Some(job_file), surface_file];
     let inputs = inputs.into_iter().flatten().map(|f| FileRecord::of(f.name, f.bytes)).collect();
     let mut report = report(job, &planned, inputs);
+    report.verification = judged.as_ref().map(|(verification, options)| {
+        VerificationFigures::of(verification, options, Lines::Table, Vec::new())
+    });
     report.outputs = files.iter().map(|f| FileRecord::of(&f.name, &f.bytes)).collect();
     let shown: Vec<(&str, &str)> = pictures.iter().map(|(_, t, svg)| (*t, svg.as_str())).collect();
     let page = report.to_html(&shown);
@@ -106,6 +129,37 @@ pub fn results(
     files.push(OutputFile { name: "report.json".into(), bytes: report.to_json().into_bytes() });
     progress(Stage::Write, 1.0);
     Ok(Results { files, report })
+}
+
+/// Simulates the delivered path and measures what it leaves and removes.
+fn judge(
+    job: &Job,
+    planned: &Planned,
+    threads: usize,
+    progress: &mut dyn FnMut(f64),
+) -> Result<(Verification, VerifyOptions), VerifyError> {
+    let options = verify_options(job, planned, threads);
+    let (positions, faces) = planned.surface.triangles();
+    let design = Facets { positions, faces: &faces };
+    let rest = Facets { positions: &planned.rest.positions, faces: &planned.rest.faces };
+    let verification = verify(&planned.toolpath, design, rest, &options, progress)?;
+    Ok((verification, options))
+}
+
+fn verify_options(job: &Job, planned: &Planned, threads: usize) -> VerifyOptions {
+    VerifyOptions {
+        tool: job.tool,
+        length: job.cutter_length(),
+        depth: job.cut.axial_depth,
+        stock: job.cut.stock,
+        scallop: None,
+        tolerance: job.cut.tolerance,
+        mrr_limit: Some(job.mrr_limit()),
+        spacing: job.nominal_side_step() / SAMPLES_PER_STEP,
+        up: DVec3::Z,
+        too_tight: Vec::new(),
+        threads,
+    }
 }
 
 /// File name, heading and SVG of every picture the job asks for.
@@ -208,6 +262,7 @@ fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> Report {
         delivered,
         coverage: coverage(job, planned),
         gouge: GougeFigures { raised: raised(planned) },
+        verification: None,
         outputs: Vec::new(),
     }
 }

@@ -34,7 +34,7 @@ pub use surface::{
 };
 pub use template::{SurfaceFacts, template};
 
-use crate::machine::Machine;
+use crate::machine::{Axes, Machine};
 use crate::tool::{Tool, ToolKind};
 
 /// A complete job: every default filled in, every value checked.
@@ -126,6 +126,15 @@ impl Job {
     /// Removal rate `D H V_f` of a straight pass at the nominal side step, mm³/s.
     pub fn nominal_mrr(&self) -> f64 {
         self.nominal_side_step() * self.cut.axial_depth * self.cut.feed
+    }
+
+    /// Length of the cutter that is checked for collisions, mm: without end along a fixed axis; twice
+    /// its diameter where it leans, as the reach of a short end mill.
+    pub fn cutter_length(&self) -> f64 {
+        match self.machine.axes {
+            Axes::ThreeAxis => f64::INFINITY,
+            Axes::Xyzac => 4.0 * self.tool.radius(),
+        }
     }
 
     /// The limit on the material removal rate, mm³/s.

@@ -1,6 +1,6 @@
 //! The report as a page.
 
-use super::summary::{comparison, facts};
+use super::summary::{MEASURED, comparison, facts};
 use super::{ByKind, FileRecord, PathFigures, Report};
 use std::fmt::Write;
 
@@ -34,6 +34,7 @@ pub fn page(report: &Report, pictures: &[(&str, &str)]) -> String {
     warnings(&mut html, report);
     fact_table(&mut html, report);
     comparison_table(&mut html, report);
+    verification(&mut html, report);
     for (heading, svg) in pictures {
         // Writing to a string cannot fail.
         let _ = write!(html, "<h2>{}</h2>\n<figure>\n{svg}</figure>\n", escaped(heading));
@@ -64,6 +65,22 @@ fn fact_table(html: &mut String, report: &Report) {
     html.push_str("<table>\n");
     for (label, value) in facts(report) {
         let _ = writeln!(html, "<tr><th>{label}</th><td>{}</td></tr>", escaped(&value));
+    }
+    html.push_str("</table>\n");
+}
+
+fn verification(html: &mut String, report: &Report) {
+    let Some(v) = &report.verification else { return };
+    html.push_str(
+        "<h2>Measured</h2>\n<p>By a simulation of the path that shares nothing with its planning.</p>\n",
+    );
+    for sentence in &v.broken {
+        let sentence = escaped(sentence);
+        let _ = writeln!(html, "<p class=\"warning\"><strong>broken:</strong> {sentence}</p>");
+    }
+    html.push_str("<table>\n");
+    for (label, line) in MEASURED.iter().zip(v.short()) {
+        let _ = writeln!(html, "<tr><th>{label}</th><td>{}</td></tr>", escaped(&line));
     }
     html.push_str("</table>\n");
 }

@@ -81,6 +81,73 @@ pub(super) fn report() -> Report {
                 raised_by_mm: 0.031,
             }],
         },
+        verification: Some(verification()),
         outputs: vec![file("toolpath.csv"), file("program.ngc")],
+    }
+}
+
+fn verification() -> VerificationFigures {
+    let at = [44.1, 77.9, 3.2];
+    let fault = || vec![FaultFigures { line: Some(12), at_mm: at, depth_mm: 0.1 }];
+    VerificationFigures {
+        passed: false,
+        broken: vec!["gouge of 20.0 µm at (44.10, 77.90, 3.20), line 12".to_owned()],
+        area_mm2: 10_713.2,
+        samples: 412_000,
+        spacing_mm: 0.16,
+        scallop: ScallopFigures {
+            limit_mm: Some(0.11),
+            tolerance_mm: 0.005,
+            largest_mm: 0.108,
+            largest_at_mm: Some(at),
+            sampling_bound_mm: 0.001,
+            p99_mm: 0.1,
+            p50_mm: 0.03,
+            mean_mm: 0.035,
+            above_mm2: 0.5,
+            above_percent: 0.005,
+            spots: vec![SpotFigures { height_mm: 0.13, at_mm: at, line: Some(12) }],
+        },
+        by_slope: [0.0, 15.0, 30.0, 45.0, 60.0]
+            .map(|from_deg| SlopeFigures {
+                from_deg,
+                area_mm2: 2_000.0,
+                above_percent: 0.01,
+                largest_mm: 0.1,
+            })
+            .to_vec(),
+        by_region: vec![RegionFigures {
+            region: 0,
+            area_mm2: 10_713.2,
+            above_percent: 0.01,
+            largest_mm: 0.1,
+        }],
+        gouge_mm: -0.02,
+        gouge_at_mm: Some(at),
+        gouge_by_line: Some(12),
+        gouged_mm2: 0.2,
+        untouched_mm2: 0.3,
+        untouched_at_mm: Some(at),
+        too_tight_mm2: 12.5,
+        too_tight_residual_mm: 0.4,
+        mrr: Some(MrrFigures {
+            limit_mm3_per_min: Some(2880.0),
+            peak_mm3_per_min: 2870.0,
+            peak_at_mm: Some(at),
+            peak_line: Some(40),
+            peak_time_s: 8.1,
+            peak_over_limit: Some(0.9965),
+            removed_mm3: 8_000.0,
+            predicted_peak_mm3_per_min: Some(2878.0),
+            rms_difference_mm3_per_min: Some(40.0),
+            rms_difference_over_limit: Some(0.0139),
+            largest_difference_mm3_per_min: Some(-210.0),
+            largest_difference_at_mm: Some(at),
+        }),
+        rapids_in_stock: 1,
+        rapids: fault(),
+        moves_without_feed: 1,
+        without_feed: fault(),
+        program: vec!["line 3: a move at feed without an F word".to_owned()],
     }
 }

@@ -3,6 +3,8 @@
 use super::{PathFigures, Report, Warning};
 use std::fmt::Write;
 
+/// Labels of the four lines of a verification.
+pub const MEASURED: [&str; 4] = ["scallop", "gouge", "reach", "rate"];
 /// Warnings shown; the report itself has all.
 const WARNINGS: usize = 4;
 
@@ -19,6 +21,12 @@ pub fn summary(report: &Report) -> String {
     for (label, values) in comparison(report) {
         let [plain, slowed, delivered] = values;
         let _ = writeln!(text, "  {label:<22}{plain:>12}{slowed:>12}{delivered:>12}");
+    }
+    if let Some(verification) = &report.verification {
+        let _ = writeln!(text, "\n  measured by simulation");
+        for (label, line) in MEASURED.iter().zip(verification.short()) {
+            let _ = writeln!(text, "  {label:<10}{line}");
+        }
     }
     warnings(&mut text, &report.warnings);
     text

@@ -42,6 +42,28 @@ pub struct Part {
     pub faces: Vec<[u32; 3]>,
 }
 
+impl Part {
+    /// The faces that are not of `surface`, which was picked from this part.
+    pub fn without(&self, surface: &Surface) -> Self {
+        let picked = surface.connectivity().faces();
+        if picked.len() == self.faces.len() {
+            return Self::default();
+        }
+        let key = |corners: [DVec3; 3]| {
+            let mut bits = corners.map(|p| p.to_array().map(f64::to_bits));
+            bits.sort_unstable();
+            bits
+        };
+        let of_surface = |f: &[VertexId; 3]| key(f.map(|v| surface.positions()[v.index()]));
+        let mut machined: Vec<_> = picked.iter().map(of_surface).collect();
+        machined.sort_unstable();
+        let of_part = |f: &[u32; 3]| key(f.map(|v| self.positions[v as usize]));
+        let rest = |f: &&[u32; 3]| machined.binary_search(&of_part(f)).is_err();
+        let faces = self.faces.iter().filter(rest).copied().collect();
+        Self { positions: self.positions.clone(), faces }
+    }
+}
+
 /// Why triangles are not a surface that can be machined.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum SurfaceError {

@@ -54,6 +54,12 @@ impl Surface {
         &self.positions
     }
 
+    /// `#V` positions, mm, and `#F` triples of indices into them.
+    pub fn triangles(&self) -> (&[DVec3], Vec<[u32; 3]>) {
+        let faces = self.connectivity.faces().iter().map(|f| f.map(|v| v.0)).collect();
+        (&self.positions, faces)
+    }
+
     /// `#V` unit normals toward the tool.
     pub fn vertex_normals(&self) -> &[DVec3] {
         &self.vertex_normals

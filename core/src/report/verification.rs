@@ -1,0 +1,498 @@
+//! What the judge found, as numbers with stable keys and as text.
+
+use super::json;
+use super::summary::MEASURED;
+use crate::geometry::DVec3;
+use crate::verify::{Band, Broken, Fault, Spot, Verification, VerifyOptions, Window};
+use serde::Serialize;
+use std::fmt::Write;
+
+/// Faulty moves listed at most; their number is told.
+const MOST_LISTED: usize = 20;
+/// Lower ends of the slope bands, degrees; the last band ends at 180.
+const SLOPES: [f64; 5] = [0.0, 15.0, 30.0, 45.0, 60.0];
+
+/// What a simulation of the path measured, independently of the plan.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct VerificationFigures {
+    /// Whether every limit is kept.
+    pub passed: bool,
+    /// The limits that are broken, in words.
+    pub broken: Vec<String>,
+    /// Area that was judged, mm²; what lies where the cutter does not fit is apart.
+    pub area_mm2: f64,
+    /// Number of samples.
+    pub samples: u64,
+    /// Distance of samples, mm.
+    pub spacing_mm: f64,
+    /// What is left above the surface along its normal.
+    pub scallop: ScallopFigures,
+    /// The same by slope of the surface against the Z axis.
+    pub by_slope: Vec<SlopeFigures>,
+    /// The same by region of the path.
+    pub by_region: Vec<RegionFigures>,
+    /// Deepest cut into the part, mm; 0 or positive where nothing is cut into.
+    pub gouge_mm: f64,
+    /// Where, mm.
+    pub gouge_at_mm: Option<[f64; 3]>,
+    /// Line of the path that cut it.
+    pub gouge_by_line: Option<u64>,
+    /// Area cut into deeper than the tolerance, mm².
+    pub gouged_mm2: f64,
+    /// Area that no move reached, mm².
+    pub untouched_mm2: f64,
+    /// A place of it, mm.
+    pub untouched_at_mm: Option<[f64; 3]>,
+    /// Area where the plan says that the cutter does not fit, mm².
+    pub too_tight_mm2: f64,
+    /// Largest residual there, mm.
+    pub too_tight_residual_mm: f64,
+    /// Measured removal rate; null where the depth of the stock is not known.
+    pub mrr: Option<MrrFigures>,
+    /// Number of rapids that touch stock or part.
+    pub rapids_in_stock: u64,
+    /// The first of them.
+    pub rapids: Vec<FaultFigures>,
+    /// Number of moves at feed that state none.
+    pub moves_without_feed: u64,
+    /// The first of them.
+    pub without_feed: Vec<FaultFigures>,
+    /// What a check of the program found, in words.
+    pub program: Vec<String>,
+}
+
+/// What is left above the surface, mm.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct ScallopFigures {
+    /// Limit, mm; null where there is none.
+    pub limit_mm: Option<f64>,
+    /// By how much the limit may be exceeded, mm.
+    pub tolerance_mm: f64,
+    /// Largest residual, mm.
+    pub largest_mm: f64,
+    /// Where, mm.
+    pub largest_at_mm: Option<[f64; 3]>,
+    /// What the largest residual may lie above the largest sample at most, mm.
+    pub sampling_bound_mm: f64,
+    /// Residual that 99 % of the area stay below, mm.
+    pub p99_mm: f64,
+    /// Residual that half of the area stays below, mm.
+    pub p50_mm: f64,
+    /// Mean, mm.
+    pub mean_mm: f64,
+    /// Area above the limit, mm².
+    pub above_mm2: f64,
+    /// The same, percent.
+    pub above_percent: f64,
+    /// Worst places above limit and tolerance: height and place, mm.
+    pub spots: Vec<SpotFigures>,
+}
+
+/// A place and the residual there.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct SpotFigures {
+    /// Residual, mm.
+    pub height_mm: f64,
+    /// Where, mm.
+    pub at_mm: [f64; 3],
+    /// Line of the path that left it; null where no move came.
+    pub line: Option<u64>,
+}
+
+/// Residual on a band of slopes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct SlopeFigures {
+    /// Lower end of the band, degrees.
+    pub from_deg: f64,
+    /// Its area, mm².
+    pub area_mm2: f64,
+    /// Part of it above the limit on the scallop, percent.
+    pub above_percent: f64,
+    /// Largest residual, mm.
+    pub largest_mm: f64,
+}
+
+/// Residual on a region of the path.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct RegionFigures {
+    /// Index of the region.
+    pub region: u64,
+    /// Its area, mm².
+    pub area_mm2: f64,
+    /// Part of it above the limit on the scallop, percent.
+    pub above_percent: f64,
+    /// Largest residual, mm.
+    pub largest_mm: f64,
+}
+
+/// Removal rate over windows of a fifth of the cutter radius.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct MrrFigures {
+    /// Limit, mm³/min; null where there is none.
+    pub limit_mm3_per_min: Option<f64>,
+    /// Largest measured rate, mm³/min.
+    pub peak_mm3_per_min: f64,
+    /// Tool tip there, mm.
+    pub peak_at_mm: Option<[f64; 3]>,
+    /// Line of the path there.
+    pub peak_line: Option<u64>,
+    /// Time there, s.
+    pub peak_time_s: f64,
+    /// Largest measured rate as a multiple of the limit.
+    pub peak_over_limit: Option<f64>,
+    /// Volume that was removed, mm³.
+    pub removed_mm3: f64,
+    /// Largest predicted rate over the same windows, mm³/min; null where the path predicts none.
+    pub predicted_peak_mm3_per_min: Option<f64>,
+    /// Root mean square of predicted less measured rate while cutting, mm³/min.
+    pub rms_difference_mm3_per_min: Option<f64>,
+    /// The same as a multiple of the limit.
+    pub rms_difference_over_limit: Option<f64>,
+    /// Largest difference of predicted and measured rate, mm³/min.
+    pub largest_difference_mm3_per_min: Option<f64>,
+    /// Tool tip there, mm.
+    pub largest_difference_at_mm: Option<[f64; 3]>,
+}
+
+/// A move that may not be.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct FaultFigures {
+    /// Line of the path.
+    pub line: Option<u64>,
+    /// Where, mm.
+    pub at_mm: [f64; 3],
+    /// How deep in material, mm.
+    pub depth_mm: f64,
+}
+
+/// Lines of a path's points in the file they come from.
+#[derive(Copy, Clone, Debug)]
+pub enum Lines<'a> {
+    /// A table with a header and a row a point.
+    Table,
+    /// As listed.
+    Listed(&'a [u32]),
+}
+
+impl Lines<'_> {
+    /// The line on which a move ends.
+    fn of(&self, index: u32) -> Option<u64> {
+        let point = index as usize + 1;
+        match self {
+            Self::Table => Some(point as u64 + 2),
+            Self::Listed(lines) => lines.get(point).map(|&line| u64::from(line)),
+        }
+    }
+}
+
+fn percent(part: f64, of: f64) -> f64 {
+    if of > 0.0 { 100.0 * part / of } else { 0.0 }
+}
+
+fn place(at: Option<DVec3>) -> Option<[f64; 3]> {
+    at.map(|p| p.to_array())
+}
+
+impl VerificationFigures {
+    /// The figures of a judged path. `program`: what a check of the program found.
+    pub fn of(
+        verification: &Verification,
+        options: &VerifyOptions,
+        lines: Lines,
+        program: Vec<String>,
+    ) -> Self {
+        let f = &verification.figures;
+        let broken: Vec<String> =
+            f.broken.iter().map(|b| told(b, options, &lines)).chain(program.clone()).collect();
+        let faults = |faults: &[Fault]| {
+            let figures = |f: &Fault| FaultFigures {
+                line: lines.of(f.of),
+                at_mm: f.place.to_array(),
+                depth_mm: f.depth,
+            };
+            faults.iter().take(MOST_LISTED).map(figures).collect()
+        };
+        Self {
+            passed: broken.is_empty(),
+            broken,
+            area_mm2: f.area,
+            samples: f.samples as u64,
+            spacing_mm: f.spacing,
+            scallop: scallop(verification, options, &lines),
+            by_slope: SLOPES.iter().zip(&f.by_slope).map(|(&from, b)| slope(from, b)).collect(),
+            by_region: f.by_region.iter().map(|(region, b)| of_region(*region, b)).collect(),
+            gouge_mm: f.gouge.map_or(0.0, |g| g.height),
+            gouge_at_mm: place(f.gouge.map(|g| g.place)),
+            gouge_by_line: f.gouge.and_then(|g| g.of).and_then(|of| lines.of(of)),
+            gouged_mm2: f.gouged,
+            untouched_mm2: f.untouched.0,
+            untouched_at_mm: place(f.untouched.1),
+            too_tight_mm2: f.too_tight.area,
+            too_tight_residual_mm: f.too_tight.largest,
+            mrr: mrr(verification, options, &lines),
+            rapids_in_stock: f.rapids.len() as u64,
+            rapids: faults(&f.rapids),
+            moves_without_feed: f.without_feed.len() as u64,
+            without_feed: faults(&f.without_feed),
+            program,
+        }
+    }
+
+    /// Four lines: what was measured.
+    pub fn short(&self) -> [String; 4] {
+        [self.scallop_line(), self.gouge_line(), self.reach_line(), self.rate_line()]
+    }
+
+    fn scallop_line(&self) -> String {
+        let s = &self.scallop;
+        let mut line = format!("largest {} µm", micrometres(s.largest_mm));
+        if let Some(limit) = s.limit_mm {
+            let _ = write!(
+                line,
+                " of {} µm allowed (+ {} µm tolerance)",
+                micrometres(limit),
+                micrometres(s.tolerance_mm)
+            );
+        }
+        let _ = write!(line, ", P99 {}, mean {}", micrometres(s.p99_mm), micrometres(s.mean_mm));
+        line
+    }
+
+    fn gouge_line(&self) -> String {
+        if self.gouge_mm < -self.scallop.tolerance_mm {
+            let at = self.gouge_at_mm.map_or_else(String::new, |p| format!(" at {}", spelled(p)));
+            return format!("{} µm deep{at}, {:.2} mm²", micrometres(-self.gouge_mm), self.gouged_mm2);
+        }
+        let (deepest, tolerance) = (micrometres(-self.gouge_mm), micrometres(self.scallop.tolerance_mm));
+        format!("none (deepest {deepest} µm, tolerance {tolerance} µm)")
+    }
+
+    fn reach_line(&self) -> String {
+        let mut line = format!("{:.2} mm² untouched", self.untouched_mm2);
+        if self.too_tight_mm2 > 0.0 {
+            let _ = write!(
+                line,
+                ", {:.2} mm² too tight for the cutter (up to {} µm left)",
+                self.too_tight_mm2,
+                micrometres(self.too_tight_residual_mm)
+            );
+        }
+        let _ = write!(line, ", {} rapids in stock", self.rapids_in_stock);
+        line
+    }
+
+    fn rate_line(&self) -> String {
+        let Some(mrr) = &self.mrr else {
+            return "not measured: give the depth of the stock".to_owned();
+        };
+        let mut line = format!("peak {:.0} mm³/min", mrr.peak_mm3_per_min);
+        if let Some(ratio) = mrr.peak_over_limit {
+            let _ = write!(line, ", {ratio:.3} of the limit");
+        }
+        match (mrr.rms_difference_over_limit, mrr.rms_difference_mm3_per_min) {
+            (Some(part), _) => {
+                let _ = write!(line, "; predicted differs by {:.1} % RMS", 100.0 * part);
+            }
+            (None, Some(rms)) => {
+                let _ = write!(line, "; predicted differs by {rms:.0} mm³/min RMS");
+            }
+            (None, None) => {}
+        }
+        line
+    }
+
+    /// All of it as text for a reader.
+    pub fn to_text(&self) -> String {
+        let mut text = String::new();
+        for (label, line) in MEASURED.iter().zip(self.short()) {
+            let _ = writeln!(text, "  {label:<10}{line}");
+        }
+        let s = &self.scallop;
+        let _ = writeln!(
+            text,
+            "  {:<10}{} samples, {:.3} mm apart; between them up to {} µm more",
+            "sampled",
+            self.samples,
+            self.spacing_mm,
+            micrometres(s.sampling_bound_mm)
+        );
+        let _ = writeln!(text, "\n  {:<14}{:>12}{:>14}{:>14}", "slope, deg", "area, mm²", "above, %", "largest, µm");
+        for (i, band) in self.by_slope.iter().enumerate() {
+            let ends = match self.by_slope.get(i + 1) {
+                Some(next) => format!("{:.0} to {:.0}", band.from_deg, next.from_deg),
+                None => format!("{:.0} and above", band.from_deg),
+            };
+            row(&mut text, &ends, band.area_mm2, band.above_percent, band.largest_mm);
+        }
+        if self.by_region.len() > 1 {
+            for r in &self.by_region {
+                row(&mut text, &format!("region {}", r.region), r.area_mm2, r.above_percent, r.largest_mm);
+            }
+        }
+        if !s.spots.is_empty() {
+            let _ = writeln!(text, "\n  worst scallops");
+            for spot in &s.spots {
+                let line = spot.line.map_or_else(String::new, |l| format!(", line {l}"));
+                let (height, at) = (micrometres(spot.height_mm), spelled(spot.at_mm));
+                let _ = writeln!(text, "    {height} µm at {at}{line}");
+            }
+        }
+        for sentence in &self.broken {
+            let _ = writeln!(text, "\n  broken: {sentence}");
+        }
+        text
+    }
+}
+
+fn row(text: &mut String, name: &str, area: f64, above: f64, largest: f64) {
+    let largest = if area > 0.0 { micrometres(largest) } else { "-".to_owned() };
+    let _ = writeln!(text, "  {name:<14}{area:>12.2}{above:>14.3}{largest:>14}");
+}
+
+/// A length in µm with one decimal.
+fn micrometres(mm: f64) -> String {
+    // No negative zero.
+    format!("{:.1}", (1e4 * mm).round() / 10.0 + 0.0)
+}
+
+fn spelled([x, y, z]: [f64; 3]) -> String {
+    format!("({x:.2}, {y:.2}, {z:.2})")
+}
+
+fn scallop(v: &Verification, options: &VerifyOptions, lines: &Lines) -> ScallopFigures {
+    let f = &v.figures;
+    let spot = |s: &Spot| SpotFigures {
+        height_mm: s.height,
+        at_mm: s.place.to_array(),
+        line: s.of.and_then(|of| lines.of(of)),
+    };
+    ScallopFigures {
+        limit_mm: options.scallop,
+        tolerance_mm: options.tolerance,
+        largest_mm: f.largest.map_or(0.0, |l| l.height),
+        largest_at_mm: place(f.largest.map(|l| l.place)),
+        sampling_bound_mm: f.sampling_bound,
+        p99_mm: f.p99,
+        p50_mm: f.p50,
+        mean_mm: f.mean,
+        above_mm2: f.above,
+        above_percent: percent(f.above, f.area),
+        spots: f.spots.iter().map(spot).collect(),
+    }
+}
+
+fn slope(from_deg: f64, band: &Band) -> SlopeFigures {
+    SlopeFigures {
+        from_deg,
+        area_mm2: band.area,
+        above_percent: percent(band.above, band.area),
+        largest_mm: band.largest,
+    }
+}
+
+fn of_region(region: u32, band: &Band) -> RegionFigures {
+    RegionFigures {
+        region: u64::from(region),
+        area_mm2: band.area,
+        above_percent: percent(band.above, band.area),
+        largest_mm: band.largest,
+    }
+}
+
+fn mrr(v: &Verification, options: &VerifyOptions, lines: &Lines) -> Option<MrrFigures> {
+    let rate = &v.rate;
+    let limit = options.mrr_limit;
+    let peak = rate.peak?;
+    let predicted = rate.windows.iter().map(|w| w.predicted).fold(0.0, f64::max);
+    let predicts = predicted > 0.0;
+    let difference = |w: Window| w.predicted - w.measured;
+    Some(MrrFigures {
+        limit_mm3_per_min: limit.map(|l| 60.0 * l),
+        peak_mm3_per_min: 60.0 * peak.measured,
+        peak_at_mm: Some(peak.place.to_array()),
+        peak_line: lines.of(peak.of),
+        peak_time_s: 0.5 * (peak.time[0] + peak.time[1]),
+        peak_over_limit: limit.map(|l| peak.measured / l),
+        removed_mm3: rate.volume,
+        predicted_peak_mm3_per_min: predicts.then_some(60.0 * predicted),
+        rms_difference_mm3_per_min: predicts.then_some(60.0 * rate.rms_difference),
+        rms_difference_over_limit: limit.filter(|_| predicts).map(|l| rate.rms_difference / l),
+        largest_difference_mm3_per_min: rate
+            .largest_difference
+            .filter(|_| predicts)
+            .map(|w| 60.0 * difference(w)),
+        largest_difference_at_mm: place(rate.largest_difference.filter(|_| predicts).map(|w| w.place)),
+    })
+}
+
+/// A broken limit as a sentence.
+fn told(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String {
+    let at = |p: DVec3| spelled(p.to_array());
+    let line = |of: u32| lines.of(of).map_or_else(String::new, |l| format!(", line {l}"));
+    let left = |s: &Spot| s.of.map_or_else(|| ", where no move came".to_owned(), line);
+    match broken {
+        Broken::Scallop { worst, limit } => format!(
+            "scallop of {} µm at {}{}; allowed are {} µm and {} µm of tolerance",
+            micrometres(worst.height),
+            at(worst.place),
+            left(worst),
+            micrometres(*limit),
+            micrometres(options.tolerance)
+        ),
+        Broken::Gouge { worst, tolerance } => format!(
+            "gouge of {} µm at {}{}; the tolerance is {} µm",
+            micrometres(-worst.height),
+            at(worst.place),
+            left(worst),
+            micrometres(*tolerance)
+        ),
+        Broken::Untouched { area, place } => {
+            format!("{area:.2} mm² that no move reached, for one at {}", at(*place))
+        }
+        Broken::RemovalRate { worst, limit } => format!(
+            "removal rate of {:.0} mm³/min, {:.3} of the limit, at {}{}",
+            60.0 * worst.measured,
+            worst.measured / limit,
+            at(worst.place),
+            line(worst.of)
+        ),
+        Broken::Rapid { count, worst } => format!(
+            "{count} rapids through stock or part, {} µm deep at {}{}",
+            micrometres(worst.depth),
+            at(worst.place),
+            line(worst.of)
+        ),
+        Broken::NoFeed { count, first } => format!(
+            "{count} moves at feed without a feed, the first to {}{}",
+            at(first.place),
+            line(first.of)
+        ),
+    }
+}
+
+/// The report of a path that was judged by itself.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct VerificationReport {
+    /// Version of these keys.
+    pub format: u32,
+    /// What judged.
+    pub versions: super::Versions,
+    /// Files that were read.
+    pub inputs: Vec<super::FileRecord>,
+    /// What was found.
+    pub verification: VerificationFigures,
+}
+
+impl VerificationReport {
+    /// The report as JSON, six significant digits.
+    pub fn to_json(&self) -> String {
+        json::pretty(self)
+    }
+}
