@@ -8,9 +8,9 @@ use crate::plan::{PlanError, Planned, Stage, plan};
 use crate::post::{PostError, ProgramOptions, program};
 use crate::preview::{flat_map, mrr_chart, surface_view};
 use crate::report::{
-    ByKind, CoverageFigures, FORMAT, FileRecord, FlattenFigures, ForceFigures, GougeFigures,
-    Lines, PathFigures, Profile, RaisedStretch, Report, RingFigures, StepoverFigures,
-    SurfaceFigures, VerificationFigures, Versions, Warning,
+    ByKind, CoverageFigures, FORMAT, FileRecord, FlattenFigures, ForceFigures, GougeFigures, Lines,
+    PathFigures, Profile, RaisedStretch, Report, RingFigures, StepoverFigures, SurfaceFigures,
+    VerificationFigures, Versions, Warning,
 };
 use crate::surface;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};

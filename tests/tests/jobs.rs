@@ -7,7 +7,7 @@ use evencut_core::machine::Axes;
 use evencut_core::plan::{PlanError, plan};
 use evencut_core::post::read_back;
 use evencut_core::report::Report;
-use evencut_core::results::{ResultsOptions, Input, Results, results};
+use evencut_core::results::{Input, Results, ResultsOptions, results};
 use evencut_core::toolpath::{MoveKind, Toolpath};
 use evencut_tests::follow::assert_follows;
 use evencut_tests::linuxcnc::{in_part, interpreted};
@@ -41,8 +41,9 @@ fn planned(path: &Path, threads: usize) -> (Job, Results) {
     };
     let surface = file.as_ref().map(|(name, bytes)| Input { name, bytes });
     let input = Input { name: "job.toml", bytes: &source };
-    let results = results(&job, input, surface, ResultsOptions { threads, verify: true }, &mut |_, _| {})
-        .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let results =
+        results(&job, input, surface, ResultsOptions { threads, verify: true }, &mut |_, _| {})
+            .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     (job, results)
 }
 

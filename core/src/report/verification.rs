@@ -268,9 +268,14 @@ impl VerificationFigures {
     fn gouge_line(&self) -> String {
         if self.gouge_mm < -self.scallop.tolerance_mm {
             let at = self.gouge_at_mm.map_or_else(String::new, |p| format!(" at {}", spelled(p)));
-            return format!("{} µm deep{at}, {:.2} mm²", micrometres(-self.gouge_mm), self.gouged_mm2);
+            return format!(
+                "{} µm deep{at}, {:.2} mm²",
+                micrometres(-self.gouge_mm),
+                self.gouged_mm2
+            );
         }
-        let (deepest, tolerance) = (micrometres(-self.gouge_mm), micrometres(self.scallop.tolerance_mm));
+        let (deepest, tolerance) =
+            (micrometres(-self.gouge_mm), micrometres(self.scallop.tolerance_mm));
         format!("none (deepest {deepest} µm, tolerance {tolerance} µm)")
     }
 
@@ -323,7 +328,11 @@ impl VerificationFigures {
             self.spacing_mm,
             micrometres(s.sampling_bound_mm)
         );
-        let _ = writeln!(text, "\n  {:<14}{:>12}{:>14}{:>14}", "slope, deg", "area, mm²", "above, %", "largest, µm");
+        let _ = writeln!(
+            text,
+            "\n  {:<14}{:>12}{:>14}{:>14}",
+            "slope, deg", "area, mm²", "above, %", "largest, µm"
+        );
         for (i, band) in self.by_slope.iter().enumerate() {
             let ends = match self.by_slope.get(i + 1) {
                 Some(next) => format!("{:.0} to {:.0}", band.from_deg, next.from_deg),
@@ -333,7 +342,13 @@ impl VerificationFigures {
         }
         if self.by_region.len() > 1 {
             for r in &self.by_region {
-                row(&mut text, &format!("region {}", r.region), r.area_mm2, r.above_percent, r.largest_mm);
+                row(
+                    &mut text,
+                    &format!("region {}", r.region),
+                    r.area_mm2,
+                    r.above_percent,
+                    r.largest_mm,
+                );
             }
         }
         if !s.spots.is_empty() {
@@ -428,7 +443,9 @@ fn mrr(v: &Verification, options: &VerifyOptions, lines: &Lines) -> Option<MrrFi
             .largest_difference
             .filter(|_| predicts)
             .map(|w| 60.0 * difference(w)),
-        largest_difference_at_mm: place(rate.largest_difference.filter(|_| predicts).map(|w| w.place)),
+        largest_difference_at_mm: place(
+            rate.largest_difference.filter(|_| predicts).map(|w| w.place),
+        ),
     })
 }
 

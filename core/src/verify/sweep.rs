@@ -44,6 +44,8 @@ pub struct Swept {
     pub by: Option<u32>,
     /// The move that took the upper half of the stock.
     pub opened_by: Option<u32>,
+    /// The last rapid that came, and the height it found, mm.
+    rapid: Option<(u32, f64)>,
 }
 
 /// A tile after the sweep.
@@ -89,6 +91,7 @@ pub fn sweep(tile: &Tile, motion: &Motion, body: &Body, material: Material) -> S
         left: start(&sample),
         by: None,
         opened_by: None,
+        rapid: None,
     });
     let mut out = SweptTile { samples: samples.collect(), ..SweptTile::default() };
     let mut blocks: Vec<Block> =
@@ -113,10 +116,13 @@ pub fn sweep(tile: &Tile, motion: &Motion, body: &Body, material: Material) -> S
                 }
                 let Some(height) = height else { continue };
                 lowered = true;
-                let depth = s.height - height;
-                if rapid && worst.is_none_or(|w| depth > w.depth) {
-                    let place = s.sample.position + s.sample.normal * height;
-                    worst = Some(Touch { of: step.of, place, depth });
+                if rapid {
+                    let found = s.rapid.filter(|r| r.0 == step.of).map_or(s.height, |r| r.1);
+                    s.rapid = Some((step.of, found));
+                    if worst.is_none_or(|w| found - height > w.depth) {
+                        let place = s.sample.position + s.sample.normal * height;
+                        worst = Some(Touch { of: step.of, place, depth: found - height });
+                    }
                 }
                 (s.height, s.by) = (height, Some(step.of));
                 if height < 0.5 * material.height {

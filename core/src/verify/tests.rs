@@ -239,3 +239,149 @@ fn same_result_for_any_number_of_threads() {
         );
     }
 }
+
+/// A ball of 5 mm over 20 x 20 mm in passes of 0.6 mm: cusps of 9 µm.
+fn good() -> Vec<Vec<(DVec3, DVec3)>> {
+    raster(20.0, &evenly(0.0, 0.6, 35))
+}
+
+fn strict() -> VerifyOptions {
+    VerifyOptions {
+        scallop: Some(0.0095),
+        mrr_limit: Some(7.0),
+        tolerance: 0.001,
+        ..options(5.0, 5.0)
+    }
+}
+
+fn planted(passes: &[Vec<(DVec3, DVec3)>]) -> Verification {
+    judged(&path(passes), &Part::plane(20.0, 20.0), &strict())
+}
+
+/// Past the first passes, which cut a slot at the full feed.
+fn broken(v: &Verification) -> Vec<Broken> {
+    let others = |b: &&Broken| !matches!(b, Broken::RemovalRate { .. });
+    v.figures.broken.iter().filter(others).copied().collect()
+}
+
+#[test]
+fn a_good_path_breaks_nothing() {
+    assert_eq!(broken(&planted(&good())), []);
+}
+
+#[test]
+fn a_planted_gouge_is_found() {
+    let mut passes = good();
+    let deep = |x: f64, z: f64| (DVec3::new(x, passes[17][0].0.y, z), DVec3::Z);
+    let (a, b) = (passes[17][0], passes[17][1]);
+    passes[17] = vec![a, deep(12.0, 0.0), deep(12.3, -0.02), deep(12.6, 0.0), b];
+    let v = planted(&passes);
+    let [Broken::Gouge { worst, .. }] = broken(&v)[..] else { panic!("{:?}", v.figures.broken) };
+    assert_close(worst.height, -0.02, 0.05);
+    assert!(worst.place.distance(DVec3::new(12.3, 10.2, 0.0)) < 1.0);
+    let of = worst.of.unwrap() as usize;
+    assert_eq!(path(&passes).points[of + 1].pass, 17);
+}
+
+#[test]
+fn a_missing_pass_and_a_doubled_step_are_found() {
+    let mut passes = good();
+    passes.remove(20);
+    let v = planted(&passes);
+    let [Broken::Scallop { worst, .. }] = broken(&v)[..] else { panic!("{:?}", v.figures.broken) };
+    assert_close(worst.height, 5.0 - (25.0f64 - 0.36).sqrt(), 0.01);
+    assert!((worst.place.y - 12.0).abs() < 0.1, "{}", worst.place);
+    // Half of the passes left out from 9 mm to 15 mm.
+    let ys = evenly(0.0, 0.6, 35).into_iter().enumerate();
+    let ys: Vec<f64> =
+        ys.filter(|(i, y)| i % 2 == 0 || !(9.0..15.0).contains(y)).map(|(_, y)| y).collect();
+    let v = planted(&raster(20.0, &ys));
+    assert_eq!(broken(&v).len(), 1);
+    assert!(v.figures.spots.iter().all(|s| (8.9..15.1).contains(&s.place.y)));
+    assert!(v.figures.spots.len() > 3);
+}
+
+#[test]
+fn a_rapid_through_stock_and_a_lost_feed_are_found() {
+    let passes = good();
+    let mut path = path(&passes);
+    // The way to pass 10, which starts beside the part, goes 0.2 mm above it from the middle.
+    let first = path.points.iter().position(|p| p.pass == 10).unwrap();
+    let low = DVec3::new(8.0, 13.0, 0.2);
+    path.points[first].tip = low;
+    path.points[first - 1].tip = low + DVec3::X * 3.0;
+    path.points[first + 1].feed = 0.0;
+    let v = judged(&path, &Part::plane(20.0, 20.0), &strict());
+    let rapid = v.figures.rapids.iter().find(|f| path.points[f.of as usize + 1].pass == 10);
+    let rapid = rapid.expect("the rapid is found");
+    assert!(
+        (rapid.place.y - 13.0).abs() < 1.0 && (7.0..12.0).contains(&rapid.place.x),
+        "{}",
+        rapid.place
+    );
+    assert_close(rapid.depth, 0.3, 0.01);
+    assert_eq!(v.figures.without_feed.len(), 1);
+    assert_eq!(v.figures.without_feed[0].of as usize, first);
+    assert!(broken(&v).iter().any(|b| matches!(b, Broken::Rapid { .. })));
+    assert!(broken(&v).iter().any(|b| matches!(b, Broken::NoFeed { .. })));
+}
+
+#[test]
+fn a_spike_of_the_removal_rate_is_found() {
+    // Passes after the first clear, with 1.2 mm more feed of 5 times in the middle of one.
+    let mut passes = good();
+    let y = passes[17][0].0.y;
+    let at = |x: f64| (DVec3::new(x, y, 0.0), DVec3::Z);
+    passes[17] = vec![at(-8.0), at(11.0), at(12.2), at(28.0)];
+    let mut path = path(&passes);
+    let fast = path.points.iter().position(|p| p.pass == 17 && p.tip.x == 12.2).unwrap();
+    let saved = 0.8 * (path.points[fast].time - path.points[fast - 1].time);
+    path.points[fast].feed *= 5.0;
+    path.points[fast..].iter_mut().for_each(|p| p.time -= saved);
+    let v = judged(&path, &Part::plane(20.0, 20.0), &strict());
+    let later = v.rate.windows.iter().filter(|w| path.points[w.of as usize + 1].pass > 4);
+    let worst = later.copied().reduce(|a, b| if b.measured > a.measured { b } else { a }).unwrap();
+    assert!(worst.place.distance(DVec3::new(11.6, y, 0.0)) < 1.0, "{}", worst.place);
+    assert!(worst.measured > 3.0 * 0.5 * 0.6 * FEED);
+}
+
+#[test]
+fn what_the_plan_calls_too_tight_is_judged_apart() {
+    let mut passes = good();
+    passes.remove(20);
+    let too_tight =
+        (0..80).map(|i| Sphere { centre: DVec3::new(0.25 * f64::from(i), 12.0, 0.0), radius: 0.6 });
+    let options = VerifyOptions { too_tight: too_tight.collect(), ..strict() };
+    let v = judged(&path(&passes), &Part::plane(20.0, 20.0), &options);
+    assert_eq!(broken(&v), []);
+    assert_close(v.figures.too_tight.largest, 5.0 - (25.0f64 - 0.36).sqrt(), 0.01);
+    assert_close(v.figures.too_tight.area, 20.0 * 1.2, 0.1);
+}
+
+#[test]
+fn the_rest_of_the_part_is_guarded() {
+    // A wall stands where the cutter runs out.
+    let wall = Part::grid(4, 4, |u, v| DVec3::new(24.0, 20.0 * u, 10.0 * v - 1.0));
+    let turned: Vec<[u32; 3]> = wall.faces.iter().map(|&[a, b, c]| [a, c, b]).collect();
+    let rest = Facets { positions: &wall.positions, faces: &turned };
+    let part = Part::plane(20.0, 20.0);
+    let v = verify(&path(&good()), part.facets(), rest, &strict(), &mut |_| {}).unwrap();
+    let gouge = v.figures.gouge.unwrap();
+    assert!(gouge.height < -1.0 && (gouge.place.x - 24.0).abs() < 1e-6);
+    assert_close(v.figures.area, 400.0, 1e-6);
+}
+
+#[test]
+fn nothing_to_judge_is_said() {
+    let part = Part::plane(1.0, 1.0);
+    let none = Facets { positions: &[], faces: &[] };
+    let good = path(&good());
+    let error = |path: &Toolpath, facets, options: &VerifyOptions| {
+        verify(path, facets, none, options, &mut |_| {}).unwrap_err()
+    };
+    assert_eq!(error(&good, none, &strict()), VerifyError::NoSurface);
+    let empty = Toolpath::default();
+    assert_eq!(error(&empty, part.facets(), &strict()), VerifyError::NoPath { points: 0 });
+    let bad = VerifyOptions { spacing: f64::NAN, ..strict() };
+    assert!(matches!(error(&good, part.facets(), &bad), VerifyError::NotPositive { .. }));
+}

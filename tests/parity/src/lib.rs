@@ -6,7 +6,7 @@
 use std::cell::RefCell;
 
 use evencut_core::job::{self, SurfaceSource};
-use evencut_core::results::{ResultsOptions, Input, OutputFile, results};
+use evencut_core::results::{Input, OutputFile, ResultsOptions, results};
 
 thread_local! {
     static BLOCKS: RefCell<Vec<Vec<u8>>> = const { RefCell::new(Vec::new()) };
@@ -54,7 +54,14 @@ fn files(blocks: &[Vec<u8>]) -> Result<Vec<OutputFile>, String> {
         SurfaceSource::Analytic(_) => None,
     };
     let job_file = Input { name, bytes: source };
-    let results = results(&job, job_file, surface, ResultsOptions { threads: 1, verify: true }, &mut |_, _| {}).map_err(|e| e.to_string())?;
+    let results = results(
+        &job,
+        job_file,
+        surface,
+        ResultsOptions { threads: 1, verify: true },
+        &mut |_, _| {},
+    )
+    .map_err(|e| e.to_string())?;
     Ok(results.files)
 }
 
