@@ -129,8 +129,8 @@ impl Checker<'_> {
             }
         };
         let without = |m: &Move| !m.feed.is_some_and(|feed| feed > 0.0);
-        let mut findings = self.findings(FindingKind::NoFeed, rule(without), |feed| {
-            format!("move at feed with F {feed}; it must be above 0, under G93 in every block")
+        let mut findings = self.findings(FindingKind::NoFeed, rule(without), |_| {
+            "move at feed without one; F must be above 0, under G93 in every block".to_string()
         });
         findings.extend(self.findings(FindingKind::SpindleOff, rule(|m| !m.spindle), |_| {
             "move at feed while the spindle stands; it needs M3 or M4 and S".to_string()

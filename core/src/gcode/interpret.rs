@@ -113,7 +113,7 @@ impl<'a> Reader<'a> {
         if plain && !self.begun && block.left().is_none() && block.g.is_empty() {
             return Ok(());
         }
-        Err(Fault::Refused { word: format!("O{number}"), remedy: SUBPROGRAM })
+        Err(Fault::Refused { word: "O".to_string(), remedy: SUBPROGRAM })
     }
 
     fn nothing_left(&self, block: &Block) -> Result<(), Fault> {

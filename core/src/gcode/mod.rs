@@ -227,7 +227,7 @@ pub enum Fault {
     #[error("the arc {0}")]
     Arc(&'static str),
     /// A position beyond reason.
-    #[error("{axis} would go to {value}; at most {limit} mm or degrees either way are read")]
+    #[error("{axis} would go to {value:e}; at most {limit:e} mm or degrees either way are read")]
     TooFar {
         /// The axis.
         axis: char,

@@ -247,6 +247,12 @@ fn errors_name_the_line_and_the_remedy() {
     assert_eq!(fault("G2 G53 X1"), (1, Fault::NoMotion));
     assert!(matches!(fault("G0 X1000001"), (1, Fault::TooFar { axis: 'X', .. })));
     assert!(matches!(fault("G0 X0\nG91\nX900000\nX900000"), (4, Fault::TooFar { .. })));
+    for long in ["G0 X", "G0 X0 Y0 Z0\nO", "G1 X1 F", "G2 X1 R", "G0 X1\nN1"] {
+        let text = format!("{long}{}", "9".repeat(300));
+        if let Err(error) = read(&text, &ReadOptions::default()) {
+            assert!(error.to_string().len() < 400, "{error}");
+        }
+    }
     let message = read("G0 X1\n G81 X1 R3 ", &ReadOptions::default()).unwrap_err().to_string();
     assert!(message.starts_with("program, line 2, \"G81 X1 R3\": G81 is not read: a canned cycle"));
 }
