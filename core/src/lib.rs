@@ -42,6 +42,8 @@ pub mod link;
 
 pub mod post;
 
+pub mod gcode;
+
 pub mod verify;
 
 pub mod report;

@@ -1,10 +1,31 @@
 //! Whether moves that were read from a program are the path it was written from.
 
+use evencut_core::gcode::{GcodeProgram, ReadOptions, read};
 use evencut_core::geometry::DVec3;
+use evencut_core::machine::Machine;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
 
 /// Largest distance of a programmed point from the path's, mm.
 pub const READ_BACK: f64 = 0.001;
+
+/// A program as the machine that it was written for reads it.
+pub fn read_for(machine: &Machine, text: &str) -> GcodeProgram {
+    let kinematics = machine.axes.into();
+    let options = ReadOptions { kinematics, rapid_feed: machine.max_feed, ..Default::default() };
+    read(text, &options).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The points of a program: all of moves at feed, the ends of rapids. Rapid or not, tip, axis.
+pub fn met(program: &GcodeProgram) -> Vec<(bool, DVec3, DVec3)> {
+    let mut met = Vec::new();
+    for (i, m) in program.moves.iter().enumerate() {
+        let points = &program.path.points[program.points_of(i)];
+        // Between rotary positions a rapid may run anywhere above the plane.
+        let skipped = if m.rapid { points.len().saturating_sub(1) } else { 0 };
+        met.extend(points[skipped..].iter().map(|p| (m.rapid, p.tip, p.axis)));
+    }
+    met
+}
 
 fn distance_to_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
     let d = b - a;

@@ -26,7 +26,7 @@ pub fn interpreted(text: &str, name: &str) -> Option<Result<Vec<CanonMove>, Stri
     let lines = std::fs::read_to_string(&canon).unwrap_or_default();
     std::fs::remove_dir_all(&folder).unwrap();
     match run.status.code() {
-        Some(0) => Some(Ok(lines.lines().filter_map(straight).collect())),
+        Some(0) => Some(Ok(canonical(&lines))),
         Some(1) => Some(Err(String::from_utf8_lossy(&run.stderr).into_owned())),
         code => {
             println!("skipped: LinuxCNC's interpreter could not be had or run ({code:?})");
@@ -35,15 +35,51 @@ pub fn interpreted(text: &str, name: &str) -> Option<Result<Vec<CanonMove>, Stri
     }
 }
 
+/// The moves among canonical commands, lengths in mm.
+fn canonical(lines: &str) -> Vec<CanonMove> {
+    let (mut unit, mut plane) = (1.0, [0, 1, 2]);
+    let mut moves: Vec<CanonMove> = Vec::new();
+    for line in lines.lines() {
+        let command = line.split_whitespace().nth(2).unwrap_or_default();
+        if command.starts_with("USE_LENGTH_UNITS") {
+            unit = if command.contains("INCHES") { 25.4 } else { 1.0 };
+        } else if command.starts_with("SELECT_PLANE") {
+            plane = [("XY", [0, 1, 2]), ("XZ", [2, 0, 1]), ("YZ", [1, 2, 0])]
+                .into_iter()
+                .find_map(|(name, axes)| command.contains(name).then_some(axes))
+                .unwrap();
+        } else if let Some((rapid, mut end)) = straight(line) {
+            end[..3].iter_mut().for_each(|length| *length *= unit);
+            moves.push((rapid, end));
+        } else if command.starts_with("ARC_FEED") {
+            moves.push((false, arc(&numbers(line), plane, unit)));
+        }
+    }
+    moves
+}
+
+/// End of an `ARC_FEED(first, second, centre, centre, turns, third, a, b, c)`.
+fn arc(numbers: &[f64], plane: [usize; 3], unit: f64) -> [f64; 6] {
+    let mut end = [0.0, 0.0, 0.0, numbers[6], numbers[7], numbers[8]];
+    for (axis, at) in plane.into_iter().zip([0, 1, 5]) {
+        end[axis] = unit * numbers[at];
+    }
+    end
+}
+
 /// A `STRAIGHT_FEED(x, y, z, a, b, c)` or `STRAIGHT_TRAVERSE` line.
 fn straight(line: &str) -> Option<CanonMove> {
     let rapid = line.contains("STRAIGHT_TRAVERSE");
     if !rapid && !line.contains("STRAIGHT_FEED") {
         return None;
     }
-    let inside = line.split(['(', ')']).nth(1)?;
-    let numbers: Vec<f64> = inside.split(',').map(|n| n.trim().parse().unwrap()).collect();
-    Some((rapid, numbers.try_into().ok()?))
+    Some((rapid, numbers(line).try_into().ok()?))
+}
+
+/// The arguments of a canonical command.
+fn numbers(line: &str) -> Vec<f64> {
+    let inside = line.split(['(', ')']).nth(1).unwrap();
+    inside.split(',').map(|n| n.trim().parse().unwrap()).collect()
 }
 
 /// Machine to workpiece by the definition of the tables, independent of the post.

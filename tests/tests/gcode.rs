@@ -4,13 +4,14 @@
     reason = "a witness that shares no functions with the product"
 )]
 
+use evencut_core::gcode::{CheckOptions, Fault, FindingKind, GcodeError, ReadOptions, check, read};
 use evencut_core::geometry::DVec3;
 use evencut_core::job::Post;
 use evencut_core::machine::{Axes, Machine};
-use evencut_core::post::{PostError, ProgramOptions, ReadError, program, read_back};
+use evencut_core::post::{PostError, ProgramOptions, program};
 use evencut_core::tool::Tool;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
-use evencut_tests::follow::assert_follows;
+use evencut_tests::follow::{READ_BACK, assert_follows, met, read_for};
 use evencut_tests::linuxcnc::{in_part, interpreted};
 
 const RAPID_PLANE: f64 = 60.0;
@@ -32,6 +33,14 @@ fn options(axes: Axes) -> ProgramOptions {
         tool_number: 3,
         spindle: 133.0,
         tolerance: TOLERANCE,
+    }
+}
+
+fn limits() -> CheckOptions {
+    CheckOptions {
+        clearance_plane: Some(RAPID_PLANE),
+        max_feed: Some(options(Axes::Xyzac).machine.max_feed),
+        ..CheckOptions::default()
     }
 }
 
@@ -91,11 +100,14 @@ fn reading_back_gives_the_path() {
     for axes in [Axes::ThreeAxis, Axes::Xyzac] {
         let path = rings(axes, 9, 400);
         let text = program(&path, &options(axes)).unwrap().text;
-        let points = read_back(&text).unwrap();
-        let read: Vec<_> = points.iter().map(|p| (p.rapid, p.tip, p.axis)).collect();
-        assert_follows(&path, &read, RAPID_PLANE, TOLERANCE);
-        assert!(points.iter().all(|p| !p.rapid || p.height >= RAPID_PLANE));
-        assert!(points.last().unwrap().height >= RAPID_PLANE, "ends at the rapid plane");
+        let program = read_for(&options(axes).machine, &text);
+        assert_follows(&path, &met(&program), RAPID_PLANE, TOLERANCE);
+        let height = |i: usize| program.machine[i].linear.z;
+        for (i, m) in program.moves.iter().enumerate().filter(|(_, m)| m.rapid) {
+            assert!(program.points_of(i).all(|p| height(p) >= RAPID_PLANE), "line {}", m.line);
+        }
+        assert!(height(program.machine.len() - 1) >= RAPID_PLANE, "ends at the rapid plane");
+        assert_eq!(check(&program, &limits()), []);
     }
 }
 
@@ -134,13 +146,17 @@ fn inverse_time_adds_up_to_the_commanded_time() {
     let mut path = rings(Axes::Xyzac, 2, 300);
     evencut_core::feed::fill_time(&mut path, &options.tool, &options.machine);
     let path = Toolpath { points: path.points[1..].to_vec() };
-    let points = read_back(&program(&path, &options).unwrap().text).unwrap();
-    let timed: Vec<f64> = points.iter().filter(|p| !p.rapid).map(|p| 60.0 / p.feed).collect();
-    assert!(points.iter().all(|p| p.rapid || p.inverse_time));
+    let read = read_for(&options.machine, &program(&path, &options).unwrap().text);
+    let moves = || read.moves.iter().filter(|m| !m.rapid);
+    assert!(moves().all(|m| m.inverse_time));
+    let timed: Vec<f64> = moves().map(|m| 60.0 / m.feed.unwrap()).collect();
+    assert!(moves().zip(&timed).all(|(m, time)| (m.duration - time).abs() < 1e-9));
     // Without the approach before and the retract after the path.
     let total: f64 = timed[1..timed.len() - 1].iter().sum();
     let expected = path.points.last().unwrap().time - path.points[0].time;
     assert!((total / expected - 1.0).abs() < 1e-4, "{total} s is not {expected} s");
+    let all: f64 = read.moves.iter().map(|m| m.duration).sum();
+    assert!((read.path.points.last().unwrap().time / all - 1.0).abs() < 1e-9);
 }
 
 #[test]
@@ -157,9 +173,9 @@ fn interpolation_between_rotary_positions_stays_on_the_line() {
         ],
     };
     let text = program(&path, &options(Axes::Xyzac)).unwrap().text;
-    let read: Vec<_> = read_back(&text).unwrap().iter().map(|p| (p.rapid, p.tip, p.axis)).collect();
-    assert!(read.len() > 40, "{} blocks are too few", read.len());
-    assert_follows(&path, &read, RAPID_PLANE, TOLERANCE);
+    let read = read_for(&options(Axes::Xyzac).machine, &text);
+    assert!(read.moves.len() > 40, "{} blocks are too few", read.moves.len());
+    assert_follows(&path, &met(&read), RAPID_PLANE, TOLERANCE);
 }
 
 #[test]
@@ -182,12 +198,18 @@ fn what_must_not_be_written_is_refused() {
 
 #[test]
 fn the_reader_names_the_line() {
-    let error = |text: &str| read_back(text).unwrap_err();
-    assert_eq!(error("G0 X1 Y1 Z1\n"), ReadError::NoEnd);
-    assert_eq!(error("X1\nM2"), ReadError::NoMotion { line: 1 });
-    assert_eq!(error("\nG1 X1 Y1 Z1\nM2"), ReadError::NoFeed { line: 2, inverse_time: false });
-    assert!(matches!(error("G93\nG1 X1 F2\nX2\nM2"), ReadError::NoFeed { line: 3, .. }));
-    assert!(matches!(error("G2 X1 F2\nM2"), ReadError::Word { line: 1, .. }));
+    let found = |text: &str| -> Vec<_> {
+        let program = read(text, &ReadOptions::default()).unwrap();
+        let findings = check(&program, &CheckOptions::default());
+        findings.iter().map(|f| (f.line, f.kind)).collect()
+    };
+    assert_eq!(found("S1 M3\nG0 X1 Y1 Z1\n"), [(2, FindingKind::NoEnd)]);
+    assert_eq!(found("S1 M3\nG1 X1 Y1 Z1\nM2"), [(2, FindingKind::NoFeed)]);
+    assert_eq!(found("S1 M3 G93\nG1 X1 F2\nX2\nM2"), [(3, FindingKind::NoFeed)]);
+    let error = read("G0 Z5\nG2 X1 F2\nM2", &ReadOptions::default()).unwrap_err();
+    assert!(matches!(&error, GcodeError::Block { line: 2, fault: Fault::Arc(_), .. }), "{error}");
+    let error = read("X1\nM2", &ReadOptions::default()).unwrap_err();
+    assert!(matches!(&error, GcodeError::Block { line: 1, fault: Fault::NoMotion, .. }), "{error}");
 }
 
 #[test]
@@ -203,6 +225,55 @@ fn linuxcnc_understands_the_same_path() {
             moves.iter().map(|&(rapid, p)| (rapid, in_part(p).0, in_part(p).1)).collect();
         // The first block only lifts; X and Y are not yet known.
         assert_follows(&path, &read[1..], RAPID_PLANE, TOLERANCE);
+    }
+}
+
+/// Arcs of every kind in the three planes, increments and inches; positions in tenths of a mil, which
+/// both units tell with the four decimals that the interpreter prints.
+const BY_HAND: &str = "G21 G90 G17 G94 G40 G49 G80
+T1 M6
+S1000 M3
+G0 X0 Y0 Z25.4
+G1 Z-2.54 F500
+G2 X25.4 Y0 I12.7 J0
+G3 X25.4 Y25.4 R12.7
+G3 X50.8 Y0 Z-5.08 R-25.4
+G2 I2.54
+G3 X50.8 Y0 Z-7.62 I5.08 J2.54 P3
+G18 G2 X76.2 Z-7.62 I12.7 K0
+G3 X63.5 Z-20.32 Y5.08 R12.7
+G2 X63.5 Z-10.16 R-7.62
+G19 G2 Y30.48 Z-10.16 J12.7 K0
+G3 Y20.32 Z0 R10.16
+G3 Y20.32 Z5.08 X50.8 R-5.08
+G91 G17 G1 X2.54
+G3 X-5.08 Y5.08 I-5.08 J0
+X2.54 Y-2.54 R2.54
+G18 G2 X5.08 Z5.08 K5.08
+G19 G3 Y2.54 Z2.54 R-2.54
+G20 X0.5 Y0.1 Z0.1 R0.1
+G17 G2 X0.4 Y0.2 I0.25 J0 P2
+G90 G3 X1 Y1 R2
+G18 G2 X1.5 Z1.1 R-0.5
+G90.1 G17 G3 X2 Y1.5 I1.5 J1.5
+G91 G91.1 G0 X0.1 Y-0.1 Z0.1
+G21 G1 Y12.7
+G90 G0 Z50.8
+M5
+M2
+";
+
+#[test]
+fn linuxcnc_ends_arcs_where_we_do() {
+    let Some(moves) = interpreted(BY_HAND, "arcs") else { return };
+    let moves = moves.unwrap_or_else(|message| panic!("LinuxCNC rejects it: {message}"));
+    let ours = read(BY_HAND, &ReadOptions::default()).unwrap();
+    let ends = |i: usize| ours.path.points[ours.points_of(i).last().unwrap()].tip;
+    assert!(moves.len() >= 25 && moves.len() == ours.moves.len());
+    for (i, &(rapid, p)) in moves.iter().enumerate() {
+        let (line, theirs) = (ours.moves[i].line, DVec3::new(p[0], p[1], p[2]));
+        assert_eq!(rapid, ours.moves[i].rapid, "line {line}");
+        assert!(ends(i).distance(theirs) < READ_BACK, "line {line}: {} is not {theirs}", ends(i));
     }
 }
 

@@ -1,15 +1,15 @@
 //! Every job, shipped and on real surfaces: what a plan promises holds for it.
 
+use evencut_core::gcode::{self, CheckOptions};
 use evencut_core::geometry::DVec3;
 use evencut_core::job::{self, ForceControl, Job, SurfaceSource};
 use evencut_core::link::DeliverError;
 use evencut_core::machine::Axes;
 use evencut_core::plan::{PlanError, plan};
-use evencut_core::post::read_back;
 use evencut_core::report::Report;
 use evencut_core::results::{Input, Results, ResultsOptions, results};
 use evencut_core::toolpath::{MoveKind, Toolpath};
-use evencut_tests::follow::assert_follows;
+use evencut_tests::follow::{assert_follows, met, read_for};
 use evencut_tests::linuxcnc::{in_part, interpreted};
 use evencut_tests::shared_data;
 use std::path::{Path, PathBuf};
@@ -88,9 +88,16 @@ fn check_program(name: &str, job: &Job, results: &Results) {
     let program = text(results, "program.ngc");
     let rapids = || path.points.iter().filter(|p| p.kind == MoveKind::Rapid);
     let plane = rapids().map(|p| p.tip.dot(p.axis)).fold(f64::INFINITY, f64::min) - 0.001;
-    let read = read_back(program).unwrap_or_else(|error| panic!("{name}: {error}"));
-    let moves: Vec<_> = read.iter().map(|p| (p.rapid, p.tip, p.axis)).collect();
-    assert_follows(&path, &moves, plane, job.cut.tolerance);
+    let read = read_for(&job.machine, program);
+    assert_follows(&path, &met(&read), plane, job.cut.tolerance);
+    let limits = CheckOptions {
+        // The table of points holds six decimals, the program four.
+        clearance_plane: rapids().next().map(|_| plane + 0.001),
+        travel: job.machine.travel,
+        rotary_travel: [None; 2],
+        max_feed: Some(job.machine.max_feed),
+    };
+    assert_eq!(gcode::check(&read, &limits), [], "{name}");
     if job.machine.axes == Axes::ThreeAxis
         && let Some(verdict) = interpreted(program, name)
     {

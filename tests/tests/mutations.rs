@@ -1,6 +1,8 @@
 //! Small files of every format, damaged at random places (the same ones every time), are read or
 //! refused, but never make a reader panic or allocate without bound.
 
+use evencut_core::gcode::{self, CheckOptions, Kinematics, ReadOptions};
+use evencut_core::geometry::DVec3;
 use evencut_core::job::Component;
 use evencut_core::mesh::{MeshFormat, read};
 use evencut_core::surface::build;
@@ -137,4 +139,82 @@ fn damaged_files_are_read_or_refused() {
     }
     // Both ways are well travelled.
     assert!(taken > 2000 && refused > 10_000, "{taken} read, {refused} refused");
+}
+
+/// Programs with every construct that is read.
+const PROGRAMS: [&str; 2] = [
+    "%\nO7 (name)\nN1 G21 G90 G17 G94 G40 G49 G80 G54\nG64 P0.01\nT1 M6\nG43 H1\nS9000 M3 M8\n\
+     G0 Z20\nX0 Y0\nG1 Z1 F500\nG2 X10 I5 J0 Z0.5 P2\nG3 X0 Y5 R-9\nG18 G2 X4 Z0 R7\nG91 G19\n\
+     G3 Y2 Z2 K2\nG20 G1 X.1\nG90.1 G17 G90 G2 X1 Y1 I.5 J.5\nG91.1 G4 P1\n/G1 X5\nG53 G0 Z0\n\
+     G28 X1\nM5 M9\nM30\n%\n",
+    "G21G90G93G61\nG0X1Y2Z30A10C30\nG1X2A11C35F30\nG2X5I2A40C90F9\nG1C720F1\nG94X3A0F100\nC9\nM2\n",
+];
+
+#[test]
+fn programs_are_sound() {
+    for (program, kinematics) in PROGRAMS.iter().zip([Kinematics::ThreeAxis, Kinematics::Xyzac]) {
+        let machine_zero = Some(DVec3::splat(100.0));
+        let options = ReadOptions { kinematics, machine_zero, ..ReadOptions::default() };
+        let read = gcode::read(program, &options).unwrap_or_else(|error| panic!("{error}"));
+        assert_sound(&read, options.max_points);
+        assert!(read.moves.len() >= 6);
+    }
+}
+
+#[test]
+fn damaged_programs_are_read_or_refused() {
+    let mut random = Lcg(2);
+    let (mut taken, mut refused) = (0, 0);
+    let kinematics = [Kinematics::ThreeAxis, Kinematics::Xyzac, Kinematics::Xyzbc];
+    for round in 0..10 * ROUNDS {
+        let program = PROGRAMS[random.below(PROGRAMS.len())];
+        let damaged = damage(program.as_bytes(), &mut random);
+        let options = ReadOptions {
+            kinematics: kinematics[random.below(3)],
+            machine_zero: (round % 3 > 0).then_some(DVec3::splat(100.0)),
+            block_delete: round % 2 > 0,
+            max_points: 20_000,
+            ..ReadOptions::default()
+        };
+        match gcode::read(&String::from_utf8_lossy(&damaged), &options) {
+            Ok(program) => {
+                assert_sound(&program, options.max_points);
+                taken += 1;
+            }
+            Err(error) => {
+                assert!(error.to_string().len() < 400, "{error}");
+                refused += 1;
+            }
+        }
+    }
+    assert!(taken > 2000 && refused > 10_000, "{taken} read, {refused} refused");
+}
+
+/// Whatever was read is a path.
+fn assert_sound(program: &gcode::GcodeProgram, most: usize) {
+    let points = &program.path.points;
+    assert!(points.len() <= most && points.len() == program.lines.len());
+    assert_eq!(points.len(), program.machine.len());
+    assert!(points.iter().all(|p| p.tip.is_finite() && (p.axis.length() - 1.0).abs() < 1e-9));
+    assert!(points.iter().all(|p| p.feed >= 0.0 && p.time >= 0.0));
+    assert!(points.windows(2).all(|pair| pair[1].time >= pair[0].time));
+    assert!(program.lines.windows(2).all(|pair| pair[1] >= pair[0]));
+    let limits =
+        CheckOptions { clearance_plane: Some(10.0), max_feed: Some(5.0), ..Default::default() };
+    let findings = gcode::check(program, &limits);
+    assert!(findings.len() <= 8 * program.moves.len() + 1);
+    assert!(findings.windows(2).all(|pair| pair[1].line >= pair[0].line));
+}
+
+#[test]
+fn noise_is_no_program() {
+    let mut random = Lcg(3);
+    for _ in 0..ROUNDS {
+        let length = random.below(200);
+        let noise: Vec<u8> = (0..length).map(|_| random.below(256) as u8).collect();
+        if let Ok(program) = gcode::read(&String::from_utf8_lossy(&noise), &ReadOptions::default())
+        {
+            assert_sound(&program, ReadOptions::default().max_points);
+        }
+    }
 }

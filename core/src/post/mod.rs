@@ -5,14 +5,12 @@
 //! | `linuxcnc` | the dialect |
 //! | `xyzac` | rotary tables: axis → A, C; workpiece ↔ machine coordinates |
 //! | `render` | blocks, modal words, feeds |
-//! | `read` | our programs back to points |
 
 mod linuxcnc;
-mod read;
 mod render;
 mod xyzac;
 
-pub use read::{ReadError, ReadPoint, read_back};
+pub(crate) use xyzac::Rotary;
 
 use crate::geometry::DVec3;
 use crate::job::Post;

@@ -16,7 +16,7 @@ const POLE: f64 = 1e-9;
 
 /// Positions of the rotary axes, rad.
 #[derive(Copy, Clone, Debug, PartialEq, Default)]
-pub(super) struct Rotary {
+pub(crate) struct Rotary {
     pub a: f64,
     pub c: f64,
 }

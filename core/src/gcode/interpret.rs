@@ -1,0 +1,416 @@
+//! Blocks → path: what a controller does with one block after another.
+
+use super::arc::{Arc, Circle, Ends};
+use super::block::{Block, Line};
+use super::codes::{Modal, Motion, Once, SUBPROGRAM};
+use super::kinematics::MachinePosition;
+use super::motion::Segment;
+use super::{Fault, Finding, FindingKind, GcodeError, GcodeProgram, Move, ReadOptions};
+use crate::geometry::{DVec2, DVec3};
+use crate::toolpath::{MoveKind, PathPoint};
+
+/// Positions beyond this either way are taken for damage; mm and degrees.
+const LARGEST: f64 = 1e6;
+
+/// X, Y, Z in mm and the rotary axes in rad, as far as they are known.
+type Position = [Option<f64>; 5];
+
+pub(super) fn read(text: &str, options: &ReadOptions) -> Result<GcodeProgram, GcodeError> {
+    let mut reader = Reader::new(options);
+    let mut block = Block::default();
+    for text in text.trim_start_matches('\u{feff}').lines() {
+        reader.line = reader.line.saturating_add(1);
+        let flow = reader.line_of_text(&mut block, text);
+        let place = |fault| GcodeError::Block { line: reader.line, block: quoted(text), fault };
+        if !flow.map_err(place)? {
+            break;
+        }
+    }
+    if !reader.ended {
+        let message = "no M2 or M30 at its end".to_string();
+        let line = reader.line.max(1);
+        reader.out.findings.push(Finding { line, kind: FindingKind::NoEnd, message });
+    }
+    Ok(reader.out)
+}
+
+/// The text of a block, cut short.
+fn quoted(text: &str) -> String {
+    let clean = text.trim().chars().map(|c| if c.is_control() { ' ' } else { c });
+    clean.take(60).collect()
+}
+
+struct Reader<'a> {
+    options: &'a ReadOptions,
+    modal: Modal,
+    position: Position,
+    /// Time since the path started, s.
+    clock: f64,
+    line: u32,
+    /// Whether anything but comments came before.
+    begun: bool,
+    ended: bool,
+    /// Line of the last move to a place that is not known.
+    lost: u32,
+    out: GcodeProgram,
+}
+
+impl<'a> Reader<'a> {
+    fn new(options: &'a ReadOptions) -> Self {
+        Self {
+            options,
+            modal: Modal::default(),
+            position: [None, None, None, Some(0.0), Some(0.0)],
+            clock: 0.0,
+            line: 0,
+            begun: false,
+            ended: false,
+            lost: 0,
+            out: GcodeProgram::default(),
+        }
+    }
+
+    /// Does what a line says; whether the program goes on.
+    fn line_of_text(&mut self, block: &mut Block, text: &str) -> Result<bool, Fault> {
+        match block.scan(text, self.options.block_delete)? {
+            Line::Empty => Ok(true),
+            // The second % ends the tape; text before the first is none of the program's.
+            Line::Tape => Ok(!self.begun),
+            Line::Words => {
+                self.block(block)?;
+                self.begun = true;
+                Ok(!self.ended)
+            }
+        }
+    }
+
+    fn block(&mut self, block: &mut Block) -> Result<(), Fault> {
+        self.program_number(block)?;
+        let once = self.modal.g_codes(&block.g)?;
+        let end = self.modal.m_codes(&block.m)?;
+        self.modal.rates(block.take('F'), block.take('S'));
+        for letter in ['T', 'H'] {
+            block.take(letter);
+        }
+        if block.g.contains(&640) {
+            block.take('P');
+            block.take('Q');
+        }
+        match once {
+            Some(Once::Dwell) => self.dwell(block)?,
+            Some(Once::Home | Once::SecondHome) => self.go_home(block, once)?,
+            Some(Once::MachineCoordinates) => self.move_in_machine(block)?,
+            None => self.plain_move(block)?,
+        }
+        self.ended = end;
+        self.nothing_left(block)
+    }
+
+    /// `O` and a number at the top name the program; elsewhere they are control flow.
+    fn program_number(&self, block: &mut Block) -> Result<(), Fault> {
+        let Some(number) = block.take('O') else { return Ok(()) };
+        let plain = number >= 0.0 && number.fract() == 0.0;
+        if plain && !self.begun && block.left().is_none() && block.g.is_empty() {
+            return Ok(());
+        }
+        Err(Fault::Refused { word: "O".to_string(), remedy: SUBPROGRAM })
+    }
+
+    fn nothing_left(&self, block: &Block) -> Result<(), Fault> {
+        let Some(letter) = block.left() else { return Ok(()) };
+        let turned = matches!(letter, 'A' | 'B' | 'C');
+        if turned && !self.options.kinematics.letters().contains(&letter) {
+            return Err(Fault::Rotary(letter, self.options.kinematics.name()));
+        }
+        Err(Fault::Unused(letter))
+    }
+
+    fn dwell(&mut self, block: &mut Block) -> Result<(), Fault> {
+        let seconds = block.take('P').unwrap_or(0.0).max(0.0);
+        if !self.out.lines.is_empty() {
+            self.clock += seconds;
+        }
+        Ok(())
+    }
+
+    /// By way of the point that the block names, if any, its axes (or all) to where the machine has
+    /// its reference.
+    fn go_home(&mut self, block: &mut Block, once: Option<Once>) -> Result<(), Fault> {
+        let letters = self.options.kinematics.letters();
+        let named: Vec<bool> = letters.iter().map(|&l| block.get(l).is_some()).collect();
+        let all = !named.contains(&true);
+        let by = self.target(block)?;
+        if by != self.position {
+            self.go(Motion::Rapid, by, None)?;
+        }
+        let mut home = self.position;
+        for i in (0..letters.len()).filter(|&i| all || named[i]) {
+            home[i] = match self.options.machine_zero {
+                Some(zero) if once == Some(Once::Home) => {
+                    Some(zero.to_array().get(i).copied().unwrap_or(0.0))
+                }
+                _ => None,
+            };
+        }
+        self.go(Motion::Rapid, home, None)
+    }
+
+    /// G53: absolute, from machine zero.
+    fn move_in_machine(&mut self, block: &mut Block) -> Result<(), Fault> {
+        let motion = match self.modal.motion {
+            Some(motion @ (Motion::Rapid | Motion::Feed)) => motion,
+            _ => return Err(Fault::NoMotion),
+        };
+        let mut to = self.position;
+        let letters = self.options.kinematics.letters();
+        let mut moved = false;
+        for (i, &letter) in letters.iter().enumerate() {
+            let Some(value) = block.take(letter) else { continue };
+            moved = true;
+            let zero = self.options.machine_zero.map(|zero| zero.to_array());
+            to[i] = match zero {
+                Some(zero) if i < 3 => Some(zero[i] + self.length(value)),
+                None if i < 3 => None,
+                _ => Some(value.to_radians()),
+            };
+        }
+        if moved { self.go(motion, to, None) } else { Ok(()) }
+    }
+
+    fn plain_move(&mut self, block: &mut Block) -> Result<(), Fault> {
+        let letters = self.options.kinematics.letters();
+        let coordinates = letters.iter().any(|&l| block.get(l).is_some());
+        let arc = matches!(self.modal.motion, Some(Motion::Arc { .. }));
+        let centre = arc && ['I', 'J', 'K', 'R'].iter().any(|&l| block.get(l).is_some());
+        if !coordinates && !centre {
+            return Ok(());
+        }
+        let motion = self.modal.motion.ok_or(Fault::NoMotion)?;
+        let to = self.target(block)?;
+        let arc = match motion {
+            Motion::Arc { counter_clockwise } => Some(self.arc(block, &to, counter_clockwise)?),
+            Motion::Rapid | Motion::Feed => None,
+        };
+        self.go(motion, to, arc)
+    }
+
+    fn length(&self, word: f64) -> f64 {
+        word * self.modal.unit
+    }
+
+    /// Where the words of a block lead.
+    fn target(&self, block: &mut Block) -> Result<Position, Fault> {
+        let mut to = self.position;
+        for (i, &letter) in self.options.kinematics.letters().iter().enumerate() {
+            let Some(word) = block.take(letter) else { continue };
+            let value = if i < 3 { self.length(word) } else { word.to_radians() };
+            to[i] = match (self.modal.incremental, self.position[i]) {
+                (false, _) => Some(value),
+                (true, before) => before.map(|before| before + value),
+            };
+        }
+        Ok(to)
+    }
+
+    fn arc(
+        &mut self,
+        block: &mut Block,
+        to: &Position,
+        counter_clockwise: bool,
+    ) -> Result<Arc, Fault> {
+        let plane = self.modal.plane;
+        let [i, j, _] = plane.axes();
+        let (Some(from), Some(to)) = (in_plane(&self.position, [i, j]), in_plane(to, [i, j]))
+        else {
+            return Err(Fault::Arc(
+                "starts or ends where X, Y or Z is not known; move there first",
+            ));
+        };
+        let turns = block.take('P').unwrap_or(1.0);
+        if !(turns >= 1.0 && turns.fract() == 0.0) {
+            return Err(Fault::Arc("has turns (P) that are not a whole number from 1"));
+        }
+        let circle = self.circle(block, from)?;
+        let arc = Arc::new(plane, &Ends { from, to, counter_clockwise, turns }, circle)?;
+        if arc.mismatch > self.options.arc_tolerance {
+            self.report_mismatch(&arc);
+        }
+        Ok(arc)
+    }
+
+    fn report_mismatch(&mut self, arc: &Arc) {
+        let (line, kind) = (self.line, FindingKind::ArcRadius);
+        let message = format!(
+            "the arc's ends miss its circle by {:.4} mm; at most {} mm are allowed",
+            arc.mismatch, self.options.arc_tolerance
+        );
+        self.out.findings.push(Finding { line, kind, message });
+    }
+
+    fn circle(&self, block: &mut Block, from: DVec2) -> Result<Circle, Fault> {
+        let [i, j, _] = self.modal.plane.axes();
+        let letters = [['I', 'J', 'K'][i], ['I', 'J', 'K'][j]];
+        let offsets = letters.map(|letter| block.take(letter).map(|word| self.length(word)));
+        if let Some(radius) = block.take('R') {
+            return match offsets {
+                [None, None] => Ok(Circle::Radius(self.length(radius))),
+                _ => Err(Fault::Arc("has both a radius (R) and a centre (I, J, K)")),
+            };
+        }
+        match offsets {
+            [None, None] => Err(Fault::Arc("has no centre in its plane; give I, J, K, or R")),
+            [Some(x), Some(y)] if self.modal.absolute_centres => {
+                Ok(Circle::Centre(DVec2::new(x, y)))
+            }
+            _ if self.modal.absolute_centres => {
+                Err(Fault::Arc("has one coordinate of its centre; G90.1 needs both"))
+            }
+            [x, y] => {
+                let offset = DVec2::new(x.unwrap_or(0.0), y.unwrap_or(0.0));
+                Ok(Circle::Centre(from + offset))
+            }
+        }
+    }
+
+    /// Makes a move: its points, its time, and a note of it.
+    fn go(&mut self, motion: Motion, to: Position, arc: Option<Arc>) -> Result<(), Fault> {
+        self.within_reason(&to)?;
+        let ends = (known(&self.position), known(&to));
+        let heights = [self.position[2], to[2]];
+        self.position = to;
+        let rapid = motion == Motion::Rapid;
+        let mut duration = 0.0;
+        let start = self.out.lines.len();
+        match ends {
+            (Some(from), Some(to)) if start > 0 => {
+                let segment = Segment { from, to, arc };
+                duration = self.duration(&segment, rapid);
+                self.follow(&segment, rapid, duration)?;
+            }
+            (None, Some(_)) if start > 0 => return Err(Fault::Lost { since: self.lost }),
+            (_, Some(to)) => self.push(&to, rapid),
+            _ => {}
+        }
+        if ends.1.is_none() && ends.0.is_some() {
+            self.lost = self.line;
+        }
+        let on_the_way = self.out.machine[start..].iter().map(|p| p.linear.z);
+        let lowest = heights.into_iter().flatten().chain(on_the_way).reduce(f64::min);
+        self.note(rapid, duration, lowest);
+        Ok(())
+    }
+
+    fn within_reason(&self, to: &Position) -> Result<(), Fault> {
+        for (i, &axis) in self.options.kinematics.letters().iter().enumerate() {
+            let value = to[i].map_or(0.0, |v| if i < 3 { v } else { v.to_degrees() });
+            // Also refuses what is not a number.
+            if !(0.0..=LARGEST).contains(&value.abs()) {
+                return Err(Fault::TooFar { axis, value, limit: LARGEST });
+            }
+        }
+        Ok(())
+    }
+
+    fn note(&mut self, rapid: bool, duration: f64, lowest: Option<f64>) {
+        let modal = &self.modal;
+        self.out.moves.push(Move {
+            line: self.line,
+            rapid,
+            end: self.out.lines.len(),
+            feed: modal.feed.map(|feed| feed[1]),
+            inverse_time: modal.inverse_time,
+            duration,
+            spindle: modal.spindle && modal.speed > 0.0,
+            lowest,
+        });
+    }
+
+    /// Time of a move, s; 0 without a feed.
+    fn duration(&self, segment: &Segment, rapid: bool) -> f64 {
+        let length = segment.length();
+        if rapid {
+            return self.rapid_length(segment, length) / self.options.rapid_feed;
+        }
+        let Some([word, feed]) = self.modal.feed.filter(|feed| feed[1] > 0.0) else { return 0.0 };
+        if self.modal.inverse_time {
+            60.0 / feed
+        } else if length > 0.0 {
+            60.0 * length / feed
+        } else {
+            // Degrees per minute where only tables turn.
+            60.0 * segment.turn().to_degrees() / word
+        }
+    }
+
+    /// The longer of the travel on the machine and in the workpiece.
+    fn rapid_length(&self, segment: &Segment, length: f64) -> f64 {
+        let tip = |at: &MachinePosition| self.options.kinematics.tip_and_axis(at).0;
+        length.max(tip(&segment.from).distance(tip(&segment.to)))
+    }
+
+    /// Feed as programmed, mm/s; 0 if there is none or it is inverse time.
+    fn feed(&self, rapid: bool) -> f64 {
+        if rapid {
+            return self.options.rapid_feed;
+        }
+        let feed = self.modal.feed.filter(|_| !self.modal.inverse_time);
+        feed.map_or(0.0, |feed| feed[1].max(0.0) / 60.0)
+    }
+
+    /// The chords of a move.
+    fn follow(&mut self, segment: &Segment, rapid: bool, duration: f64) -> Result<(), Fault> {
+        let start = self.clock;
+        let options = self.options;
+        let room = options.max_points.saturating_sub(self.out.lines.len());
+        let moved = segment.from != segment.to || segment.arc.is_some();
+        let shares = segment.chords(options.kinematics, options.chord_tolerance, room);
+        let shares = shares.ok_or(Fault::TooLong { limit: options.max_points })?;
+        let mut from = 0.0;
+        for share in shares.into_iter().filter(|_| moved) {
+            self.clock = start + duration * share;
+            self.push(&segment.at(share), rapid);
+            if self.modal.inverse_time || segment.turn() > 0.0 {
+                self.measure_feed(duration * (share - from));
+            }
+            from = share;
+        }
+        self.clock = start + duration;
+        Ok(())
+    }
+
+    /// Sets the feed of the last point from the tip's travel in `time` s.
+    fn measure_feed(&mut self, time: f64) {
+        if let [.., before, last] = &mut self.out.path.points[..] {
+            let travel = last.tip.distance(before.tip);
+            last.feed = if time > 0.0 { travel / time } else { 0.0 };
+        }
+    }
+
+    fn push(&mut self, at: &MachinePosition, rapid: bool) {
+        let (tip, axis) = self.options.kinematics.tip_and_axis(at);
+        self.out.path.points.push(PathPoint {
+            kind: if rapid { MoveKind::Rapid } else { MoveKind::Cut },
+            pass: 0,
+            region: 0,
+            tip,
+            axis,
+            normal: axis,
+            flat: None,
+            feed: self.feed(rapid),
+            mrr: 0.0,
+            alpha: 0.0,
+            time: self.clock,
+        });
+        self.out.lines.push(self.line);
+        self.out.machine.push(*at);
+    }
+}
+
+fn in_plane(position: &Position, [i, j]: [usize; 2]) -> Option<DVec2> {
+    Some(DVec2::new(position[i]?, position[j]?))
+}
+
+fn known(position: &Position) -> Option<MachinePosition> {
+    let &[Some(x), Some(y), Some(z), Some(first), Some(second)] = position else { return None };
+    Some(MachinePosition { linear: DVec3::new(x, y, z), rotary: [first, second] })
+}
