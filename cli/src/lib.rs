@@ -12,6 +12,7 @@ pub mod output;
 pub mod plan;
 pub mod progress;
 pub mod streams;
+pub mod verify;
 
 use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -82,6 +83,15 @@ enum Command {
                             whole or not at all; a run that fails leaves earlier ones as they \
                             were. Prints the report's summary.")]
     Plan(plan::Plan),
+    /// Measure what a path leaves and removes
+    #[command(
+        long_about = "Simulates a path, made here or elsewhere, against the surface: scallop \
+                            heights by slope, gouges, what no move reached, removal rate, rapids \
+                            through stock, faults of the program. Shares nothing with planning.\n\n    \
+                            evencut verify results/mould --job jobs/mould.toml\n    \
+                            evencut verify part.ngc --surface part.stl --tool ball:10 --scallop 0.01"
+    )]
+    Verify(verify::Verify),
     /// Write a commented job file for a surface
     #[command(long_about = "Writes a job file with values to start from: cutter, cusp height and \
                             feeds follow from the surface's size and curvature. Never \
@@ -113,6 +123,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, mut streams: Streams<'
     };
     let exit = match arguments.command {
         Command::Plan(plan) => plan.run(&mut streams),
+        Command::Verify(verify) => verify.run(&mut streams),
         Command::New(new) => new.run(&mut streams),
         Command::Inspect(inspect) => inspect.run(&mut streams),
         Command::Check(check) => check.run(&mut streams),

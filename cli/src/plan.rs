@@ -42,7 +42,7 @@ struct Read {
 }
 
 /// Why there are no results: the exit code and the messages.
-struct Failed(Exit, String);
+pub(crate) struct Failed(pub(crate) Exit, pub(crate) String);
 
 impl Plan {
     /// Plans the job and writes its results, all or none.
@@ -160,7 +160,8 @@ pub fn broken(sentences: &[String]) -> String {
     sentences.iter().map(|sentence| format!("error: verification: {sentence}\n")).collect()
 }
 
-fn of_output(error: &OutputError) -> Failed {
+/// Why results cannot be written, as a failure.
+pub(crate) fn of_output(error: &OutputError) -> Failed {
     let exit = match error {
         OutputError::NotADirectory(_) | OutputError::Foreign { .. } | OutputError::Nameless(_) => {
             Exit::BadJob

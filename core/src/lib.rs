@@ -53,3 +53,5 @@ pub mod preview;
 pub mod plan;
 
 pub mod results;
+
+pub mod verdict;

@@ -266,7 +266,8 @@ pub fn plan(
     })
 }
 
-fn load(job: &Job, file: Option<&[u8]>) -> Result<Built, PlanError> {
+/// The surface of a job and the part it belongs to.
+pub(crate) fn load(job: &Job, file: Option<&[u8]>) -> Result<Built, PlanError> {
     let soup = match &job.surface.source {
         SurfaceSource::File(name) => {
             let bytes = file.ok_or_else(|| PlanError::NoFile(name.clone()))?;

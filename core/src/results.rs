@@ -138,7 +138,7 @@ fn judge(
     threads: usize,
     progress: &mut dyn FnMut(f64),
 ) -> Result<(Verification, VerifyOptions), VerifyError> {
-    let options = verify_options(job, planned, threads);
+    let options = verify_options(job, Some(planned), threads);
     let (positions, faces) = planned.surface.triangles();
     let design = Facets { positions, faces: &faces };
     let rest = Facets { positions: &planned.rest.positions, faces: &planned.rest.faces };
@@ -146,7 +146,8 @@ fn judge(
     Ok((verification, options))
 }
 
-fn verify_options(job: &Job, planned: &Planned, threads: usize) -> VerifyOptions {
+/// What a job asks of its path; `planned`: where the plan says that the cutter does not fit.
+pub fn verify_options(job: &Job, planned: Option<&Planned>, threads: usize) -> VerifyOptions {
     VerifyOptions {
         tool: job.tool,
         length: job.cutter_length(),

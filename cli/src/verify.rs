@@ -1,0 +1,368 @@
+//! `evencut verify`: what a path really leaves and removes.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use evencut_core::gcode::{CheckOptions, Kinematics};
+use evencut_core::job::{self, Faults, Job, SurfaceSource};
+use evencut_core::results::{Input, verify_options};
+use evencut_core::tool::Tool;
+use evencut_core::verdict::{
+    ProgramRules, ReadPath, UP, Verdict, VerdictError, Workpiece, verdict,
+};
+use evencut_core::verify::{Sphere, VerifyOptions};
+
+use crate::output::{self, ResultDirectory};
+use crate::plan::{Failed, broken, of_output};
+use crate::progress::Progress;
+use crate::{Exit, Streams, input};
+
+/// Samples on a cutter radius where nothing else tells how dense they should be.
+const SAMPLES_PER_RADIUS: f64 = 40.0;
+/// Depth of the stock where it is not given, as a part of the cutter radius; nothing is then said of
+/// the removal rate.
+const UNKNOWN_DEPTH: f64 = 0.2;
+
+/// Arguments of `evencut verify`.
+#[derive(Args)]
+pub struct Verify {
+    /// Directory of results, a toolpath.csv, or a program (G-code)
+    #[arg(value_name = "PATH")]
+    path: PathBuf,
+    /// Job that the path belongs to: surface, cutter, limits and machine are taken from it
+    #[arg(long, value_name = "JOB", conflicts_with_all = ["surface", "tool"])]
+    job: Option<PathBuf>,
+    /// Mesh that the path machines: stl, obj, ply or off
+    #[arg(long, value_name = "FILE", required_unless_present = "job", requires = "tool")]
+    surface: Option<PathBuf>,
+    /// Factor on the mesh's lengths that makes them millimetres
+    #[arg(long, default_value_t = 1.0, value_name = "S", requires = "surface")]
+    scale: f64,
+    /// Faces of the mesh within this angle of +Z are machined, the others must only not be cut into
+    #[arg(long, default_value_t = 89.9, value_name = "DEGREES", requires = "surface")]
+    within: f64,
+    /// Cutter: ball:DIAMETER, flat:DIAMETER or bull:DIAMETER:CORNER_RADIUS, mm
+    #[arg(long, value_name = "CUTTER", value_parser = cutter)]
+    tool: Option<Tool>,
+    /// Axes of the machine that runs the program
+    #[arg(long, value_enum, default_value_t = Machine::Three)]
+    axes: Machine,
+    /// Limit on the scallop height, mm [default: the job's]
+    #[arg(long, value_name = "MM")]
+    scallop: Option<f64>,
+    /// Tolerance on scallop height and gouges, mm [default: the job's, or 0.005]
+    #[arg(long, value_name = "MM")]
+    tolerance: Option<f64>,
+    /// Axial depth of the stock, mm, for the removal rate [default: the job's]
+    #[arg(long, value_name = "MM")]
+    depth: Option<f64>,
+    /// Allowance that is to stay on the surface, mm [default: the job's, or 0]
+    #[arg(long, value_name = "MM")]
+    stock: Option<f64>,
+    /// Limit on the removal rate, mm³/min [default: the job's]
+    #[arg(long, value_name = "MM3/MIN")]
+    mrr_limit: Option<f64>,
+    /// Distance of samples, mm [default: a twelfth of the job's side step, or R/40]
+    #[arg(long, value_name = "MM")]
+    spacing: Option<f64>,
+    /// Directory for the report and pictures
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Threads to use, which change nothing but the time [default: all]
+    #[arg(long, value_name = "N")]
+    threads: Option<std::num::NonZeroUsize>,
+    /// Print the report as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Axes of a machine, as arguments name them.
+#[derive(Copy, Clone, PartialEq, Eq, ValueEnum)]
+enum Machine {
+    #[value(name = "3")]
+    Three,
+    Xyzac,
+    Xyzbc,
+}
+
+/// A cutter from `ball:10`, `flat:10` or `bull:10:1`.
+fn cutter(text: &str) -> Result<Tool, String> {
+    let fields: Vec<&str> = text.split(':').collect();
+    let number = |s: &str| s.parse::<f64>().map_err(|_| format!("{s:?} is no number"));
+    let (diameter, corner) = match fields[..] {
+        ["ball", d] => (number(d)?, 0.5 * number(d)?),
+        ["flat", d] => (number(d)?, 0.0),
+        ["bull", d, c] => (number(d)?, number(c)?),
+        _ => return Err("write ball:10, flat:10 or bull:10:1".into()),
+    };
+    Tool::new(0.5 * diameter, corner).map_err(|error| error.to_string())
+}
+
+impl Failed {
+    fn file(exit: Exit, message: impl std::fmt::Display, path: &Path) -> Self {
+        Self(exit, format!("error: {message}\n --> {}\n", input::shown(path)))
+    }
+}
+
+/// All that a path is judged by.
+struct Subject {
+    workpiece: Workpiece,
+    options: VerifyOptions,
+    rules: ProgramRules,
+    /// Name and content of the surface's file, if there is one.
+    surface: Option<(String, Vec<u8>)>,
+    /// Whether the depth of the stock is known.
+    depth_is_known: bool,
+}
+
+impl Verify {
+    /// Judges the path.
+    pub fn run(&self, streams: &mut Streams<'_>) -> Exit {
+        match self.verify(streams) {
+            Ok(()) => Exit::Done,
+            Err(Failed(exit, message)) => {
+                streams.message(&message);
+                exit
+            }
+        }
+    }
+
+    fn verify(&self, streams: &mut Streams<'_>) -> Result<(), Failed> {
+        if let Some(target) = &self.output {
+            output::check(target).map_err(|error| of_output(&error))?;
+        }
+        let (file, too_tight) = self.path_file()?;
+        let mut subject = match &self.job {
+            Some(job) => self.of_job(job)?,
+            None => self.of_mesh()?,
+        };
+        self.override_options(&mut subject.options);
+        self.refuse_bad_numbers(&subject.options)?;
+        subject.options.too_tight = too_tight;
+        let bytes = std::fs::read(&file).map_err(|e| Failed::file(Exit::BadJob, e, &file))?;
+        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let path = Input { name: &name, bytes: &bytes };
+        let read = ReadPath::new(path, &subject.rules)
+            .map_err(|error| Failed::file(Exit::BadJob, error, &file))?;
+        let surface = subject.surface.as_ref().map(|(name, bytes)| Input { name, bytes });
+        let inputs: Vec<Input> = std::iter::once(path).chain(surface).collect();
+        let mut progress = Progress::on_standard_error();
+        let mut verdict =
+            verdict(&read, &subject.workpiece, &subject.options, &inputs, &mut |part| {
+                progress.report("simulating the path", part);
+            })
+            .map_err(|error| Failed::file(exit_of(&error), error, &file))?;
+        drop(progress);
+        if !subject.depth_is_known {
+            verdict.report.verification.mrr = None;
+        }
+        self.tell(&verdict, &file, streams)
+    }
+
+    /// The path's file, and where its plan says that the cutter does not fit.
+    fn path_file(&self) -> Result<(PathBuf, Vec<Sphere>), Failed> {
+        if !self.path.is_dir() {
+            return Ok((self.path.clone(), Vec::new()));
+        }
+        let file = self.path.join("toolpath.csv");
+        if !file.exists() {
+            let message = "the directory holds no toolpath.csv; give a directory of results, a \
+                           toolpath.csv or a program";
+            return Err(Failed::file(Exit::BadJob, message, &self.path));
+        }
+        let report = self.path.join("report.json");
+        let too_tight = match std::fs::read(&report) {
+            Ok(bytes) => spheres(&bytes).ok_or_else(|| {
+                Failed::file(
+                    Exit::BadJob,
+                    "coverage.too_tight_places is no list of places",
+                    &report,
+                )
+            })?,
+            Err(_) => Vec::new(),
+        };
+        Ok((file, too_tight))
+    }
+
+    fn of_job(&self, path: &Path) -> Result<Subject, Failed> {
+        let failed = |exit, faults: Faults, source: &[u8]| {
+            Failed(exit, faults.render(&input::name(path), source))
+        };
+        let source = input::read_job(path)
+            .map_err(|fault| failed(Exit::BadJob, Faults(vec![fault]), b""))?;
+        let job = job::read(&source).map_err(|faults| failed(Exit::BadJob, faults, &source))?.job;
+        let surface = match input::surface_path(path, &job) {
+            None => None,
+            Some(file) => Some(
+                input::read_surface(&file, &source)
+                    .map_err(|fault| failed(Exit::BadSurface, Faults(vec![fault]), &source))?,
+            ),
+        };
+        let workpiece = Workpiece::of_job(&job, surface.as_deref())
+            .map_err(|error| Failed::file(Exit::BadSurface, error, path))?;
+        let name = match &job.surface.source {
+            SurfaceSource::File(name) => name.clone(),
+            SurfaceSource::Analytic(_) => String::new(),
+        };
+        Ok(Subject {
+            options: verify_options(&job, None, self.threads()),
+            rules: rules_of(&job),
+            workpiece,
+            surface: surface.map(|bytes| (name, bytes)),
+            depth_is_known: true,
+        })
+    }
+
+    fn of_mesh(&self) -> Result<Subject, Failed> {
+        // The arguments' rules ask for both.
+        let (Some(file), Some(tool)) = (&self.surface, self.tool) else {
+            return Err(Failed(
+                Exit::BadJob,
+                "error: give --job, or --surface and --tool\n".into(),
+            ));
+        };
+        let bytes =
+            std::fs::read(file).map_err(|error| Failed::file(Exit::BadSurface, error, file))?;
+        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let workpiece = Workpiece::of_mesh(
+            Input { name: &name, bytes: &bytes },
+            self.scale,
+            self.within.to_radians(),
+        )
+        .map_err(|error| Failed::file(Exit::BadSurface, error, file))?;
+        let kinematics = match self.axes {
+            Machine::Three => Kinematics::ThreeAxis,
+            Machine::Xyzac => Kinematics::Xyzac,
+            Machine::Xyzbc => Kinematics::Xyzbc,
+        };
+        let options = VerifyOptions {
+            tool,
+            length: match self.axes {
+                Machine::Three => f64::INFINITY,
+                _ => 4.0 * tool.radius(),
+            },
+            depth: UNKNOWN_DEPTH * tool.radius(),
+            stock: 0.0,
+            scallop: None,
+            tolerance: 0.005,
+            mrr_limit: None,
+            spacing: tool.radius() / SAMPLES_PER_RADIUS,
+            up: UP,
+            too_tight: Vec::new(),
+            threads: self.threads(),
+        };
+        Ok(Subject {
+            workpiece,
+            options,
+            rules: ProgramRules { kinematics, ..ProgramRules::default() },
+            surface: Some((name, bytes)),
+            depth_is_known: self.depth.is_some(),
+        })
+    }
+
+    fn override_options(&self, options: &mut VerifyOptions) {
+        options.scallop = self.scallop.or(options.scallop);
+        options.tolerance = self.tolerance.unwrap_or(options.tolerance);
+        options.depth = self.depth.unwrap_or(options.depth);
+        options.stock = self.stock.unwrap_or(options.stock);
+        options.mrr_limit = self.mrr_limit.map(|limit| limit / 60.0).or(options.mrr_limit);
+        options.spacing = self.spacing.unwrap_or(options.spacing);
+    }
+
+    fn refuse_bad_numbers(&self, options: &VerifyOptions) -> Result<(), Failed> {
+        let rules = [
+            ("--scallop", options.scallop.unwrap_or(1.0), f64::MIN_POSITIVE),
+            ("--tolerance", options.tolerance, 0.0),
+            ("--depth", options.depth, f64::MIN_POSITIVE),
+            ("--stock", options.stock, 0.0),
+            ("--mrr-limit", options.mrr_limit.unwrap_or(1.0), f64::MIN_POSITIVE),
+            ("--spacing", options.spacing, f64::MIN_POSITIVE),
+            ("--scale", self.scale, f64::MIN_POSITIVE),
+            ("--within", self.within, 0.0),
+        ];
+        for (name, value, least) in rules {
+            if !(value.is_finite() && value >= least) {
+                let rule = if least > 0.0 { "positive" } else { "0 or positive" };
+                let message = format!("error: {name} is {value}; it must be a {rule} number\n");
+                return Err(Failed(Exit::BadJob, message));
+            }
+        }
+        Ok(())
+    }
+
+    fn threads(&self) -> usize {
+        let all = || std::thread::available_parallelism().ok();
+        self.threads.or_else(all).map_or(1, std::num::NonZeroUsize::get)
+    }
+
+    /// Prints and writes the verdict.
+    fn tell(
+        &self,
+        verdict: &Verdict,
+        file: &Path,
+        streams: &mut Streams<'_>,
+    ) -> Result<(), Failed> {
+        let figures = &verdict.report.verification;
+        if self.json {
+            streams.data(&verdict.report.to_json());
+        } else {
+            streams.data(&format!("{}\n{}", input::shown(file), figures.to_text()));
+        }
+        if let Some(target) = &self.output {
+            let write = || {
+                let mut directory = ResultDirectory::begin(target)?;
+                for file in &verdict.files {
+                    directory.write(&file.name, &file.bytes)?;
+                }
+                directory.commit()
+            };
+            write().map_err(|error| of_output(&error))?;
+            streams.message(&format!("verdict in {}\n", input::shown(target)));
+        }
+        if figures.passed {
+            return Ok(());
+        }
+        Err(Failed(Exit::NotVerified, broken(&figures.broken)))
+    }
+}
+
+/// What a program for a job's machine is held against.
+fn rules_of(job: &Job) -> ProgramRules {
+    ProgramRules {
+        kinematics: job.machine.axes.into(),
+        rapid_feed: Some(job.machine.max_feed),
+        check: CheckOptions {
+            travel: job.machine.travel,
+            max_feed: Some(job.machine.max_feed),
+            ..CheckOptions::default()
+        },
+    }
+}
+
+fn exit_of(error: &VerdictError) -> Exit {
+    match error {
+        VerdictError::Csv(_) | VerdictError::Gcode(_) | VerdictError::NotText { .. } => {
+            Exit::BadJob
+        }
+        VerdictError::Verify(_)
+        | VerdictError::Read(_)
+        | VerdictError::UnknownFormat(_)
+        | VerdictError::BadFace { .. }
+        | VerdictError::Surface(_) => Exit::BadSurface,
+    }
+}
+
+/// The places of a report where its plan says that the cutter does not fit.
+fn spheres(report: &[u8]) -> Option<Vec<Sphere>> {
+    let report: serde_json::Value = serde_json::from_slice(report).ok()?;
+    let Some(places) = report["coverage"]["too_tight_places"].as_array() else {
+        return Some(Vec::new());
+    };
+    let sphere = |place: &serde_json::Value| {
+        let values: Vec<f64> =
+            place.as_array()?.iter().map(serde_json::Value::as_f64).collect::<Option<_>>()?;
+        let [x, y, z, radius] = values[..] else { return None };
+        Some(Sphere { centre: evencut_core::geometry::DVec3::new(x, y, z), radius })
+    };
+    places.iter().map(sphere).collect()
+}

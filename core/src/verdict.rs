@@ -1,0 +1,198 @@
+//! A path from a file → the judge's report and pictures, for paths made here and elsewhere.
+
+use crate::gcode::{self, CheckOptions, Finding, GcodeError, Kinematics};
+use crate::geometry::{DVec3, math};
+use crate::job::Job;
+use crate::mesh::{MeshFormat, ReadError, read, repair};
+use crate::plan::{PlanError, load};
+use crate::report::{FORMAT, FileRecord, Lines, VerificationFigures, VerificationReport, Versions};
+use crate::results::{Input, OutputFile};
+use crate::surface::Part;
+use crate::toolpath::{CsvError, Toolpath};
+use crate::verify::{Facets, VerifyError, VerifyOptions, verify};
+use thiserror::Error;
+
+/// Why a path is not judged.
+#[derive(Debug, Error)]
+pub enum VerdictError {
+    /// The path's table cannot be read.
+    #[error(transparent)]
+    Csv(#[from] CsvError),
+    /// The path's program cannot be read.
+    #[error(transparent)]
+    Gcode(#[from] GcodeError),
+    /// The path is no text.
+    #[error("{name}: byte {at} is not UTF-8; a path is a toolpath.csv or a program in plain text")]
+    NotText {
+        /// The file.
+        name: String,
+        /// Where it stops being text.
+        at: usize,
+    },
+    /// The surface's file cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The file name does not tell a known format.
+    #[error(
+        "surface: the format of {0:?} is not known; its name must end in .stl, .obj, .ply or .off"
+    )]
+    UnknownFormat(String),
+    /// The mesh names vertices that it does not have, or has ones that are not finite.
+    #[error("surface: face {face} names a vertex that does not exist or is not finite")]
+    BadFace {
+        /// Index of the face.
+        face: usize,
+    },
+    /// The job's surface cannot be made.
+    #[error(transparent)]
+    Surface(Box<PlanError>),
+    /// There is nothing to judge.
+    #[error(transparent)]
+    Verify(#[from] VerifyError),
+}
+
+/// The part that a path is judged against.
+#[derive(Clone, Debug, Default)]
+pub struct Workpiece {
+    /// What is machined.
+    pub design: Part,
+    /// What must only not be cut into.
+    pub rest: Part,
+}
+
+impl Workpiece {
+    /// The part of a job: what it selects is machined.
+    ///
+    /// # Errors
+    /// [`VerdictError`] where the surface cannot be read or used.
+    pub fn of_job(job: &Job, file: Option<&[u8]>) -> Result<Self, VerdictError> {
+        let built = load(job, file).map_err(|error| VerdictError::Surface(Box::new(error)))?;
+        let (positions, faces) = built.surface.triangles();
+        let design = Part { positions: positions.to_vec(), faces };
+        Ok(Self { rest: built.part.without(&built.surface), design })
+    }
+
+    /// The part in a mesh file, its lengths multiplied by `scale`: faces whose normals lie within
+    /// `within` rad of +Z are machined. Welded and oriented outward, nothing else.
+    ///
+    /// # Errors
+    /// [`VerdictError`] where the file cannot be read.
+    pub fn of_mesh(file: Input, scale: f64, within: f64) -> Result<Self, VerdictError> {
+        let format = MeshFormat::from_name(file.name)
+            .ok_or_else(|| VerdictError::UnknownFormat(file.name.to_owned()))?;
+        let mut soup = read(file.bytes, format)?;
+        soup.positions.iter_mut().for_each(|p| *p *= scale);
+        let is_there = |&v: &u32| soup.positions.get(v as usize).is_some_and(|p| p.is_finite());
+        if let Some(face) = soup.faces.iter().position(|f| !f.iter().all(is_there)) {
+            return Err(VerdictError::BadFace { face });
+        }
+        let mesh = repair(soup).mesh;
+        let steepest = math::cos(within);
+        let is_machined = |f: &&[u32; 3]| {
+            let [a, b, c] = f.map(|v| mesh.positions[v as usize]);
+            (b - a).cross(c - a).normalize_or_zero().z >= steepest
+        };
+        let of = |machined: bool| Part {
+            positions: mesh.positions.clone(),
+            faces: mesh.faces.iter().filter(|f| is_machined(f) == machined).copied().collect(),
+        };
+        Ok(Self { design: of(true), rest: of(false) })
+    }
+
+    /// What is machined.
+    pub fn design(&self) -> Facets<'_> {
+        Facets { positions: &self.design.positions, faces: &self.design.faces }
+    }
+
+    /// The rest.
+    pub fn rest(&self) -> Facets<'_> {
+        Facets { positions: &self.rest.positions, faces: &self.rest.faces }
+    }
+}
+
+/// A path as it was read.
+#[derive(Clone, Debug)]
+pub struct ReadPath {
+    /// The path.
+    pub path: Toolpath,
+    /// Lines of its points, of a program.
+    pub lines: Option<Vec<u32>>,
+    /// What is wrong with the program.
+    pub findings: Vec<Finding>,
+}
+
+/// How a program is read and what it is held against.
+#[derive(Clone, Debug, Default)]
+pub struct ProgramRules {
+    /// The machine's axes.
+    pub kinematics: Kinematics,
+    /// Speed of rapids, mm/s; the reader's own where not given.
+    pub rapid_feed: Option<f64>,
+    /// What it is held against.
+    pub check: CheckOptions,
+}
+
+impl ReadPath {
+    /// A path from a file: a `toolpath.csv` by its name, else a program.
+    ///
+    /// # Errors
+    /// [`VerdictError`], naming the line.
+    pub fn new(file: Input, rules: &ProgramRules) -> Result<Self, VerdictError> {
+        let text = std::str::from_utf8(file.bytes).map_err(|error| VerdictError::NotText {
+            name: file.name.to_owned(),
+            at: error.valid_up_to(),
+        })?;
+        if file.name.to_ascii_lowercase().ends_with(".csv") {
+            let path = Toolpath::from_csv(text)?;
+            return Ok(Self { path, lines: None, findings: Vec::new() });
+        }
+        let mut reading =
+            gcode::ReadOptions { kinematics: rules.kinematics, ..gcode::ReadOptions::default() };
+        reading.rapid_feed = rules.rapid_feed.unwrap_or(reading.rapid_feed);
+        let program = gcode::read(text, &reading)?;
+        let findings = gcode::check(&program, &rules.check);
+        Ok(Self { path: program.path, lines: Some(program.lines), findings })
+    }
+
+    /// Lines of its points.
+    pub fn lines(&self) -> Lines<'_> {
+        self.lines.as_deref().map_or(Lines::Table, Lines::Listed)
+    }
+}
+
+/// What the judge says of a path.
+#[derive(Clone, Debug)]
+pub struct Verdict {
+    /// The report.
+    pub report: VerificationReport,
+    /// Report and pictures as files.
+    pub files: Vec<OutputFile>,
+}
+
+/// Judges a path. `inputs`: the files it comes from, for the record.
+///
+/// # Errors
+/// [`VerdictError::Verify`] when there is nothing to judge.
+pub fn verdict(
+    read: &ReadPath,
+    workpiece: &Workpiece,
+    options: &VerifyOptions,
+    inputs: &[Input],
+    progress: &mut dyn FnMut(f64),
+) -> Result<Verdict, VerdictError> {
+    let (design, rest) = (workpiece.design(), workpiece.rest());
+    let verification = verify(&read.path, design, rest, options, progress)?;
+    let findings = read.findings.iter().map(ToString::to_string).collect();
+    let report = VerificationReport {
+        format: FORMAT,
+        versions: Versions { evencut: env!("CARGO_PKG_VERSION").into(), job_file: 1 },
+        inputs: inputs.iter().map(|f| FileRecord::of(f.name, f.bytes)).collect(),
+        verification: VerificationFigures::of(&verification, options, read.lines(), findings),
+    };
+    let files =
+        vec![OutputFile { name: "verification.json".into(), bytes: report.to_json().into_bytes() }];
+    Ok(Verdict { report, files })
+}
+
+/// The direction from which slopes are counted.
+pub const UP: DVec3 = DVec3::Z;
