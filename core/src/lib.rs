@@ -34,6 +34,8 @@ pub mod trochoid;
 
 pub mod cutter_location;
 
+pub mod removal;
+
 pub mod lift;
 
 pub mod feed;

@@ -3,7 +3,7 @@
 use crate::cutter_location::{CheckMesh, PassOptions, RaisedStretch, ToolAxis};
 use crate::engagement::{Cutting, Stock, Walk};
 use crate::feed::fill_time;
-use crate::flat_path::FlatPoint;
+use crate::flat_path::{FlatPoint, Terrain};
 use crate::flatten::{Chart, FlattenError, Locator, Quality, abf, bff};
 use crate::geometry::polyline::simplify_closed;
 use crate::geometry::{DVec3, math};
@@ -22,11 +22,12 @@ use crate::machine::Axes;
 use crate::mesh::{MeshFormat, ReadError, read};
 use crate::parallel;
 use crate::region::Region;
+use crate::removal::{self, Access, Columns, Coverage, Feeds, Layer, Limit, TooSlow, rated};
 use crate::surface::{
     AnalyticSurface, Built, CurvatureField, Part, ShapeOperator, Surface, SurfaceError, Warning,
     build,
 };
-use crate::toolpath::Toolpath;
+use crate::toolpath::{MoveKind, Toolpath};
 use crate::trochoid::Loops;
 use thiserror::Error;
 
@@ -37,6 +38,9 @@ const FARTHEST: f64 = 20.0;
 /// A move that would have to be slower than this part of the feed means that the limit cannot be
 /// kept.
 const SLOWEST: f64 = 0.005;
+
+/// Side steps that the disc's radius covers at least: neighbouring discs overlap by a tenth.
+const COVERING: f64 = 0.55;
 
 /// Why a job cannot be planned.
 #[derive(Debug, Error)]
@@ -162,25 +166,13 @@ pub struct Planned {
     pub coverage: Coverage,
     /// Facets of the part that are not machined.
     pub rest: Part,
+    /// Height of the cusps that are meant to stay, mm: the job's, or what the side step leaves at
+    /// worst.
+    pub cusp_limit: f64,
     /// Height of the rapids, mm.
     pub rapid_plane: f64,
     /// Smallest concave radius of curvature, mm, and where; `None` where nothing is concave.
     pub tightest: Option<(f64, DVec3)>,
-}
-
-/// What the delivered path leaves uncut in the plane, as areas on the surface, mm².
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Coverage {
-    /// Area of the region, mm².
-    pub area: f64,
-    /// Never covered although the cutter could, mm².
-    pub never_covered: f64,
-    /// A place of it, mm.
-    pub never_covered_at: Option<DVec3>,
-    /// In corners that the cutter cannot enter, mm².
-    pub too_tight: f64,
-    /// A place of it, mm.
-    pub too_tight_at: Option<DVec3>,
 }
 
 /// Plans a job. `file`: the bytes of the surface file, if the job names one; `threads`: how many to
@@ -236,20 +228,46 @@ pub fn plan(
     progress(Stage::Locate, 0.0);
     let locator = Locator::new(surface.connectivity(), chart.uv());
     let lift = crate::lift::Lift::new(&surface, &chart, &locator, job.tool.radius());
-    refuse_too_slow(job, &cut.points, &lift)?;
     let options = deliver_options(job, rapid_plane(&part, job), threads);
     let no_check = CheckMesh::new(Vec::new(), Vec::new());
-    let mut plain = deliver(&plain.points, &lift, &no_check, &options, |_| {})?.toolpath;
-    fill_time(&mut plain, &job.tool, &job.machine);
     let rest = part.without(&surface);
+    let layer = Layer { stock: job.cut.stock, depth: job.cut.axial_depth };
+    let columns = Columns::new(&surface, &chart, job.nominal_side_step(), layer.top());
+    let removal = Removal { job, columns: &columns, layer, threads };
+    let plain = deliver(&plain.points, &lift, &no_check, &options, |_| {})?.toolpath;
+    let (plain, _) = removal.rated(&plain, ForceControl::Off)?;
     let check = CheckMesh::new(part.positions, part.faces);
-    let Delivered { mut toolpath, raised } =
-        deliver(&cut.points, &lift, &check, &options, |p| progress(Stage::Locate, p))?;
-    fill_time(&mut toolpath, &job.tool, &job.machine);
+    let control = job.force.control;
+    let flat = at_nominal_feeds(cut.points, job);
+    let Delivered { toolpath, raised } =
+        deliver(&flat, &lift, &check, &options, |p| progress(Stage::Locate, p))?;
     refuse_too_tight(job, &raised)?;
+    let (toolpath, removed) = removal.rated(&toolpath, control)?;
+    let cusp_limit = cusp_limit(job, &options.pass.axis, &surface, &curvature);
+    let terrain = plane.terrain();
+    let coverage = removal::coverage(
+        &columns,
+        &removed,
+        &Access {
+            tool: job.tool,
+            axis: options.pass.axis,
+            layer,
+            check: &check,
+            reach: options.pass.reach,
+            inside: &|p| {
+                job.path.boundary == Boundary::Open || terrain.room(p).is_some_and(|r| r >= 0.0)
+            },
+            path: &toolpath,
+            tolerance: job.cut.tolerance,
+            cusp: cusp_limit,
+            cell: job.nominal_side_step(),
+            threads,
+        },
+    );
     Ok(Planned {
-        coverage: plane.coverage(&cut.stock, &surface, &chart, &locator),
         rest,
+        coverage,
+        cusp_limit,
         surface,
         warnings,
         chart,
@@ -356,11 +374,10 @@ struct Plane<'a> {
     region: &'a Region,
 }
 
-/// A flat path with what it leaves.
+/// A flat path and what was inserted.
 #[derive(Clone)]
 struct FlatCut {
     points: Vec<FlatPoint>,
-    stock: Stock,
     counts: RingCounts,
 }
 
@@ -378,7 +395,11 @@ impl Plane<'_> {
     ) -> FlatCut {
         let job = self.job;
         let cutting = Cutting {
-            radius: job.tool.radius(),
+            // The disc that takes as much of the layer as the cutter, but covers the side step.
+            radius: job
+                .tool
+                .mean_radius(job.cut.axial_depth)
+                .max(COVERING * job.nominal_side_step()),
             depth: job.cut.axial_depth,
             feed: job.cut.feed,
             vfc: job.force.vfc,
@@ -403,41 +424,65 @@ impl Plane<'_> {
         let terrain = self.terrain();
         let mut walk = Walk::new(cutting, &terrain, Stock::new(self.region));
         let counts = cut_rings(&mut walk, rings, precedence, &options, progress);
-        let (points, stock) = walk.finish();
-        FlatCut { points, stock, counts }
+        FlatCut { points: walk.finish().0, counts }
     }
+}
 
-    /// Areas left, on the surface. Outside of ring 0 between walls only what a disc on ring 0
-    /// reaches can be cut, and ring 0 was cut: what is left there is too tight.
-    fn coverage(
+/// The true removal rates of delivered paths.
+struct Removal<'a> {
+    job: &'a Job,
+    columns: &'a Columns,
+    layer: Layer,
+    threads: usize,
+}
+
+impl Removal<'_> {
+    /// The path with its rates and, under control, the feeds that keep them to the limit; and what
+    /// it removed.
+    fn rated(
         &self,
-        stock: &Stock,
-        surface: &Surface,
-        chart: &Chart,
-        locator: &Locator,
-    ) -> Coverage {
-        use crate::flat_path::Terrain;
-        let terrain = self.terrain();
-        let first = |place: &mut Option<DVec3>, p| {
-            if place.is_none() {
-                *place = locator.locate(p).ok().map(|p| surface.position(p));
-            }
+        path: &Toolpath,
+        control: ForceControl,
+    ) -> Result<(Toolpath, removal::Removed), PlanError> {
+        let job = self.job;
+        let removed = self.columns.cut(path, &job.tool, self.layer, self.threads);
+        let limit = Limit {
+            rate: job.mrr_limit(),
+            feed: job.cut.feed,
+            return_feed: job.trochoid.return_feed,
+            slowest: SLOWEST,
         };
-        let mut out = Coverage { area: self.region.area(), ..Coverage::default() };
-        let scale = chart.vertex_scale().iter().copied().fold(0.0, f64::max);
-        let spacing = 0.05 * self.job.tool.radius() / scale.max(1e-12);
-        stock.remaining(spacing.max(1e-4 * self.region.area().sqrt()), |p, flat_area| {
-            let scale = terrain.scale(p).unwrap_or(1.0);
-            let area = flat_area * scale * scale;
-            if terrain.room(p).is_none_or(|room| room < 0.0) {
-                out.too_tight += area;
-                first(&mut out.too_tight_at, p);
-            } else {
-                out.never_covered += area;
-                first(&mut out.never_covered_at, p);
-            }
-        });
-        out
+        // The plain rings stand beside the delivered path: they are to be reached as it is.
+        let feeds = match (control, job.force.control) {
+            (ForceControl::Off, ForceControl::Off) => Feeds::Kept(limit),
+            (ForceControl::Off, _) => Feeds::LinksLimited(limit),
+            _ => Feeds::Limited(limit),
+        };
+        let unreachable = |TooSlow { place, rate, feed }| PlanError::LimitUnreachable {
+            place,
+            rate,
+            feed,
+            limit: job.mrr_limit(),
+        };
+        let mut path = rated(path, &removed, feeds, job.tool.radius()).map_err(unreachable)?;
+        fill_time(&mut path, &job.tool, &job.machine);
+        Ok((path, removed))
+    }
+}
+
+/// The path at the feeds from which the true removal rate lowers it: those of the plane engine are
+/// for its own decisions.
+fn at_nominal_feeds(mut points: Vec<FlatPoint>, job: &Job) -> Vec<FlatPoint> {
+    for p in &mut points {
+        p.feed = if p.kind == MoveKind::Return { job.trochoid.return_feed } else { job.cut.feed };
+    }
+    points
+}
+
+fn cusp_limit(job: &Job, axis: &ToolAxis, surface: &Surface, curvature: &CurvatureField) -> f64 {
+    match job.cut.stepover {
+        Stepover::Scallop(h) => h,
+        Stepover::Fixed(d) => removal::worst_cusp(&job.tool, *axis, surface, curvature, d),
     }
 }
 
@@ -455,22 +500,6 @@ fn refuse_too_far(job: &Job, part: &Part) -> Result<(), PlanError> {
         return Err(PlanError::FarFromCentre { middle, distance, times });
     }
     Ok(())
-}
-
-fn refuse_too_slow(
-    job: &Job,
-    points: &[FlatPoint],
-    lift: &crate::lift::Lift,
-) -> Result<(), PlanError> {
-    let slowest = points
-        .iter()
-        .filter(|p| p.feed < SLOWEST * job.cut.feed)
-        .min_by(|a, b| a.feed.total_cmp(&b.feed));
-    let Some(p) = slowest else { return Ok(()) };
-    let lifted = lift.run(core::slice::from_ref(p), 0).map_err(DeliverError::from)?;
-    let place = lifted.contacts.first().map_or(DVec3::ZERO, |c| c.position);
-    let rate = p.mrr * job.cut.feed / p.feed;
-    Err(PlanError::LimitUnreachable { place, rate, feed: p.feed, limit: job.mrr_limit() })
 }
 
 fn refuse_too_tight(job: &Job, raised: &[RaisedStretch]) -> Result<(), PlanError> {

@@ -274,17 +274,21 @@ impl PathFigures {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct CoverageFigures {
-    /// Area of the flat map, mm².
-    pub flat_area_mm2: f64,
-    /// Flat area that no move covers, mm².
+    /// Area of the surface, mm².
+    pub area_mm2: f64,
+    /// Height of the cusps that are meant to stay, mm: the scallop asked for, or the highest that the
+    /// side step leaves.
+    pub cusp_limit_mm: f64,
+    /// Area where more than that and the tolerance is left although the cutter could touch, mm².
     pub never_covered_mm2: f64,
-    /// The same as a share of the flat area, percent.
+    /// The same as a share of the area, percent.
     pub never_covered_percent: f64,
-    /// Area the cutter cannot reach, mm²: corners between walls, and, estimated as length times side
-    /// step, passes on which it had to be raised.
+    /// Area where more is left because the cutter cannot touch, mm².
     pub too_tight_mm2: f64,
-    /// A place of it, mm; null if there is none.
+    /// Where it is highest, mm; null if there is none.
     pub too_tight_at_mm: Option<[f64; 3]>,
+    /// Spheres that hold all of it: x, y, z, radius, mm.
+    pub too_tight_places: Vec<[f64; 4]>,
 }
 
 /// Where the cutter does not fit.

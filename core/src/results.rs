@@ -261,7 +261,7 @@ fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> Report {
         plain,
         slowed,
         delivered,
-        coverage: coverage(job, planned),
+        coverage: coverage(planned),
         gouge: GougeFigures { raised: raised(planned) },
         verification: None,
         outputs: Vec::new(),
@@ -288,15 +288,17 @@ fn intervals_above(path: &Toolpath, limit: f64) -> u64 {
     path.points.windows(2).filter(starts).count() as u64
 }
 
-fn coverage(job: &Job, planned: &Planned) -> CoverageFigures {
+fn coverage(planned: &Planned) -> CoverageFigures {
     let c = &planned.coverage;
-    let worst = planned.raised.iter().max_by(|a, b| a.raise.total_cmp(&b.raise));
+    let sphere = |s: &crate::removal::Place| [s.centre.x, s.centre.y, s.centre.z, s.radius];
     CoverageFigures {
-        flat_area_mm2: c.area,
+        area_mm2: c.area,
         never_covered_mm2: c.never_covered,
         never_covered_percent: 100.0 * c.never_covered / c.area,
-        too_tight_mm2: c.too_tight + raised_length(planned) * job.nominal_side_step(),
-        too_tight_at_mm: worst.map(|r| r.place).or(c.too_tight_at).map(|p| p.to_array()),
+        too_tight_mm2: c.too_tight,
+        too_tight_at_mm: c.too_tight_at.map(|p| p.to_array()),
+        too_tight_places: c.too_tight_places.iter().map(sphere).collect(),
+        cusp_limit_mm: planned.cusp_limit,
     }
 }
 

@@ -372,10 +372,12 @@ impl Stock {
     ///
     /// Leaves are sampled on a grid of `per_side²` points at most `spacing` apart, so areas are
     /// estimates good to a few of those cells.
+    #[cfg(test)]
     pub fn remaining(&self, spacing: f64, mut visit: impl FnMut(DVec2, f64)) {
         self.remaining_node(0, self.root_square(), spacing, &mut visit);
     }
 
+    #[cfg(test)]
     fn remaining_node(
         &self,
         node: u32,

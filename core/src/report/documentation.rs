@@ -42,7 +42,10 @@ fn schema_at<'a>(schema: &'a Value, path: &str) -> &'a Value {
 
 fn kind(schema: &Value) -> String {
     let name = |value: &Value| match value.as_str() {
-        Some("array") => format!("list of {}s", kind(&schema["items"])),
+        Some("array") => match kind(&schema["items"]).strip_prefix("list ") {
+            Some(rest) => format!("list of lists {rest}"),
+            None => format!("list of {}s", kind(&schema["items"])),
+        },
         Some(other) => other.to_owned(),
         None => String::new(),
     };

@@ -68,11 +68,13 @@ pub(super) fn report() -> Report {
         slowed: figures(450.0, 2_880.0, 987.0),
         delivered: figures(1500.0, 2_879.0, 402.0),
         coverage: CoverageFigures {
-            flat_area_mm2: 10_713.2,
+            cusp_limit_mm: 0.0125,
+            area_mm2: 10_713.2,
             never_covered_mm2: 0.0,
             never_covered_percent: 0.0,
             too_tight_mm2: 12.5,
             too_tight_at_mm: Some([44.1, 77.9, 3.2]),
+            too_tight_places: vec![[44.1, 77.9, 3.2, 0.8], [45.5, 78.0, 3.1, 0.6]],
         },
         gouge: GougeFigures {
             raised: vec![RaisedStretch {

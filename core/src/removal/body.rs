@@ -1,0 +1,407 @@
+//! The cutter's body against a straight column of material.
+//!
+//! Terms. The *core* is the flat bottom disc of radius `b = R - r_c` at height `r_c` above the tip
+//! and all that lies straight above it; the body is all within `r_c` of the core. A *column* stands
+//! on the surface along its normal, from the allowance up to allowance and depth. The body is convex,
+//! so it meets a column's line in one interval: the column falls to where that begins. What leans
+//! over its end counts as fallen, too, by its length only: the height of a column is the amount left.
+//!
+//! A wall parallel to the columns would let each fall at once, and a rate summed over columns would
+//! jump with them. There the wall is smeared over the width of a column: it takes the part of the
+//! column that it covers.
+
+use crate::geometry::DVec3;
+use crate::tool::Tool;
+
+/// A cosine to the axis below this is a right angle.
+const FLAT: f64 = 1e-9;
+/// A squared sine below this is none.
+const PARALLEL: f64 = 1e-18;
+/// Newton steps to the corner's round; convergence is quadratic and from below.
+const STEPS: usize = 8;
+/// A corner met this closely is met, mm.
+const MET: f64 = 2e-5;
+/// A column falls in a move by no more than this part of its length below where the end would have it:
+/// steeper sides have passed it before.
+const STEEP: f64 = 0.25;
+
+/// Tip and unit axis of the cutter.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(super) struct Pose {
+    pub tip: DVec3,
+    pub axis: DVec3,
+}
+
+impl Pose {
+    /// A part `t` of the way to another pose, tip and axis linear as the move is.
+    pub fn toward(&self, other: &Self, t: f64) -> Self {
+        let axis = self.axis + (other.axis - self.axis) * t;
+        Self { tip: self.tip.lerp(other.tip, t), axis: axis.normalize_or(self.axis) }
+    }
+}
+
+/// A straight move of the cutter.
+#[derive(Copy, Clone, Debug)]
+pub(super) struct Stroke {
+    pub from: Pose,
+    pub to: Pose,
+}
+
+/// Where columns stand: on `foot` along the unit `normal`.
+#[derive(Copy, Clone, Debug)]
+pub(super) struct Line {
+    pub foot: DVec3,
+    pub normal: DVec3,
+}
+
+/// The layer that is cut, heights above the surface, mm.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Layer {
+    /// Allowance below it.
+    pub stock: f64,
+    /// Axial depth `H`.
+    pub depth: f64,
+}
+
+impl Layer {
+    /// Its upper side.
+    pub fn top(&self) -> f64 {
+        self.stock + self.depth
+    }
+}
+
+/// The cutter and the layer it cuts.
+#[derive(Copy, Clone, Debug)]
+pub(super) struct Body {
+    radius: f64,
+    corner: f64,
+    bottom: f64,
+    layer: Layer,
+    /// Width over which walls are smeared, mm.
+    smear: f64,
+}
+
+/// How far a column falls and how that changes along the move.
+#[derive(Copy, Clone, Debug, PartialEq)]
+struct Meeting {
+    height: f64,
+    /// Change of the height over the whole move, mm.
+    slope: f64,
+}
+
+/// A column's line seen from the cutter: `rho²(h) = c + 2 b h + a h²`, `z(h) = z + cosine h`.
+struct View {
+    z: f64,
+    cosine: f64,
+    a: f64,
+    b: f64,
+    c: f64,
+    /// From the tip to the foot.
+    q: DVec3,
+}
+
+impl View {
+    fn new(q: DVec3, z: f64, cosine: f64, line: &Line) -> Self {
+        Self {
+            z,
+            cosine,
+            a: 1.0 - cosine * cosine,
+            b: q.dot(line.normal) - z * cosine,
+            c: q.length_squared() - z * z,
+            q,
+        }
+    }
+
+    fn rho_squared(&self, h: f64) -> f64 {
+        self.c + h * (2.0 * self.b + h * self.a)
+    }
+
+    /// Where the line is within `radius` of the axis.
+    fn within(&self, radius: f64) -> Option<(f64, f64)> {
+        let outside = self.c - radius * radius;
+        if self.a < PARALLEL {
+            return (outside <= 0.0).then_some((f64::NEG_INFINITY, f64::INFINITY));
+        }
+        let square = self.b * self.b - self.a * outside;
+        if square < 0.0 {
+            return None;
+        }
+        let root = square.sqrt();
+        Some(((-self.b - root) / self.a, (root - self.b) / self.a))
+    }
+
+    /// Where the line comes above the plane across the axis at `level` over the tip.
+    fn above(&self, level: f64) -> Option<f64> {
+        if self.cosine > FLAT {
+            Some((level - self.z) / self.cosine)
+        } else {
+            (self.z >= level).then_some(f64::NEG_INFINITY)
+        }
+    }
+}
+
+/// Where a line enters the body, and the body's outward direction there.
+struct Entry {
+    height: f64,
+    outward: DVec3,
+}
+
+impl Body {
+    /// For a cutter, the layer and the width of columns, mm.
+    pub fn new(tool: &Tool, layer: Layer, width: f64) -> Self {
+        let (radius, corner) = (tool.radius(), tool.corner_radius());
+        Self { radius, corner, bottom: radius - corner, layer, smear: width }
+    }
+
+    /// The layer.
+    pub fn layer(&self) -> Layer {
+        self.layer
+    }
+
+    /// Radius of all that the body can take, the smear included, mm.
+    pub fn reach(&self) -> f64 {
+        self.radius + 0.5 * self.smear
+    }
+
+    /// How far the body reaches from the origin in the unit direction `d`, which looks down from
+    /// the cutter; above `length` over the tip it is not looked at.
+    pub fn support(&self, pose: &Pose, d: DVec3, length: f64) -> f64 {
+        let up = d.dot(pose.axis);
+        let across = (1.0 - up * up).max(0.0).sqrt();
+        d.dot(pose.tip)
+            + self.corner * (1.0 + up)
+            + (self.bottom + 0.5 * self.smear) * across
+            + up.max(0.0) * length
+    }
+
+    /// Unit direction from the core's nearest point to `place`; none inside of the core.
+    pub fn direction_to(&self, pose: &Pose, place: DVec3) -> Option<DVec3> {
+        let q = place - pose.tip;
+        let z = q.dot(pose.axis);
+        let across = q - pose.axis * z;
+        let rho = across.length();
+        let mut gap = pose.axis * (z - self.corner).min(0.0);
+        if rho > self.bottom {
+            gap += across * (1.0 - self.bottom / rho);
+        }
+        gap.try_normalize()
+    }
+
+    /// The height that a column of height `height` has after a move.
+    ///
+    /// `h(t)` is convex along a straight move, so its least is at an end or where its slope
+    /// changes sign; the start was the end of the move before.
+    pub fn lowered(&self, stroke: &Stroke, line: &Line, height: f64) -> f64 {
+        let margin = STEEP * stroke.to.tip.distance(stroke.from.tip);
+        let Some(end) = self.meet(&stroke.to, stroke, line, height + margin) else { return height };
+        let height = height.min(end.height);
+        if end.slope <= 0.0 || end.height - end.slope >= height {
+            return height;
+        }
+        self.lowered_between(stroke, line, height, end)
+    }
+
+    /// The same where the least may lie before the end of the move.
+    fn lowered_between(&self, stroke: &Stroke, line: &Line, height: f64, end: Meeting) -> f64 {
+        let at =
+            |t: f64| self.meet(&stroke.from.toward(&stroke.to, t), stroke, line, f64::INFINITY);
+        let Some(start) = at(0.0).filter(|s| s.slope < 0.0) else { return height };
+        // Where the tangents at both ends meet: exact where the body has an edge.
+        let t = (end.height - end.slope - start.height) / (start.slope - end.slope);
+        if !(0.0 < t && t < 1.0) || start.height + start.slope * t >= height {
+            return height;
+        }
+        let Some(middle) = at(t) else { return height };
+        // Where the slope, if linear, is zero: exact where the body is round.
+        let (a, b) = if middle.slope > 0.0 {
+            ((0.0, start.slope), (t, middle.slope))
+        } else {
+            ((t, middle.slope), (1.0, end.slope))
+        };
+        let level = a.0 - a.1 * (b.0 - a.0) / (b.1 - a.1);
+        let least = if level.is_finite() { at(level.clamp(a.0, b.0)) } else { None };
+        least.map_or(height, |m| m.height.min(height)).min(middle.height)
+    }
+
+    /// Where the column falls to at a pose; none, too, where that is surely above `limit`.
+    fn meet(&self, pose: &Pose, stroke: &Stroke, line: &Line, limit: f64) -> Option<Meeting> {
+        let q = line.foot - pose.tip;
+        let (z, cosine) = (q.dot(pose.axis), line.normal.dot(pose.axis));
+        // Nothing of the cutter is below its tip.
+        if z + cosine * limit <= 0.0 && cosine > 0.0 {
+            return None;
+        }
+        let view = View::new(q, z, cosine, line);
+        let lean = view.a.max(0.0).sqrt() * self.layer.depth;
+        let reach = if lean < self.smear { self.reach() } else { self.radius };
+        let near = view.rho_squared(self.layer.stock + 0.5 * self.layer.depth);
+        // The middle of the column lies within half its lean of all of it.
+        let farthest = reach + 0.5 * lean;
+        if near > farthest * farthest {
+            return None;
+        }
+        if lean < self.smear && self.corner < self.layer.depth {
+            self.meet_smeared(pose, stroke, line, &view, near.max(0.0).sqrt())
+        } else {
+            self.under_bottom(pose, stroke, line, &view)
+                .or_else(|| self.meet_sharp(pose, stroke, line, &view, limit))
+        }
+    }
+
+    /// A column all of which lies over the flat bottom.
+    fn under_bottom(
+        &self,
+        pose: &Pose,
+        stroke: &Stroke,
+        line: &Line,
+        view: &View,
+    ) -> Option<Meeting> {
+        let height = if view.cosine > FLAT { -view.z / view.cosine } else { return None };
+        let (floor, top) = (self.layer.stock, self.layer.top());
+        let over = view.rho_squared(height) <= self.bottom * self.bottom
+            && view.rho_squared(top) <= self.radius * self.radius
+            && height <= top;
+        let entry = Entry { height, outward: -pose.axis };
+        over.then(|| Meeting {
+            height: height.max(floor),
+            slope: slope(&entry, pose, stroke, line),
+        })
+    }
+
+    fn meet_sharp(
+        &self,
+        pose: &Pose,
+        stroke: &Stroke,
+        line: &Line,
+        view: &View,
+        limit: f64,
+    ) -> Option<Meeting> {
+        let (first, last) = view.within(self.radius)?;
+        let entry = self.entry(pose, line, view, first, limit)?;
+        let (floor, top) = (self.layer.stock, self.layer.top());
+        if entry.height > top || last <= entry.height.max(floor) {
+            return None;
+        }
+        let left_above = (top - last).max(0.0);
+        Some(Meeting {
+            height: entry.height.max(floor) + left_above,
+            slope: slope(&entry, pose, stroke, line),
+        })
+    }
+
+    /// Beside a wall that is parallel to the column, which covers a part of it.
+    fn meet_smeared(
+        &self,
+        pose: &Pose,
+        stroke: &Stroke,
+        line: &Line,
+        view: &View,
+        rho: f64,
+    ) -> Option<Meeting> {
+        let covered = (0.5 + (self.radius - rho) / self.smear).min(1.0);
+        if covered <= 0.0 {
+            return None;
+        }
+        let entry = match view.within(self.radius) {
+            Some(_) => self.entry(pose, line, view, f64::NEG_INFINITY, f64::INFINITY)?,
+            None => Entry { height: view.above(self.corner)?, outward: -pose.axis },
+        };
+        let (floor, top) = (self.layer.stock, self.layer.top());
+        if entry.height > top {
+            return None;
+        }
+        let low = entry.height.max(floor);
+        let mut change = covered * slope(&entry, pose, stroke, line);
+        if covered < 1.0 && rho > 0.0 {
+            let middle = view.q + line.normal * (floor + 0.5 * self.layer.depth);
+            let across = middle - pose.axis * middle.dot(pose.axis);
+            let travel = stroke.to.tip - stroke.from.tip;
+            change -= (top - low) * across.dot(travel) / (rho * self.smear);
+        }
+        Some(Meeting { height: low + (1.0 - covered) * (top - low), slope: change })
+    }
+
+    /// Where the line enters the body; it enters the cylinder of the cutter's radius at `side`.
+    fn entry(&self, pose: &Pose, line: &Line, view: &View, side: f64, limit: f64) -> Option<Entry> {
+        if self.bottom == 0.0
+            && let Some(entry) = self.entry_of_ball(pose, line, view)
+        {
+            return Some(entry);
+        }
+        let base = if self.bottom == 0.0 { self.corner } else { 0.0 };
+        let under = view.above(base)?;
+        let (height, from_below) = if under >= side { (under, true) } else { (side, false) };
+        if self.corner == 0.0 || self.bottom == 0.0 {
+            let outward = if from_below {
+                -pose.axis
+            } else {
+                let at = view.q + line.normal * height;
+                at - pose.axis * at.dot(pose.axis)
+            };
+            return Some(Entry { height, outward });
+        }
+        self.entry_of_corner(pose, line, view, height.max(self.layer.stock - self.radius), limit)
+    }
+
+    /// Enters the sphere, unless the line came through the cylinder above it.
+    fn entry_of_ball(&self, pose: &Pose, line: &Line, view: &View) -> Option<Entry> {
+        let from_centre = view.q - pose.axis * self.corner;
+        let along = from_centre.dot(line.normal);
+        let square = self.corner * self.corner - from_centre.length_squared() + along * along;
+        if square < 0.0 {
+            return None;
+        }
+        let height = -along - square.sqrt();
+        let outward = from_centre + line.normal * height;
+        (outward.dot(pose.axis) <= 0.0).then_some(Entry { height, outward })
+    }
+
+    /// Newton on the distance from the core, which is convex along the line, from `height` outside.
+    fn entry_of_corner(
+        &self,
+        pose: &Pose,
+        line: &Line,
+        view: &View,
+        mut height: f64,
+        limit: f64,
+    ) -> Option<Entry> {
+        for _ in 0..STEPS {
+            let at = view.q + line.normal * height;
+            let z = at.dot(pose.axis);
+            let across = at - pose.axis * z;
+            let rho = across.length();
+            let mut gap = pose.axis * (z - self.corner).min(0.0);
+            if rho > self.bottom {
+                gap += across * (1.0 - self.bottom / rho);
+            }
+            let distance = gap.length();
+            let excess = distance - self.corner;
+            if excess <= MET {
+                // Inside of the core there is no direction: from below.
+                let outward = if distance > 0.0 { gap } else { -pose.axis };
+                return Some(Entry { height, outward });
+            }
+            let rate = gap.dot(line.normal) / distance;
+            if rate >= -FLAT {
+                return None;
+            }
+            height -= excess / rate;
+            if height > limit.min(self.layer.top()) {
+                return None;
+            }
+        }
+        let at = view.q + line.normal * height;
+        let z = at.dot(pose.axis);
+        let across = at - pose.axis * z;
+        let out = 1.0 - self.bottom / across.length().max(self.bottom);
+        Some(Entry { height, outward: across * out + pose.axis * (z - self.corner).min(0.0) })
+    }
+}
+
+/// Change of the entry's height over the whole move: the body's side moves with the cutter.
+fn slope(entry: &Entry, pose: &Pose, stroke: &Stroke, line: &Line) -> f64 {
+    let above = (line.foot + line.normal * entry.height - pose.tip).dot(pose.axis);
+    let travel = stroke.to.tip - stroke.from.tip + (stroke.to.axis - stroke.from.axis) * above;
+    let against = entry.outward.dot(line.normal);
+    if against < 0.0 { entry.outward.dot(travel) / against } else { 0.0 }
+}

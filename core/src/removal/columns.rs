@@ -1,0 +1,298 @@
+//! Columns of material on the surface, in tiles.
+//!
+//! Steps: (1) the chart, turned by an angle that no path keeps to, is halved both ways until a
+//! square of `SIDE x SIDE` cells is as fine as asked for at its scale. (2) Every cell whose middle
+//! lies on a face is a column: it stands on that face along the interpolated normal and has the
+//! cell's area on the surface. (3) Neighbouring tiles are gathered into [`Block`]s, pieces of work
+//! for threads, with a tree over the tiles of each.
+
+use crate::flatten::Chart;
+use crate::geometry::{DVec2, DVec3, cross2, math};
+use crate::mesh::{FaceId, VertexId};
+use crate::surface::{Surface, SurfacePoint};
+
+use super::body::Line;
+
+/// Cells along a tile's side. More: larger tiles are opened for the sake of a corner; fewer: more
+/// of them.
+const SIDE: usize = 8;
+/// Columns to a nominal side step. More: smoother rates; time grows with the square.
+const PER_STEP: f64 = 12.0;
+/// Columns aimed at at most: a whole part at the finest costs memory and time.
+const MOST_COLUMNS: f64 = 8e5;
+/// Angle of the grid, rad; the golden section of a right angle keeps it from lining up with paths.
+const TURN: f64 = 0.599_997;
+/// Halvings below the squares of the mean scale: an uneven chart is followed over this range.
+const MOST_HALVINGS: u32 = 8;
+/// Tiles in a block.
+const BLOCK: usize = 256;
+
+/// A column of material.
+#[derive(Copy, Clone, Debug)]
+pub(super) struct Column {
+    pub line: Line,
+    /// Area on the surface, mm².
+    pub area: f64,
+}
+
+/// A disc-shaped neighbourhood that holds columns: all within `radius` of the line through
+/// `middle` along `normal`, and between `low` and a height that falls.
+#[derive(Copy, Clone, Debug)]
+pub(super) struct Bound {
+    pub middle: DVec3,
+    pub normal: DVec3,
+    pub radius: f64,
+    pub low: f64,
+}
+
+/// Neighbouring columns and where their heights stand in those of the block.
+#[derive(Clone, Debug)]
+pub(super) struct Tile {
+    pub first: usize,
+    pub count: usize,
+    pub bound: Bound,
+}
+
+/// A node of a block's tree: its children, which come later, or a tile.
+#[derive(Copy, Clone, Debug)]
+pub(super) struct Node {
+    pub bound: Bound,
+    pub parent: u32,
+    pub children: Option<[u32; 2]>,
+    pub tile: u32,
+}
+
+/// Tiles that one thread works on at a time.
+#[derive(Clone, Debug)]
+pub(super) struct Block {
+    pub columns: Vec<Column>,
+    /// Where the columns are in the chart.
+    pub flat: Vec<DVec2>,
+    pub tiles: Vec<Tile>,
+    /// The root first.
+    pub nodes: Vec<Node>,
+}
+
+/// All columns of a surface.
+#[derive(Clone, Debug)]
+pub struct Columns {
+    pub(super) blocks: Vec<Block>,
+    /// Distance between columns on the surface, mm, at most.
+    pub(super) spacing: f64,
+}
+
+/// A cell's place before it has a bound.
+struct Leaf {
+    columns: Vec<(Column, DVec2)>,
+}
+
+/// Cuts the chart into cells.
+struct Grid<'a> {
+    surface: &'a Surface,
+    /// `#V` turned flat points.
+    turned: Vec<DVec2>,
+    /// `#F` linear scales.
+    scale: Vec<f64>,
+    spacing: f64,
+    /// Smallest tile, flat mm.
+    smallest: f64,
+    leaves: Vec<Leaf>,
+}
+
+fn turned(p: DVec2, by: DVec2) -> DVec2 {
+    by.rotate(p)
+}
+
+impl Columns {
+    /// Columns over all of a surface, about a twelfth of `side_step` mm apart; `top`: the height
+    /// of the layer's upper side, mm.
+    pub fn new(surface: &Surface, chart: &Chart, side_step: f64, top: f64) -> Self {
+        let by = DVec2::new(math::cos(TURN), math::sin(TURN));
+        let points: Vec<DVec2> = chart.uv().iter().map(|&p| turned(p, by)).collect();
+        let faces = surface.connectivity().faces();
+        let scale_of = |(f, v): (usize, &[VertexId; 3])| {
+            let [a, b, c] = surface.corners(FaceId(f as u32));
+            let flat = cross2(points[v[0].index()], points[v[1].index()], points[v[2].index()]);
+            let solid = (b - a).cross(c - a).length();
+            if flat > 0.0 { (solid / flat).sqrt() } else { 0.0 }
+        };
+        let scale: Vec<f64> = faces.iter().enumerate().map(scale_of).collect();
+        let spacing = (side_step / PER_STEP).max((surface.area() / MOST_COLUMNS).sqrt());
+        let mut grid = Grid {
+            surface,
+            turned: points,
+            scale,
+            spacing,
+            // Flat and solid area are equal in all, so the mean scale is one.
+            smallest: SIDE as f64 * spacing / f64::from(1u32 << MOST_HALVINGS),
+            leaves: Vec::new(),
+        };
+        grid.cut_all();
+        let back = DVec2::new(by.x, -by.y);
+        let blocks =
+            grid.leaves.chunks(BLOCK).map(|leaves| Block::new(leaves, back, top)).collect();
+        Self { blocks, spacing }
+    }
+
+    /// Number of columns.
+    pub fn count(&self) -> usize {
+        self.blocks.iter().map(|b| b.columns.len()).sum()
+    }
+
+    /// Area of all, mm².
+    pub fn area(&self) -> f64 {
+        self.blocks.iter().flat_map(|b| &b.columns).map(|c| c.area).sum()
+    }
+}
+
+impl Grid<'_> {
+    fn cut_all(&mut self) {
+        let fold = |f: fn(DVec2, DVec2) -> DVec2, start| self.turned.iter().copied().fold(start, f);
+        let (low, high) =
+            (fold(DVec2::min, DVec2::INFINITY), fold(DVec2::max, DVec2::NEG_INFINITY));
+        let extent = (high - low).max_element();
+        if !(extent.is_finite() && extent > 0.0) {
+            return;
+        }
+        // Halving a power of two ends at the spacing asked for where the scale is one.
+        let mut side = SIDE as f64 * self.spacing;
+        while side < extent {
+            side *= 2.0;
+        }
+        let faces: Vec<u32> = (0..self.scale.len() as u32).collect();
+        self.cut(low, side, &faces);
+    }
+
+    fn corners(&self, face: u32) -> [DVec2; 3] {
+        self.surface.connectivity().face(FaceId(face)).map(|v| self.turned[v.index()])
+    }
+
+    fn cut(&mut self, low: DVec2, side: f64, faces: &[u32]) {
+        let high = low + DVec2::splat(side);
+        let meets = |&f: &u32| {
+            let [a, b, c] = self.corners(f);
+            let (l, h) = (a.min(b).min(c), a.max(b).max(c));
+            h.cmpge(low).all() && l.cmple(high).all()
+        };
+        let inside: Vec<u32> = faces.iter().copied().filter(meets).collect();
+        if inside.is_empty() {
+            return;
+        }
+        let scale = inside.iter().map(|&f| self.scale[f as usize]).fold(0.0, f64::max);
+        // Halving stops at the size nearest to the spacing asked for, by ratio.
+        let fine = side * scale <= core::f64::consts::SQRT_2 * SIDE as f64 * self.spacing;
+        if fine || 0.5 * side < self.smallest {
+            self.push_leaf(low, side, &inside);
+            return;
+        }
+        let half = 0.5 * side;
+        for corner in [(0.0, 0.0), (half, 0.0), (0.0, half), (half, half)] {
+            self.cut(low + DVec2::from(corner), half, &inside);
+        }
+    }
+
+    fn push_leaf(&mut self, low: DVec2, side: f64, faces: &[u32]) {
+        let step = side / SIDE as f64;
+        let mut columns = Vec::with_capacity(SIDE * SIDE);
+        let mut hint = 0;
+        for i in 0..SIDE * SIDE {
+            let cell = DVec2::new((i % SIDE) as f64 + 0.5, (i / SIDE) as f64 + 0.5);
+            let at = low + cell * step;
+            let place = |k: usize| self.place(faces[k], at).map(|p| (k, p));
+            let found = place(hint).or_else(|| (0..faces.len()).find_map(place));
+            let Some((k, point)) = found else { continue };
+            hint = k;
+            let scale = self.scale[faces[k] as usize];
+            let normal = self.surface.normal(point);
+            if normal != DVec3::ZERO {
+                let line = Line { foot: self.surface.position(point), normal };
+                columns.push((Column { line, area: step * step * scale * scale }, at));
+            }
+        }
+        if !columns.is_empty() {
+            self.leaves.push(Leaf { columns });
+        }
+    }
+
+    fn place(&self, face: u32, at: DVec2) -> Option<SurfacePoint> {
+        let [a, b, c] = self.corners(face);
+        let whole = cross2(a, b, c);
+        let weights =
+            [cross2(at, b, c) / whole, cross2(at, c, a) / whole, cross2(at, a, b) / whole];
+        let inside = weights.iter().all(|&w| w >= 0.0);
+        inside.then_some(SurfacePoint { face: FaceId(face), weights })
+    }
+}
+
+impl Block {
+    fn new(leaves: &[Leaf], back: DVec2, top: f64) -> Self {
+        let mut block =
+            Self { columns: Vec::new(), flat: Vec::new(), tiles: Vec::new(), nodes: Vec::new() };
+        for leaf in leaves {
+            let first = block.columns.len();
+            block.columns.extend(leaf.columns.iter().map(|c| c.0));
+            block.flat.extend(leaf.columns.iter().map(|c| turned(c.1, back)));
+            let bound = Bound::of(&block.columns[first..], top);
+            block.tiles.push(Tile { first, count: leaf.columns.len(), bound });
+        }
+        block.add_nodes(0, leaves.len(), 0, top);
+        block
+    }
+
+    fn add_nodes(&mut self, from: usize, to: usize, parent: u32, top: f64) -> u32 {
+        let index = self.nodes.len() as u32;
+        let bound = if to - from == 1 {
+            self.tiles[from].bound
+        } else {
+            let last = &self.tiles[to - 1];
+            Bound::of(&self.columns[self.tiles[from].first..last.first + last.count], top)
+        };
+        self.nodes.push(Node { bound, parent, children: None, tile: from as u32 });
+        if to - from > 1 {
+            let middle = from + (to - from).div_ceil(2);
+            let near = self.add_nodes(from, middle, index, top);
+            let far = self.add_nodes(middle, to, index, top);
+            self.nodes[index as usize].children = Some([near, far]);
+        }
+        index
+    }
+}
+
+impl Bound {
+    /// Of columns up to the height `top`.
+    fn of(columns: &[Column], top: f64) -> Self {
+        let count = columns.len().max(1) as f64;
+        let middle = columns.iter().map(|c| c.line.foot).sum::<DVec3>() / count;
+        let normal = columns.iter().map(|c| c.line.normal).sum::<DVec3>().normalize_or(DVec3::Z);
+        let (mut radius, mut low) = (0.0f64, f64::INFINITY);
+        for c in columns {
+            for end in [c.line.foot, c.line.foot + c.line.normal * top] {
+                let d = end - middle;
+                let z = d.dot(normal);
+                radius = radius.max((d - normal * z).length());
+                low = low.min(z);
+            }
+        }
+        Self { middle, normal, radius, low }
+    }
+
+    /// Height over the middle, along the normal, of a column that is `height` high.
+    pub fn level(&self, column: &Column, height: f64) -> f64 {
+        (column.line.foot + column.line.normal * height - self.middle).dot(self.normal)
+    }
+
+    /// The level in this bound of all below `level` in another.
+    pub fn level_of(&self, other: &Self, level: f64) -> f64 {
+        let cosine = self.normal.dot(other.normal);
+        let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+        let lift = if cosine > 0.0 { level } else { other.low };
+        (other.middle - self.middle).dot(self.normal) + cosine * lift + sine * other.radius
+    }
+
+    /// The least of `d . x` over all places in the bound up to `level`.
+    pub fn least_along(&self, d: DVec3, level: f64) -> f64 {
+        let along = d.dot(self.normal);
+        let across = (1.0 - along * along).max(0.0).sqrt();
+        d.dot(self.middle) + (along * level).min(along * self.low) - across * self.radius
+    }
+}

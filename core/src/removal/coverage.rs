@@ -1,0 +1,188 @@
+//! What the path leaves standing, and whether the cutter could have taken it.
+
+use super::columns::{Column, Columns};
+use super::{Layer, Removed};
+use crate::cutter_location::{CheckMesh, ToolAxis, tip, tool_axis};
+use crate::geometry::{DVec2, DVec3};
+use crate::parallel;
+use crate::tool::Tool;
+use crate::toolpath::Toolpath;
+
+/// What a delivered path leaves above the cusps that are meant to stay, as areas on the surface.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Coverage {
+    /// Area of all columns, mm².
+    pub area: f64,
+    /// Left although the cutter could touch there, mm².
+    pub never_covered: f64,
+    /// The highest of it, mm.
+    pub never_covered_at: Option<DVec3>,
+    /// Left where the cutter cannot touch, mm².
+    pub too_tight: f64,
+    /// The highest of it, mm.
+    pub too_tight_at: Option<DVec3>,
+    /// Spheres that hold all that is too tight.
+    pub too_tight_places: Vec<Place>,
+}
+
+/// A sphere.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Place {
+    /// Its centre, mm.
+    pub centre: DVec3,
+    /// Its radius, mm.
+    pub radius: f64,
+}
+
+/// What decides where the cutter can touch.
+pub struct Access<'a> {
+    /// The cutter.
+    pub tool: Tool,
+    /// Where its axis comes from.
+    pub axis: ToolAxis,
+    /// The layer.
+    pub layer: Layer,
+    /// The part.
+    pub check: &'a CheckMesh,
+    /// Length of the cutter that must clear the part, mm.
+    pub reach: f64,
+    /// Whether a contact at a flat point lies inside of ring 0.
+    pub inside: &'a dyn Fn(DVec2) -> bool,
+    /// The path, whose nearest move gives the feed direction.
+    pub path: &'a Toolpath,
+    /// Largest raise that is none, mm.
+    pub tolerance: f64,
+    /// Height over the allowance that may stay, mm.
+    pub cusp: f64,
+    /// Size of the cells that too tight places are gathered in, mm.
+    pub cell: f64,
+    /// Threads to use.
+    pub threads: usize,
+}
+
+/// A column that is left too high.
+struct Left {
+    column: Column,
+    flat: DVec2,
+    over: f64,
+    inside: bool,
+}
+
+/// What `removed` leaves of the columns.
+pub fn coverage(columns: &Columns, removed: &Removed, access: &Access) -> Coverage {
+    let left = left_over(columns, removed, access);
+    let fits = fits(&left, access);
+    let mut out = Coverage { area: columns.area(), ..Coverage::default() };
+    let mut highest = [f64::NEG_INFINITY; 2];
+    let mut tight = Vec::new();
+    for (l, fits) in left.iter().zip(fits) {
+        let (area, place, highest) = if fits {
+            (&mut out.never_covered, &mut out.never_covered_at, &mut highest[0])
+        } else {
+            tight.push(l.column.line.foot);
+            (&mut out.too_tight, &mut out.too_tight_at, &mut highest[1])
+        };
+        *area += l.column.area;
+        if l.over > *highest {
+            (*highest, *place) = (l.over, Some(l.column.line.foot));
+        }
+    }
+    out.too_tight_places = gathered(&tight, access.cell, columns.spacing);
+    out
+}
+
+fn left_over(columns: &Columns, removed: &Removed, access: &Access) -> Vec<Left> {
+    let allowed = access.layer.stock + access.cusp + access.tolerance;
+    let mut left = Vec::new();
+    for (block, heights) in columns.blocks.iter().zip(&removed.heights) {
+        for (i, &height) in heights.iter().enumerate().filter(|(_, h)| **h > allowed) {
+            let (column, flat) = (block.columns[i], block.flat[i]);
+            left.push(Left { column, flat, over: height - allowed, inside: (access.inside)(flat) });
+        }
+    }
+    left
+}
+
+/// Whether the cutter could touch the surface at each column.
+fn fits(left: &[Left], access: &Access) -> Vec<bool> {
+    let feeds = FeedIndex::new(access.path, access.axis);
+    // The cutter with the allowance around it.
+    let (radius, corner) = (access.tool.radius(), access.tool.corner_radius());
+    let grown = Tool::new(radius + access.layer.stock, corner + access.layer.stock).ok();
+    let (tool, rule, stock) = (access.tool, access.axis, access.layer.stock);
+    let (check, reach, tolerance) = (access.check, access.reach, access.tolerance);
+    parallel::map(access.threads, left, |l| {
+        let Some(grown) = grown.filter(|_| l.inside) else { return false };
+        let line = &l.column.line;
+        let axis = tool_axis(rule, line.normal, feeds.nearest(l.flat));
+        let touching = tip(&tool, line.foot, line.normal, axis, stock) - axis * stock;
+        line.normal.dot(axis) > 0.0 && check.raise(&grown, touching, axis, reach) <= tolerance
+    })
+}
+
+/// Feed directions of the path by place.
+struct FeedIndex {
+    /// Flat place and feed direction of the moves, by their first coordinate.
+    moves: Vec<(DVec2, DVec3)>,
+}
+
+impl FeedIndex {
+    /// Empty where the axis does not ask for the feed.
+    fn new(path: &Toolpath, axis: ToolAxis) -> Self {
+        let feed = |w: &[crate::toolpath::PathPoint]| Some((w[1].flat?, w[1].tip - w[0].tip));
+        let mut moves: Vec<_> = match axis {
+            ToolAxis::Fixed(_) => Vec::new(),
+            ToolAxis::Lead(_) => path.points.windows(2).filter_map(feed).collect(),
+        };
+        moves.sort_by(|a, b| a.0.x.total_cmp(&b.0.x));
+        Self { moves }
+    }
+
+    /// Feed direction of the move that ends nearest to `at`.
+    fn nearest(&self, at: DVec2) -> DVec3 {
+        let start = self.moves.partition_point(|m| m.0.x < at.x);
+        let mut best = (f64::INFINITY, DVec3::ZERO);
+        let mut look = |m: &(DVec2, DVec3)| {
+            let square = m.0.distance_squared(at);
+            if square < best.0 {
+                best = (square, m.1);
+            }
+            (m.0.x - at.x) * (m.0.x - at.x) <= best.0
+        };
+        let _ = self.moves[start..].iter().all(&mut look);
+        let _ = self.moves[..start].iter().rev().all(&mut look);
+        best.1
+    }
+}
+
+/// Spheres over places gathered by a grid of cells of size `cell`, each wider by `margin`.
+fn gathered(places: &[DVec3], cell: f64, margin: f64) -> Vec<Place> {
+    let mut keyed: Vec<([i64; 3], DVec3)> =
+        places.iter().map(|&p| ((p / cell).to_array().map(|x| x.floor() as i64), p)).collect();
+    keyed.sort_by_key(|k| k.0);
+    keyed
+        .chunk_by(|a, b| a.0 == b.0)
+        .map(|group| {
+            let centre = group.iter().map(|g| g.1).sum::<DVec3>() / group.len() as f64;
+            let far = group.iter().map(|g| g.1.distance(centre)).fold(0.0, f64::max);
+            Place { centre, radius: far + margin }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spheres_hold_what_was_gathered() {
+        let places: Vec<DVec3> = (0..500)
+            .map(|i| DVec3::new(f64::from(i % 23), f64::from(i % 7), 0.01 * f64::from(i)))
+            .collect();
+        let spheres = gathered(&places, 2.5, 0.1);
+        assert!(spheres.len() < 120);
+        let held = |p: &DVec3| spheres.iter().any(|s| s.centre.distance(*p) <= s.radius);
+        assert!(places.iter().all(held));
+        assert!(spheres.iter().all(|s| s.radius <= 2.5 * 3.0f64.sqrt() + 0.1));
+    }
+}

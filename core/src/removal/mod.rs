@@ -1,0 +1,32 @@
+//! The true removal rate of the delivered path, and feeds set by it.
+//!
+//! The plane engine ([`crate::engagement`]) takes the cutter for a disc around the contact that
+//! removes the whole layer. A ball leaves cusps and meets the layer in a smaller circle; a flat or bull
+//! end that leans against the surface touches with its edge, and its body stands beside the contact.
+//! Here the body itself runs along the delivered path through columns of material on the surface.
+//!
+//! - *Layer*: the material, from the allowance up to allowance and axial depth along the normals.
+//! - *Column*: a small area of the surface with the height that is left of the layer.
+//! - *Piece*: a tenth of a cutter radius of a move, or less where the axis turns.
+//!
+//! Steps: columns are laid ([`columns`]); the path takes from them piece by piece ([`sweep`], with the
+//! cutter in [`body`]); feeds follow from what a window of pieces takes ([`rates`]); what is left at
+//! the end is the coverage ([`coverage`]), judged by the cusps that are meant to stay ([`cusp`]).
+//!
+//! Source: spec 09 (material columns), 03 (limit).
+
+mod body;
+mod columns;
+mod coverage;
+mod cusp;
+mod rates;
+mod sweep;
+#[cfg(test)]
+mod tests;
+
+pub use body::Layer;
+pub use columns::Columns;
+pub use coverage::{Access, Coverage, Place, coverage};
+pub use cusp::{Lean, cusp, worst_cusp};
+pub use rates::{Feeds, Limit, TooSlow, rated};
+pub use sweep::{Piece, Removed};

@@ -1,0 +1,324 @@
+//! What was removed → the removal rate of every move, and feeds that keep it to the limit.
+//!
+//! Terms. A *window* is a stretch of travel of [`WINDOW`] cutter radii: what single columns do is
+//! noise, what a window takes is the cut. Steps: (1) volume per millimetre of every piece, as the
+//! largest mean over the windows that hold a part of it. (2) The feed that keeps this to the limit,
+//! from a ladder below the nominal feed. (3) The rate of every piece, as the mean over the window
+//! around it. (4) Neighbouring pieces of a move with one feed and nearly one rate are joined.
+
+use super::sweep::{Piece, Removed};
+use crate::engagement::AIM;
+use crate::geometry::{DVec2, DVec3};
+use crate::toolpath::{MoveKind, PathPoint, Toolpath};
+
+/// Length of a window, cutter radii. Longer: peaks are flattened; shorter: noise of columns.
+const WINDOW: f64 = 0.15;
+/// Reduced feeds come from the ladder `nominal * RUNG^n`, so that the program is not full of feed
+/// words. Smaller: fewer words, more time lost.
+const RUNG: f64 = 0.97;
+/// Pieces whose rates differ by less than this part of the limit are one.
+const SAME: f64 = 0.05;
+/// Pieces of a move shorter than this many cutter radii are one.
+const SHORTEST: f64 = 0.1;
+
+/// The limit and the feeds to start from.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Limit {
+    /// Limit on the removal rate, mm³/s.
+    pub rate: f64,
+    /// Nominal feed on the surface, mm/s.
+    pub feed: f64,
+    /// Nominal feed of trochoid returns, mm/s.
+    pub return_feed: f64,
+    /// Moves below this part of their nominal feed are not planned.
+    pub slowest: f64,
+}
+
+/// A place where the limit would take too slow a feed.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct TooSlow {
+    /// The tip there, mm.
+    pub place: DVec3,
+    /// Rate at the nominal feed, mm³/s.
+    pub rate: f64,
+    /// The feed it would take, mm/s.
+    pub feed: f64,
+}
+
+/// What the feeds are to follow.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub enum Feeds {
+    /// Those that the path has.
+    Kept(Limit),
+    /// Those that the path has, but links and plunges follow the limit, as far as they can.
+    LinksLimited(Limit),
+    /// The limit.
+    Limited(Limit),
+}
+
+/// The path with the removal rate of every move, and with feeds.
+///
+/// Moves in which rate or feed changes are split; new points lie on the straight move.
+/// `radius`: of the cutter, mm.
+///
+/// # Errors
+/// [`TooSlow`] at the place that is to be slowed most, where that is slower than allowed.
+pub fn rated(
+    path: &Toolpath,
+    removed: &Removed,
+    feeds: Feeds,
+    radius: f64,
+) -> Result<Toolpath, TooSlow> {
+    let (Feeds::Kept(limit) | Feeds::LinksLimited(limit) | Feeds::Limited(limit)) = feeds;
+    let nominal = nominal_feeds(path, removed, feeds);
+    let travel = running(removed.pieces.iter().map(|p| p.length));
+    let per_mm = worst_windows(&removed.pieces, &travel, WINDOW * radius);
+    if matches!(feeds, Feeds::Limited(_)) {
+        refuse_too_slow(path, removed, &per_mm, &nominal, limit)?;
+    }
+    let followed = follow_limit(path, removed, feeds);
+    let feed: Vec<f64> = (0..nominal.len())
+        .map(|i| if followed[i] { on_ladder(nominal[i], per_mm[i], limit) } else { nominal[i] })
+        .collect();
+    let rate = window_rates(&removed.pieces, &travel, &feed, WINDOW * radius);
+    let same = SAME * limit.rate;
+    let mut out = Toolpath { points: Vec::with_capacity(path.points.len()) };
+    out.points.extend(path.points.first());
+    for i in 1..path.points.len() {
+        let range = removed.first[i]..removed.first[i + 1];
+        let joined = join(removed.of_move(i), &feed[range.clone()], &rate[range], same, radius);
+        for piece in joined {
+            out.points.push(point_on(&path.points[i - 1], &path.points[i], &piece));
+        }
+    }
+    Ok(out)
+}
+
+/// Sums up to each, one more than there are.
+fn running(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut sum = 0.0;
+    let sums = values.map(|v| {
+        sum += v;
+        sum
+    });
+    core::iter::once(0.0).chain(sums).collect()
+}
+
+/// The feed of every piece as it would be without a limit.
+fn nominal_feeds(path: &Toolpath, removed: &Removed, feeds: Feeds) -> Vec<f64> {
+    let mut out = Vec::with_capacity(removed.pieces.len());
+    for (i, p) in path.points.iter().enumerate().skip(1) {
+        let feed = match (feeds, p.kind, p.flat) {
+            (_, MoveKind::Rapid, _) | (_, _, None) => p.feed,
+            (Feeds::Limited(limit), MoveKind::Return, _) => limit.return_feed,
+            (Feeds::Limited(limit), ..) => limit.feed,
+            _ => p.feed,
+        };
+        out.extend(core::iter::repeat_n(feed, removed.of_move(i).len()));
+    }
+    out
+}
+
+/// Whether each piece is slowed where the limit asks for it.
+fn follow_limit(path: &Toolpath, removed: &Removed, feeds: Feeds) -> Vec<bool> {
+    let mut out = Vec::with_capacity(removed.pieces.len());
+    for (i, p) in path.points.iter().enumerate().skip(1) {
+        let follows = match feeds {
+            Feeds::Kept(_) => false,
+            Feeds::LinksLimited(_) => p.kind == MoveKind::Link,
+            Feeds::Limited(_) => p.kind != MoveKind::Rapid,
+        };
+        out.extend(core::iter::repeat_n(follows, removed.of_move(i).len()));
+    }
+    out
+}
+
+/// The integral of a quantity, given with its sums at the ends of pieces, up to a travel.
+struct Integral<'a> {
+    travel: &'a [f64],
+    sums: Vec<f64>,
+}
+
+impl Integral<'_> {
+    /// Up to `at`, which lies in piece `i`.
+    fn up_to(&self, at: f64, i: usize) -> f64 {
+        let (a, b) = (self.travel[i], self.travel[i + 1]);
+        let part = if b > a { ((at - a) / (b - a)).clamp(0.0, 1.0) } else { 1.0 };
+        self.sums[i] + part * (self.sums[i + 1] - self.sums[i])
+    }
+}
+
+/// For every piece the largest mean volume per mm over the windows that hold a part of it.
+///
+/// Volume over travel is linear between the ends of pieces, so the largest window begins or ends
+/// at one.
+fn worst_windows(pieces: &[Piece], travel: &[f64], window: f64) -> Vec<f64> {
+    let volume = Integral { travel, sums: running(pieces.iter().map(|p| p.volume)) };
+    let mut worst = vec![0.0f64; pieces.len()];
+    let total = travel[pieces.len()];
+    let mut raise = |from: usize, to: usize, mean: f64| {
+        worst[from..=to].iter_mut().for_each(|w| *w = w.max(mean));
+    };
+    let mut j = 0;
+    for i in 0..pieces.len() {
+        let end = (travel[i] + window).min(total);
+        while j + 1 < pieces.len() && travel[j + 1] < end {
+            j += 1;
+        }
+        let taken = volume.up_to(end, j) - volume.sums[i];
+        raise(i, j.max(i), taken / window);
+    }
+    let mut j = 0;
+    for i in 0..pieces.len() {
+        let start = (travel[i + 1] - window).max(0.0);
+        while j < i && travel[j + 1] <= start {
+            j += 1;
+        }
+        let taken = volume.sums[i + 1] - volume.up_to(start, j);
+        raise(j, i, taken / window);
+    }
+    worst
+}
+
+/// Mean rate over the window around each piece, mm³/s; over the piece itself if that is longer.
+fn window_rates(pieces: &[Piece], travel: &[f64], feed: &[f64], window: f64) -> Vec<f64> {
+    let time = |p: (&Piece, &f64)| if p.0.length > 0.0 { p.0.length / p.1 } else { 0.0 };
+    let volume = Integral { travel, sums: running(pieces.iter().map(|p| p.volume)) };
+    let times = Integral { travel, sums: running(pieces.iter().zip(feed).map(time)) };
+    let total = travel[pieces.len()];
+    let (mut low, mut high) = (0, 0);
+    let rate = |i: usize| {
+        let middle = 0.5 * (travel[i] + travel[i + 1]);
+        let half = 0.5 * window.max(pieces[i].length);
+        let (start, end) = ((middle - half).max(0.0), (middle + half).min(total));
+        while low < i && travel[low + 1] <= start {
+            low += 1;
+        }
+        while high + 1 < pieces.len() && travel[high + 1] < end {
+            high += 1;
+        }
+        let taken = volume.up_to(end, high) - volume.up_to(start, low);
+        let time = times.up_to(end, high) - times.up_to(start, low);
+        if taken > 0.0 && time > 0.0 { taken / time } else { 0.0 }
+    };
+    (0..pieces.len()).map(rate).collect()
+}
+
+/// The largest rung of the ladder at which `per_mm` mm³ for each mm keep to the limit.
+fn on_ladder(nominal: f64, per_mm: f64, limit: Limit) -> f64 {
+    let mut feed = nominal;
+    let highest = limit.rate * AIM / per_mm;
+    while feed > highest && feed > limit.slowest * nominal {
+        feed *= RUNG;
+    }
+    feed
+}
+
+fn refuse_too_slow(
+    path: &Toolpath,
+    removed: &Removed,
+    per_mm: &[f64],
+    nominal: &[f64],
+    limit: Limit,
+) -> Result<(), TooSlow> {
+    let part = |i: usize| limit.rate / (per_mm[i] * nominal[i]);
+    let Some(worst) = (0..per_mm.len()).min_by(|&a, &b| part(a).total_cmp(&part(b))) else {
+        return Ok(());
+    };
+    if part(worst) >= limit.slowest {
+        return Ok(());
+    }
+    let point = removed.first.partition_point(|&f| f <= worst) - 1;
+    Err(TooSlow {
+        place: path.points[point.min(path.points.len() - 1)].tip,
+        rate: per_mm[worst] * nominal[worst],
+        feed: limit.rate / per_mm[worst],
+    })
+}
+
+/// A part of a move with one feed and one rate.
+struct Joined {
+    end: f64,
+    length: f64,
+    feed: f64,
+    rate: f64,
+    /// Range of the rates joined.
+    low: f64,
+    high: f64,
+}
+
+/// Pieces of a move, joined while the feed is the same and the rates differ little.
+fn join(pieces: &[Piece], feed: &[f64], rate: &[f64], same: f64, radius: f64) -> Vec<Joined> {
+    let mut out: Vec<Joined> = Vec::new();
+    for (p, (&feed, &rate)) in pieces.iter().zip(feed.iter().zip(rate)) {
+        match out.last_mut() {
+            Some(l)
+                if l.feed == feed
+                    && (l.high.max(rate) - l.low.min(rate) <= same
+                        || l.length + p.length < SHORTEST * radius) =>
+            {
+                let length = l.length + p.length;
+                let part = if length > 0.0 { p.length / length } else { 0.0 };
+                l.rate += (rate - l.rate) * part;
+                (l.low, l.high) = (l.low.min(rate), l.high.max(rate));
+                (l.end, l.length) = (p.end, length);
+            }
+            _ => {
+                out.push(Joined { end: p.end, length: p.length, feed, rate, low: rate, high: rate })
+            }
+        }
+    }
+    out
+}
+
+/// The point where a part of the move from `a` to `b` ends.
+fn point_on(a: &PathPoint, b: &PathPoint, piece: &Joined) -> PathPoint {
+    let t = piece.end;
+    let mut point = PathPoint { feed: piece.feed, mrr: piece.rate, ..*b };
+    if t < 1.0 {
+        let between = |u: DVec3, v: DVec3| u.lerp(v, t).normalize_or(v);
+        point.tip = a.tip.lerp(b.tip, t);
+        point.axis = between(a.axis, b.axis);
+        point.normal = between(a.normal, b.normal);
+        // At the start of a run the contact is not told; the image stays that of the end.
+        point.flat = b.flat.map(|end: DVec2| a.flat.map_or(end, |start| start.lerp(end, t)));
+    }
+    point
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pieces(volumes: &[f64], length: f64) -> Vec<Piece> {
+        volumes.iter().map(|&volume| Piece { end: 1.0, length, volume }).collect()
+    }
+
+    #[test]
+    fn every_window_keeps_to_the_limit_at_the_feeds_that_its_pieces_get() {
+        let volumes: Vec<f64> =
+            (0..400u32).map(|i| f64::from(i * 7919 % 97) * f64::from(i % 31) / 900.0).collect();
+        let all = pieces(&volumes, 0.1);
+        let travel = running(all.iter().map(|p| p.length));
+        let per_mm = worst_windows(&all, &travel, 0.75);
+        let limit = Limit { rate: 100.0, feed: 40.0, return_feed: 40.0, slowest: 1e-3 };
+        let feed: Vec<f64> = per_mm.iter().map(|&q| on_ladder(40.0, q, limit)).collect();
+        let rate = window_rates(&all, &travel, &feed, 0.75);
+        let peak = rate.iter().copied().fold(0.0, f64::max);
+        assert!(peak <= 100.0 * AIM && peak > 80.0, "{peak}");
+        // At the feeds found, any 1 mm of travel, too.
+        for w in 0..390 {
+            let volume: f64 = volumes[w..w + 10].iter().sum();
+            let time: f64 = feed[w..w + 10].iter().map(|f| 0.1 / f).sum();
+            assert!(volume / time <= 101.0);
+        }
+    }
+
+    #[test]
+    fn even_pieces_are_one_and_a_step_splits_a_move() {
+        let even = pieces(&[1.0; 6], 0.5);
+        assert_eq!(join(&even, &[3.0; 6], &[2.0; 6], 0.1, 5.0).len(), 1);
+        let stepped = join(&even, &[3.0; 6], &[2.0, 2.0, 2.0, 5.0, 5.0, 5.0], 0.1, 5.0);
+        assert_eq!(stepped.iter().map(|j| j.rate).collect::<Vec<_>>(), [2.0, 5.0]);
+    }
+}

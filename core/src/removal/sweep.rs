@@ -1,0 +1,284 @@
+//! A path cuts columns: what every short piece of it takes.
+//!
+//! Blocks of columns are independent of each other. Each runs through all pieces in time order and
+//! down its tree: a node is left out where a plane that supports the cutter, at the point nearest to
+//! the node's middle, has all that is left of the node's columns on its other side.
+
+use super::body::{Body, Pose, Stroke};
+use super::columns::{Block, Bound, Columns};
+use crate::feed::feed_length;
+use crate::geometry::{DVec3, math};
+use crate::parallel;
+use crate::tool::Tool;
+use crate::toolpath::{MoveKind, PathPoint, Toolpath};
+
+/// Longest piece as a part of the cutter radius.
+const LONGEST: f64 = 0.1;
+/// Largest turn of the axis in a piece, rad.
+const LARGEST_TURN: f64 = 0.026;
+/// Pieces that are tested together against a block.
+const RUN: usize = 64;
+/// A node is opened only for what is deeper than this, mm: rounding, and faces of the mesh.
+const NEGLIGIBLE: f64 = 2e-4;
+/// Length of the cutter, cutter radii, that a turning axis may bring into material.
+const LENGTH: f64 = 20.0;
+
+/// A short piece of a move.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Piece {
+    /// Part of the move that is done at its end.
+    pub end: f64,
+    /// Length that the feed refers to, mm.
+    pub length: f64,
+    /// Volume removed, mm³.
+    pub volume: f64,
+}
+
+/// What a path removed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Removed {
+    /// Where the pieces of the move to each point begin, and their number last.
+    pub first: Vec<usize>,
+    /// The pieces, in time order.
+    pub pieces: Vec<Piece>,
+    /// Heights left of the columns, mm, block by block.
+    pub(super) heights: Vec<Vec<f64>>,
+}
+
+impl Removed {
+    /// The pieces of the move that ends at point `i`.
+    pub fn of_move(&self, i: usize) -> &[Piece] {
+        &self.pieces[self.first[i]..self.first[i + 1]]
+    }
+}
+
+/// Pieces that lie together.
+struct Run {
+    middle: DVec3,
+    radius: f64,
+    axis: DVec3,
+    /// Sine of the largest angle of an axis to that, at least.
+    spread: f64,
+}
+
+impl Run {
+    fn of(strokes: &[Stroke]) -> Self {
+        let poses = || strokes.iter().flat_map(|s| [s.from, s.to]);
+        let count = 2.0 * strokes.len().max(1) as f64;
+        let middle = poses().map(|p| p.tip).sum::<DVec3>() / count;
+        let axis = poses().map(|p| p.axis).sum::<DVec3>().normalize_or(DVec3::Z);
+        let radius = poses().map(|p| p.tip.distance(middle)).fold(0.0, f64::max);
+        let spread = poses().map(|p| p.axis.distance(axis)).fold(0.0, f64::max);
+        Self { middle, radius, axis, spread }
+    }
+
+    /// Whether the cutter may come near a sphere.
+    fn reaches(&self, place: DVec3, radius: f64, body: &Body) -> bool {
+        let q = place - self.middle;
+        let up = q.dot(self.axis);
+        let reach = radius + self.radius + body.reach();
+        let across = (q - self.axis * up).length();
+        up > -reach && across <= reach + self.spread * (q.length() + reach)
+    }
+}
+
+impl Columns {
+    /// Runs a path through fresh columns, on `threads` threads, which change nothing but the time.
+    pub fn cut(
+        &self,
+        path: &Toolpath,
+        tool: &Tool,
+        layer: super::Layer,
+        threads: usize,
+    ) -> Removed {
+        let body = Body::new(tool, layer, self.spacing);
+        let (mut removed, strokes, at) = cut_to_pieces(&path.points, tool);
+        let runs: Vec<Run> = strokes.chunks(RUN).map(Run::of).collect();
+        let cut = parallel::map(threads, &self.blocks, |block| {
+            let mut work = BlockCut::new(block, &body);
+            work.run(&strokes, &runs);
+            (work.heights, work.taken)
+        });
+        for (heights, taken) in cut {
+            for (stroke, volume) in taken {
+                removed.pieces[at[stroke as usize]].volume += volume;
+            }
+            removed.heights.push(heights);
+        }
+        removed
+    }
+}
+
+/// The pieces of a path; the moves of those that may cut, and which piece each is.
+fn cut_to_pieces(points: &[PathPoint], tool: &Tool) -> (Removed, Vec<Stroke>, Vec<usize>) {
+    let mut removed = Removed { first: vec![0, 0], ..Removed::default() };
+    let (mut strokes, mut at) = (Vec::new(), Vec::new());
+    for pair in points.windows(2) {
+        let (from, to) = (pose(&pair[0]), pose(&pair[1]));
+        let length = feed_length(&pair[0], &pair[1], tool);
+        let cuts = pair[1].kind != MoveKind::Rapid;
+        let count = if cuts { piece_count(&from, &to, length, tool.radius()) } else { 1 };
+        for i in 0..count {
+            let part = |k: usize| k as f64 / count as f64;
+            if cuts {
+                let stroke =
+                    Stroke { from: from.toward(&to, part(i)), to: from.toward(&to, part(i + 1)) };
+                at.push(removed.pieces.len());
+                strokes.push(stroke);
+            }
+            let length = length / count as f64;
+            removed.pieces.push(Piece { end: part(i + 1), length, volume: 0.0 });
+        }
+        removed.first.push(removed.pieces.len());
+    }
+    if points.is_empty() {
+        removed.first.truncate(1);
+    }
+    (removed, strokes, at)
+}
+
+fn pose(point: &PathPoint) -> Pose {
+    Pose { tip: point.tip, axis: point.axis }
+}
+
+fn piece_count(from: &Pose, to: &Pose, length: f64, radius: f64) -> usize {
+    let turn = math::acos_clamped(from.axis.dot(to.axis));
+    let pieces = (length / (LONGEST * radius)).max(turn / LARGEST_TURN);
+    // A rounding error more is not a piece more.
+    (pieces - 1e-9).ceil().clamp(1.0, 1e6) as usize
+}
+
+/// A plane across `d`: the cutter keeps to `d . x <= reach`.
+struct Plane {
+    d: DVec3,
+    reach: f64,
+}
+
+/// One block being cut.
+struct BlockCut<'a> {
+    block: &'a Block,
+    body: &'a Body,
+    heights: Vec<f64>,
+    /// Per node, the level below which all that is left of it is.
+    levels: Vec<f64>,
+    /// Per tile, its node.
+    nodes: Vec<u32>,
+    /// Pieces that took something, and the volume.
+    taken: Vec<(u32, f64)>,
+    open: Vec<u32>,
+}
+
+impl<'a> BlockCut<'a> {
+    fn new(block: &'a Block, body: &'a Body) -> Self {
+        let heights = vec![body.layer().top(); block.columns.len()];
+        let mut nodes = vec![0; block.tiles.len()];
+        for (i, node) in block.nodes.iter().enumerate() {
+            if node.children.is_none() {
+                nodes[node.tile as usize] = i as u32;
+            }
+        }
+        let levels = vec![f64::INFINITY; block.nodes.len()];
+        let mut cut =
+            Self { block, body, heights, levels, nodes, taken: Vec::new(), open: Vec::new() };
+        (0..block.tiles.len()).for_each(|t| cut.set_level(t));
+        cut
+    }
+
+    /// Sets the levels of a tile and of the nodes above it.
+    fn set_level(&mut self, tile: usize) {
+        let t = &self.block.tiles[tile];
+        let mut level = f64::NEG_INFINITY;
+        for i in t.first..t.first + t.count {
+            level = level.max(t.bound.level(&self.block.columns[i], self.heights[i]));
+        }
+        let mut node = self.nodes[tile] as usize;
+        self.levels[node] = level;
+        while node > 0 {
+            node = self.block.nodes[node].parent as usize;
+            let own = &self.block.nodes[node];
+            let Some(children) = own.children else { return };
+            let level = children
+                .map(|c| c as usize)
+                .map(|c| own.bound.level_of(&self.block.nodes[c].bound, self.levels[c]));
+            let level = level[0].max(level[1]);
+            if level >= self.levels[node] {
+                return;
+            }
+            self.levels[node] = level;
+        }
+    }
+
+    fn run(&mut self, strokes: &[Stroke], runs: &[Run]) {
+        let Some(root) = self.block.nodes.first() else { return };
+        let low = root.bound.low.abs().max(self.body.layer().top() + root.bound.low.abs());
+        let radius = root.bound.radius + low;
+        for (r, run) in runs.iter().enumerate() {
+            if !run.reaches(root.bound.middle, radius, self.body) {
+                continue;
+            }
+            let from = r * RUN;
+            for (i, stroke) in strokes.iter().enumerate().skip(from).take(RUN) {
+                let volume = self.take(stroke);
+                if volume > 0.0 {
+                    self.taken.push((i as u32, volume));
+                }
+            }
+        }
+    }
+
+    /// Lowers all columns that a stroke meets; returns the volume.
+    fn take(&mut self, stroke: &Stroke) -> f64 {
+        let mut volume = 0.0;
+        let middle = stroke.from.toward(&stroke.to, 0.5);
+        self.open.push(0);
+        while let Some(n) = self.open.pop() {
+            let node = &self.block.nodes[n as usize];
+            let plane =
+                self.supporting_plane(stroke, &middle, &node.bound, self.levels[n as usize]);
+            if node.bound.least_along(plane.d, self.levels[n as usize]) >= plane.reach {
+                continue;
+            }
+            match node.children {
+                Some([near, far]) => self.open.extend([far, near]),
+                None => volume += self.take_tile(stroke, &plane, node.tile as usize),
+            }
+        }
+        volume
+    }
+
+    /// A plane that supports the cutter throughout a stroke, toward what is left of a node.
+    fn supporting_plane(&self, stroke: &Stroke, middle: &Pose, bound: &Bound, level: f64) -> Plane {
+        let place = bound.middle + bound.normal * level;
+        let Some(d) = self.body.direction_to(middle, place) else {
+            return Plane { d: DVec3::ZERO, reach: f64::INFINITY };
+        };
+        let length = LENGTH * self.body.reach();
+        let support = self.body.support(&stroke.from, d, length);
+        let support = support.max(self.body.support(&stroke.to, d, length));
+        Plane { d, reach: support - NEGLIGIBLE }
+    }
+
+    fn take_tile(&mut self, stroke: &Stroke, plane: &Plane, tile: usize) -> f64 {
+        let t = &self.block.tiles[tile];
+        let range = t.first..t.first + t.count;
+        // A column leaning away from the plane has all of itself nearer than its top.
+        let floor = self.body.layer().stock;
+        let mut volume = 0.0;
+        for (column, height) in
+            self.block.columns[range.clone()].iter().zip(&mut self.heights[range])
+        {
+            let lean = plane.d.dot(column.line.normal);
+            let low = if lean < 0.0 { *height } else { floor };
+            if plane.d.dot(column.line.foot) + lean * low >= plane.reach {
+                continue;
+            }
+            let left = self.body.lowered(stroke, &column.line, *height);
+            volume += column.area * (*height - left);
+            *height = left;
+        }
+        if volume > 0.0 {
+            self.set_level(tile);
+        }
+        volume
+    }
+}

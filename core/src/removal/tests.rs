@@ -1,0 +1,216 @@
+//! Closed forms: what simple paths take.
+
+use super::*;
+use crate::flatten::Chart;
+use crate::geometry::math::{acos, asin, cos, sin};
+use crate::geometry::{DVec2, DVec3};
+use crate::mesh::{Connectivity, VertexId};
+use crate::surface::Surface;
+use crate::tool::Tool;
+use crate::toolpath::{MoveKind, PathPoint, Toolpath};
+
+const FEED: f64 = 20.0;
+const R: f64 = 5.0;
+
+/// A rectangle that rises by `slope` rad along x, its chart the rectangle itself.
+struct Plate {
+    surface: Surface,
+    chart: Chart,
+    along: DVec3,
+    normal: DVec3,
+}
+
+impl Plate {
+    fn new(length: f64, width: f64, slope: f64) -> Self {
+        let along = DVec3::new(cos(slope), 0.0, sin(slope));
+        let uv = [(0.0, 0.0), (length, 0.0), (length, width), (0.0, width)].map(DVec2::from);
+        let faces = [[0, 1, 2], [0, 2, 3]].map(|f| f.map(VertexId)).to_vec();
+        let connectivity = Connectivity::new(4, faces).unwrap();
+        let surface = Surface::new(connectivity, uv.map(|p| along * p.x + DVec3::Y * p.y).to_vec());
+        let chart = Chart::new(&surface, uv.to_vec());
+        Self { surface, chart, along, normal: along.cross(DVec3::Y) }
+    }
+
+    /// The tip that touches at a place, the axis upright.
+    fn tip(&self, tool: &Tool, p: DVec2, stock: f64) -> DVec3 {
+        let contact = self.along * p.x + DVec3::Y * p.y;
+        if (self.normal - DVec3::Z).length() < 1e-12 {
+            // The middle of the bottom, which touches all over.
+            return contact + self.normal * stock;
+        }
+        crate::cutter_location::tip(tool, contact, self.normal, DVec3::Z, stock)
+    }
+}
+
+fn point(kind: MoveKind, tip: DVec3) -> PathPoint {
+    PathPoint {
+        kind,
+        pass: 0,
+        region: 0,
+        tip,
+        axis: DVec3::Z,
+        normal: DVec3::Z,
+        flat: Some(DVec2::ZERO),
+        feed: FEED,
+        mrr: 0.0,
+        alpha: 0.0,
+        time: 0.0,
+    }
+}
+
+/// Passes from one flat place to another, with a rapid before each.
+fn passes(plate: &Plate, tool: &Tool, stock: f64, ends: &[(DVec2, DVec2)]) -> Toolpath {
+    let mut path = Toolpath::default();
+    for &(a, b) in ends {
+        path.points.push(point(MoveKind::Rapid, plate.tip(tool, a, stock)));
+        path.points.push(point(MoveKind::Cut, plate.tip(tool, b, stock)));
+    }
+    path
+}
+
+const LAYER: Layer = Layer { stock: 0.2, depth: 0.8 };
+
+/// Rates of all windows of 0.2 R on the last move, mm³/s, without its first and last `margin` mm.
+fn last_rates(
+    plate: &Plate,
+    tool: &Tool,
+    side_step: f64,
+    path: &Toolpath,
+    margin: f64,
+) -> Vec<f64> {
+    let columns = Columns::new(&plate.surface, &plate.chart, side_step, LAYER.top());
+    assert!((columns.area() / plate.surface.area() - 1.0).abs() < 0.002);
+    let removed = columns.cut(path, tool, LAYER, 2);
+    let last = removed.of_move(path.points.len() - 1);
+    let skip = (margin / last[0].length) as usize;
+    assert!((last[0].length - 0.1 * R).abs() < 0.02);
+    let rates = last[skip..last.len() - skip]
+        .windows(2)
+        .map(|w| FEED * (w[0].volume + w[1].volume) / (w[0].length + w[1].length));
+    rates.collect()
+}
+
+fn assert_close(rates: &[f64], exact: f64, part: f64) {
+    assert!(rates.len() > 20);
+    for rate in rates {
+        assert!((rate / exact - 1.0).abs() < part, "{rate} is not {exact}: {rates:?}");
+    }
+}
+
+/// Passes a side step apart at some angle to the plate's sides; the last one is in steady state.
+fn steady(angle: f64, side_step: f64) -> Vec<(DVec2, DVec2)> {
+    let along = DVec2::new(cos(angle), sin(angle));
+    let across = along.perp();
+    let middle = DVec2::new(30.0, 20.0);
+    let count = (3.0 * R / side_step) as i32;
+    (-count..=0)
+        .map(|k| middle + across * (side_step * f64::from(k)))
+        .map(|m| (m - along * 16.0, m + along * 16.0))
+        .collect()
+}
+
+#[test]
+fn steady_passes_of_a_flat_end_take_the_side_step() {
+    let (plate, tool) = (Plate::new(60.0, 40.0, 0.0), Tool::new(R, 0.0).unwrap());
+    for (angle, side_step) in [(0.0, 1.5), (0.3, 0.6), (0.6, 1.5), (0.9, 1.0)] {
+        let path = passes(&plate, &tool, LAYER.stock, &steady(angle, side_step));
+        let rates = last_rates(&plate, &tool, side_step, &path, 7.0);
+        assert_close(&rates, side_step * LAYER.depth * FEED, 0.02);
+    }
+}
+
+#[test]
+fn slots_take_the_section_of_the_cutter() {
+    let plate = Plate::new(60.0, 40.0, 0.0);
+    let ends = [(DVec2::new(8.0, 15.0), DVec2::new(52.0, 24.0))];
+    for corner in [0.0, 0.5, 2.0, R] {
+        let tool = Tool::new(R, corner).unwrap();
+        let path = passes(&plate, &tool, LAYER.stock, &ends);
+        let rates = last_rates(&plate, &tool, 1.5, &path, 6.0);
+        assert_close(&rates, 2.0 * tool.mean_radius(LAYER.depth) * LAYER.depth * FEED, 0.01);
+    }
+    let h = LAYER.depth;
+    let segment = R * R * acos((R - h) / R) - (R - h) * (2.0 * R * h - h * h).sqrt();
+    let ball = Tool::new(R, R).unwrap();
+    assert!((2.0 * ball.mean_radius(h) * h - segment).abs() < 1e-9);
+}
+
+#[test]
+fn steady_passes_of_a_ball_leave_their_cusps() {
+    let (plate, tool) = (Plate::new(60.0, 40.0, 0.0), Tool::new(R, R).unwrap());
+    for (angle, d) in [(0.2, 1.5), (0.7, 0.8)] {
+        let path = passes(&plate, &tool, LAYER.stock, &steady(angle, d));
+        let rates = last_rates(&plate, &tool, d, &path, 7.0);
+        // Between two circles over their common tangent.
+        let half = 0.5 * d;
+        let circle = 0.5 * (half * (R * R - half * half).sqrt() + R * R * asin(half / R));
+        let cusp_area = 2.0 * (R * half - circle);
+        assert_close(&rates, (d * LAYER.depth - cusp_area) * FEED, 0.02);
+    }
+}
+
+/// An upright flat end on a slope, along the contour lines and uphill: steps of `D sin cos` stay.
+#[test]
+fn an_upright_flat_end_on_a_slope_takes_the_side_step_less_its_steps() {
+    let slope = 0.3;
+    let (plate, tool) = (Plate::new(60.0, 40.0, slope), Tool::new(R, 0.0).unwrap());
+    let d = 1.0;
+    let along_contour = |k: i32| {
+        let x = 40.0 - d * f64::from(k);
+        (DVec2::new(x, 4.0), DVec2::new(x, 36.0))
+    };
+    for downhill in [true, false] {
+        let mut ends: Vec<_> = (0..=16).map(along_contour).collect();
+        if !downhill {
+            ends.reverse();
+        }
+        let path = passes(&plate, &tool, LAYER.stock, &ends);
+        let rates = last_rates(&plate, &tool, d, &path, 7.0);
+        // Triangles over the side step, their angles at the surface those of the edge.
+        let steps = 0.5 * d * d * sin(slope) * cos(slope);
+        assert_close(&rates, (d * LAYER.depth - steps) * FEED, 0.03);
+    }
+}
+
+#[test]
+fn threads_change_nothing() {
+    let (plate, tool) = (Plate::new(60.0, 40.0, 0.2), Tool::new(R, 1.0).unwrap());
+    let path = passes(&plate, &tool, LAYER.stock, &steady(0.4, 2.0));
+    let columns = Columns::new(&plate.surface, &plate.chart, 2.0, LAYER.top());
+    let one = columns.cut(&path, &tool, LAYER, 1);
+    assert_eq!(one, columns.cut(&path, &tool, LAYER, 3));
+    assert!(one.pieces.iter().map(|p| p.volume).sum::<f64>() > 100.0);
+}
+
+/// Culling leaves nothing out: every column is as low as the lowest pose near it has it.
+#[test]
+fn no_tile_is_left_out() {
+    let plate = Plate::new(60.0, 40.0, 0.35);
+    for corner in [0.0, 2.0, R] {
+        let tool = Tool::new(R, corner).unwrap();
+        let path = passes(&plate, &tool, LAYER.stock, &steady(0.4, 2.0));
+        let columns = Columns::new(&plate.surface, &plate.chart, 6.0, LAYER.top());
+        let removed = columns.cut(&path, &tool, LAYER, 1);
+        let total: f64 = removed.pieces.iter().map(|p| p.volume).sum();
+        let gone = columns.blocks.iter().zip(&removed.heights).flat_map(|(b, heights)| {
+            b.columns.iter().zip(heights).map(|(c, h)| c.area * (LAYER.top() - h))
+        });
+        assert!((gone.sum::<f64>() / total - 1.0).abs() < 1e-9);
+        let body = body::Body::new(&tool, LAYER, columns.spacing);
+        for (block, heights) in columns.blocks.iter().zip(&removed.heights) {
+            for (column, &left) in block.columns.iter().zip(heights) {
+                let lowest = path.points.windows(2).filter(|w| w[1].kind == MoveKind::Cut);
+                let lowest = lowest.fold(left, |height, w| {
+                    let pose =
+                        |t: f64| body::Pose { tip: w[0].tip.lerp(w[1].tip, t), axis: DVec3::Z };
+                    (0..64).fold(height, |height, k| {
+                        let (a, b) = (f64::from(k) / 64.0, f64::from(k + 1) / 64.0);
+                        let stroke = body::Stroke { from: pose(a), to: pose(b) };
+                        body.lowered(&stroke, &column.line, height)
+                    })
+                });
+                assert!(left - lowest < 2e-3, "{corner}: {left} above {lowest}");
+            }
+        }
+    }
+}
