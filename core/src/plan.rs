@@ -12,7 +12,8 @@ use crate::job::{
     ForceControl, Job, Stepover, SurfaceSource, TooTight,
 };
 use crate::level_set::{
-    DistanceField, LevelSetError, PassMesh, Ring, RingTerrain, StripMetric, rings, strip_metric,
+    ClosingOptions, ClosingReport, DistanceField, LevelSetError, PassMesh, Ring, RingTerrain,
+    StripMetric, close, rings, strip_metric,
 };
 use crate::link::{
     DeliverError, DeliverOptions, Delivered, Precedence, RingCounts, RingOptions, cut_rings,
@@ -152,6 +153,8 @@ pub struct Planned {
     pub angle_residual: Option<(f64, usize)>,
     /// The rings.
     pub rings: Vec<Ring>,
+    /// The gaps between them that were closed; places are flat.
+    pub closing: ClosingReport,
     /// Rings on the longest chain of rings inside each other.
     pub ring_depth: usize,
     /// The delivered path.
@@ -202,15 +205,18 @@ pub fn plan(
         Boundary::Open => DistanceField::from_boundary(&mesh),
         Boundary::Wall => DistanceField::from_inset(&mesh, job.tool.radius())?,
     };
-    let rings = simplified(rings(&mesh, &field), job, &chart);
+    let mut rings = simplified(rings(&mesh, &field), job, &chart);
     if rings.is_empty() {
         let passes = field.values().iter().copied().fold(0.0, f64::max);
         return Err(LevelSetError::TooSmall { passes }.into());
     }
+    let refined = Locator::new(mesh.connectivity(), mesh.uv());
+    let terrain = RingTerrain::new(&mesh, &field, &refined);
+    let options = ClosingOptions { order: job.path.order, threads };
+    let closing = close(&mut rings, &mesh, &field, &terrain, &options);
     let precedence = Precedence::new(&rings, job.path.order);
     let ring_depth = precedence.depth();
     let region = Region::of_chart(&surface, &chart);
-    let refined = Locator::new(mesh.connectivity(), mesh.uv());
     let plane = Plane { job, mesh: &mesh, field: &field, refined: &refined, region: &region };
     progress(Stage::Cut, 0.0);
     let uncured = || plane.cut(&rings, &precedence, ForceControl::Off, |_| {});
@@ -274,6 +280,7 @@ pub fn plan(
         quality,
         angle_residual,
         rings,
+        closing,
         ring_depth,
         toolpath,
         plain,

@@ -149,8 +149,15 @@ pub struct RingFigures {
     pub count: u64,
     /// Depth of the tree of rings.
     pub tree_depth: u64,
-    /// Cores that needed a closing pass.
+    /// Cores between the last rings that needed closing.
     pub closed_cores: u64,
+    /// Detours of rings that close cores and corners.
+    pub spurs: u64,
+    /// Their length on the surface, out and back, mm.
+    pub spur_length_mm: f64,
+    /// Largest distance of a place from the nearest pass, in side steps; half between parallel
+    /// rings.
+    pub widest_gap_passes: f64,
 }
 
 /// The side step.

@@ -241,7 +241,10 @@ fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> Report {
         rings: RingFigures {
             count: planned.rings.len() as u64,
             tree_depth: planned.ring_depth as u64,
-            closed_cores: planned.rings.iter().filter(|r| r.closing).count() as u64,
+            closed_cores: planned.closing.cores as u64,
+            spurs: planned.closing.spurs as u64,
+            spur_length_mm: planned.closing.length,
+            widest_gap_passes: planned.closing.widest_gap,
         },
         stepover: StepoverFigures {
             nominal_mm: job.nominal_side_step(),

@@ -20,7 +20,26 @@ pub fn simplify_closed(points: &[DVec2], tolerance: f64) -> Vec<DVec2> {
     let at = |i: usize| points[i % n];
     let mut kept = vec![false; n];
     (kept[0], kept[far]) = (true, true);
-    let mut spans = vec![(0, far), (far, n)];
+    keep_far(at, &mut kept, vec![(0, far), (far, n)], tolerance);
+    (0..n).filter(|&i| kept[i]).map(|i| points[i]).collect()
+}
+
+/// The open polyline with the points left out that stay within `tolerance` of the chords.
+pub fn simplify_open(points: &[DVec2], tolerance: f64) -> Vec<DVec2> {
+    let mut kept = vec![false; points.len()];
+    let Some(last) = points.len().checked_sub(1) else { return Vec::new() };
+    (kept[0], kept[last]) = (true, true);
+    keep_far(|i| points[i], &mut kept, vec![(0, last)], tolerance);
+    (0..points.len()).filter(|&i| kept[i]).map(|i| points[i]).collect()
+}
+
+/// Marks the points farther than `tolerance` from the chords of the spans.
+fn keep_far(
+    at: impl Fn(usize) -> DVec2,
+    kept: &mut [bool],
+    mut spans: Vec<(usize, usize)>,
+    tolerance: f64,
+) {
     while let Some((from, to)) = spans.pop() {
         let farthest = (from + 1..to)
             .map(|i| (i, distance_to_segment(at(i), at(from), at(to))))
@@ -32,7 +51,6 @@ pub fn simplify_closed(points: &[DVec2], tolerance: f64) -> Vec<DVec2> {
             spans.extend([(from, i), (i, to)]);
         }
     }
-    (0..n).filter(|&i| kept[i]).map(|i| points[i]).collect()
 }
 
 /// Distance of `p` from the segment `a b`.

@@ -3,20 +3,22 @@
 //! - *Strip metric*: lengths measured in passes; one side step is one unit.
 //! - *Field*: distance from the boundary in that metric, at the vertices of a refined mesh.
 //! - *Ring*: a closed level curve in the flat plane; *level* its value of the field.
-//! - *Closing ring*: a ring between the last whole level and a summit of the field, where the gap
-//!   between would exceed half a strip.
+//! - *Spur*: a detour of a ring, where fronts meet and the rings alone would leave a place farther
+//!   than half a pass from any of them.
 //!
 //! Source: spec 02; Kimmel and Sethian 1998 for the distance on a triangle mesh.
 
+mod closing;
 mod field;
 mod refine;
 mod rings;
 pub mod strip_metric;
 mod terrain;
 
+pub use closing::{ClosingOptions, ClosingReport, close};
 pub use field::DistanceField;
 pub use refine::PassMesh;
-pub use rings::{Ring, rings};
+pub use rings::{Ring, Spur, rings};
 pub use strip_metric::StripMetric;
 pub use terrain::RingTerrain;
 

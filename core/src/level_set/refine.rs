@@ -1,7 +1,7 @@
 //! A mesh fine enough to carry the distance field: edges at most about one pass long.
 
 use super::LevelSetError;
-use super::strip_metric::{StripMetric, square_of};
+use super::strip_metric::{FlatMetric, StripMetric, square_of};
 use crate::flatten::Chart;
 use crate::geometry::{DVec2, DVec3};
 use crate::mesh::{Connectivity, FaceId, HalfEdgeId, VertexId};
@@ -72,6 +72,22 @@ impl PassMesh {
     pub fn length(&self, side: HalfEdgeId) -> f64 {
         let (a, b) = self.connectivity.ends(side);
         (self.positions[b.index()] - self.positions[a.index()]).length()
+    }
+
+    /// The strip metric on a face, in the flat plane; `None` for a face without flat area.
+    pub fn flat_metric(&self, face: FaceId) -> Option<FlatMetric> {
+        let v = self.connectivity.face(face).map(VertexId::index);
+        let [a, b, c] = v.map(|v| &self.metric[v]);
+        let mean = core::array::from_fn(|i| (a[i] + b[i] + c[i]) / 3.0);
+        FlatMetric::of_triangle(&mean, v.map(|v| self.positions[v]), v.map(|v| self.uv[v]))
+    }
+
+    /// The sides that leave a vertex.
+    pub fn sides_around(&self, v: VertexId) -> impl Iterator<Item = HalfEdgeId> + '_ {
+        let c = &self.connectivity;
+        let first = c.leaving(v);
+        let next = move |h: &HalfEdgeId| c.opposite(h.prev()).filter(|next| Some(*next) != first);
+        core::iter::successors(first, next)
     }
 
     fn passes_between(&self, a: usize, b: usize) -> f64 {

@@ -2,13 +2,11 @@
 
 use super::{DistanceField, PassMesh};
 use crate::geometry::DVec2;
-use crate::mesh::{FaceId, HalfEdgeId, VertexId};
+use crate::mesh::{FaceId, HalfEdgeId};
 
 /// Ring 0 of an open boundary runs this far inside it, in passes: on the boundary to the eye, but
 /// with room for rounding before it leaves the chart.
 const FIRST_LEVEL: f64 = 0.02;
-/// A summit higher than this above the last ring gets a closing ring half way up.
-const HALF_STRIP: f64 = 0.5;
 
 /// A closed level curve of the field, higher values on its right.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,11 +15,20 @@ pub struct Ring {
     pub level: f64,
     /// Flat points, in order; the last is joined to the first.
     pub points: Vec<DVec2>,
-    /// Whether it closes a core rather than being one of the whole levels.
-    pub closing: bool,
+    /// Detours that close gaps beside it; see [`close`](super::close).
+    pub spurs: Vec<Spur>,
 }
 
-/// Rings at the levels 0, 1, 2, …, then the closing rings; each level's in order of first face.
+/// A detour of a ring.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spur {
+    /// Index of the ring's point that it leaves from and comes back to.
+    pub at: usize,
+    /// Flat points between leaving and coming back.
+    pub points: Vec<DVec2>,
+}
+
+/// Rings at the levels 0, 1, 2, …, without spurs; each level's in order of first face.
 ///
 /// Where the field ends at 0 (an open boundary) ring 0 runs just inside of it.
 pub fn rings(mesh: &PassMesh, field: &DistanceField) -> Vec<Ring> {
@@ -38,12 +45,11 @@ pub fn rings(mesh: &PassMesh, field: &DistanceField) -> Vec<Ring> {
             rings.extend(tracer.trace(face, level).map(|points| Ring {
                 level,
                 points,
-                closing: false,
+                spurs: Vec::new(),
             }));
         }
         tracer.next_level();
     }
-    rings.extend(closing_rings(mesh, field.values(), &mut tracer));
     rings
 }
 
@@ -122,81 +128,6 @@ impl<'a> Tracer<'a> {
         let (u, v) = (self.values[a.index()], self.values[b.index()]);
         self.mesh.uv()[a.index()].lerp(self.mesh.uv()[b.index()], (level - u) / (v - u))
     }
-}
-
-/// Half way between the last ring and each summit that stands more than half a strip above it.
-fn closing_rings(mesh: &PassMesh, values: &[f64], tracer: &mut Tracer) -> Vec<Ring> {
-    let mut summits: Vec<u32> = (0..values.len() as u32)
-        .filter(|&v| values[v as usize].is_finite() && is_summit(mesh, values, VertexId(v)))
-        .collect();
-    summits.sort_by(|&a, &b| values[b as usize].total_cmp(&values[a as usize]).then(a.cmp(&b)));
-    let mut flooded = vec![false; values.len()];
-    let mut rings = Vec::new();
-    for v in summits {
-        let height = values[v as usize];
-        let below = (height.ceil() - 1.0).max(0.0);
-        if flooded[v as usize] || height - below <= HALF_STRIP {
-            continue;
-        }
-        let level = 0.5 * (below + height);
-        let island = flood(mesh, values, VertexId(v), level, &mut flooded);
-        if island.iter().any(|w| values[w.index()] > below + 1.0) {
-            continue;
-        }
-        for w in island {
-            for face in faces_around(mesh, w) {
-                rings.extend(tracer.trace(face, level).map(|points| Ring {
-                    level,
-                    points,
-                    closing: true,
-                }));
-            }
-        }
-        tracer.next_level();
-    }
-    rings
-}
-
-fn neighbours(mesh: &PassMesh, v: VertexId) -> impl Iterator<Item = VertexId> + '_ {
-    let c = mesh.connectivity();
-    sides_around(mesh, v).flat_map(move |h| [c.ends(h).1, c.ends(h.prev()).0])
-}
-
-fn faces_around(mesh: &PassMesh, v: VertexId) -> impl Iterator<Item = FaceId> + '_ {
-    sides_around(mesh, v).map(HalfEdgeId::face)
-}
-
-fn sides_around(mesh: &PassMesh, v: VertexId) -> impl Iterator<Item = HalfEdgeId> + '_ {
-    let c = mesh.connectivity();
-    let first = c.leaving(v);
-    core::iter::successors(first, move |h| c.opposite(h.prev()).filter(|next| Some(*next) != first))
-}
-
-fn is_summit(mesh: &PassMesh, values: &[f64], v: VertexId) -> bool {
-    neighbours(mesh, v).all(|w| values[w.index()] <= values[v.index()])
-}
-
-/// The vertices above `level` that are joined to `from`.
-fn flood(
-    mesh: &PassMesh,
-    values: &[f64],
-    from: VertexId,
-    level: f64,
-    flooded: &mut [bool],
-) -> Vec<VertexId> {
-    let mut island = vec![from];
-    flooded[from.index()] = true;
-    let mut next = 0;
-    while next < island.len() {
-        for w in neighbours(mesh, island[next]) {
-            if !flooded[w.index()] && values[w.index()] > level {
-                flooded[w.index()] = true;
-                island.push(w);
-            }
-        }
-        next += 1;
-    }
-    island
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! The strip metric: how many passes a step across the surface counts.
 
-use crate::geometry::DVec3;
+use crate::geometry::{DVec2, DVec3};
 use crate::surface::ShapeOperator;
 
 /// The strip metric at a point: a symmetric tensor, passes² per mm², as `[xx, yy, zz, xy, yz, zx]`.
@@ -47,6 +47,75 @@ pub fn square_of(m: &StripMetric, e: DVec3) -> f64 {
         + 2.0 * (m[3] * e.x * e.y + m[4] * e.y * e.z + m[5] * e.z * e.x)
 }
 
+/// The strip metric in the flat plane, passes² per flat mm².
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct FlatMetric {
+    /// Along the first flat coordinate.
+    pub xx: f64,
+    /// Mixed.
+    pub xy: f64,
+    /// Along the second flat coordinate.
+    pub yy: f64,
+}
+
+impl FlatMetric {
+    /// The metric `m` of space, drawn back from the triangle `positions` to its flat image `uv`.
+    ///
+    /// `None` for a flat image without area.
+    pub fn of_triangle(m: &StripMetric, positions: [DVec3; 3], uv: [DVec2; 3]) -> Option<Self> {
+        let (e, f) = (uv[1] - uv[0], uv[2] - uv[0]);
+        let (p, q) = (positions[1] - positions[0], positions[2] - positions[0]);
+        let twice_area = e.perp_dot(f);
+        // Images in space of the flat unit vectors.
+        let x = (p * f.y - q * e.y) / twice_area;
+        let y = (q * e.x - p * f.x) / twice_area;
+        let (xx, yy) = (square_of(m, x), square_of(m, y));
+        let metric = Self { xx, xy: 0.5 * (square_of(m, x + y) - xx - yy), yy };
+        let determinant = metric.determinant();
+        (determinant.is_finite() && determinant > 0.0).then_some(metric)
+    }
+
+    /// Passes that the flat step `d` counts.
+    pub fn length(&self, d: DVec2) -> f64 {
+        self.dot(d, d).max(0.0).sqrt()
+    }
+
+    fn dot(&self, a: DVec2, b: DVec2) -> f64 {
+        self.xx * a.x * b.x + self.xy * (a.x * b.y + a.y * b.x) + self.yy * a.y * b.y
+    }
+
+    /// Square of the passes² per flat mm².
+    fn determinant(&self) -> f64 {
+        self.xx * self.yy - self.xy * self.xy
+    }
+
+    /// Passes per flat mm, mean of the directions.
+    pub fn mean(&self) -> f64 {
+        self.determinant().max(0.0).sqrt().sqrt()
+    }
+
+    /// Passes per flat mm in the direction that counts the fewest.
+    pub fn least(&self) -> f64 {
+        let (mean, half) = (0.5 * (self.xx + self.yy), 0.5 * (self.xx - self.yy));
+        (mean - (half * half + self.xy * self.xy).sqrt()).max(0.0).sqrt()
+    }
+
+    /// Steepest slope per pass of a field with that flat gradient, per flat mm.
+    pub fn slope(&self, gradient: DVec2) -> f64 {
+        let DVec2 { x, y } = gradient;
+        let square = self.yy * x * x - 2.0 * self.xy * x * y + self.xx * y * y;
+        (square / self.determinant()).max(0.0).sqrt()
+    }
+
+    /// Distance in passes of `p` from the segment `a b`, and where on it: 0 at `a`, 1 at `b`.
+    pub fn nearest_on(&self, p: DVec2, a: DVec2, b: DVec2) -> (f64, f64) {
+        let (way, offset) = (b - a, p - a);
+        let square = self.dot(way, way);
+        let t = if square > 0.0 { (self.dot(offset, way) / square).clamp(0.0, 1.0) } else { 0.0 };
+        (self.length(offset - way * t), t)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -60,6 +129,23 @@ mod tests {
         let width = |d: DVec3| 1.0 / square_of(&m, d).sqrt();
         assert!((width(DVec3::X) - (8.0 * h / (1.0 / r + 1.0 / rho)).sqrt()).abs() < 1e-12);
         assert!((width(DVec3::Y) - (8.0 * h * r).sqrt()).abs() < 1e-12);
+    }
+
+    /// A plane stretched twofold along x, with passes of 2 mm: flat steps count 1 and 1/2.
+    #[test]
+    fn flat_metric_is_drawn_back() {
+        let flat = [DVec2::new(1.0, 1.0), DVec2::new(3.0, 1.5), DVec2::new(0.5, 4.0)];
+        let positions = flat.map(|p| DVec3::new(2.0 * p.x, p.y, 0.0));
+        let metric = FlatMetric::of_triangle(&even(2.0), positions, flat).unwrap();
+        assert!((metric.length(DVec2::X) - 1.0).abs() < 1e-12);
+        assert!((metric.length(DVec2::Y) - 0.5).abs() < 1e-12);
+        assert!((metric.least() - 0.5).abs() < 1e-12);
+        assert!((metric.mean() - 0.5_f64.sqrt()).abs() < 1e-12);
+        assert!((metric.slope(DVec2::new(0.0, 1.0)) - 2.0).abs() < 1e-12);
+        let (distance, t) = metric.nearest_on(DVec2::new(1.0, 2.0), DVec2::ZERO, DVec2::X * 4.0);
+        assert!((distance - 1.0).abs() < 1e-12 && (t - 0.25).abs() < 1e-12);
+        let line = [DVec2::ZERO, DVec2::X, DVec2::X * 2.0];
+        assert_eq!(FlatMetric::of_triangle(&even(2.0), positions, line), None);
     }
 
     #[test]

@@ -15,9 +15,9 @@ use crate::engagement::Walk;
 use crate::flat_path::FlatPoint;
 use crate::geometry::DVec2;
 use crate::job::{ForceControl, Links, RingOrder};
-use crate::level_set::Ring;
+use crate::level_set::{Ring, Spur};
 use crate::toolpath::MoveKind;
-use crate::trochoid::{self, Loops};
+use crate::trochoid::{self, Branch, Loops, Span};
 use order::Sequence;
 
 /// Over-engaged stretches closer than this are one, as a part of the cutter radius.
@@ -78,8 +78,7 @@ pub fn cut_rings(
             has_cleared_side: !precedence.before(index).is_empty(),
             is_last: precedence.after(index).is_empty(),
         };
-        let points = oriented(&rings[index].points, options);
-        task.cut(walk, &points, &mut counts);
+        task.cut(walk, &oriented(&rings[index], options), &mut counts);
         walk.next_pass();
         last = Some(index);
         done += 1;
@@ -90,13 +89,56 @@ pub fn cut_rings(
 
 /// Rings come with higher values on their right; turned so that the stock is on the side that the
 /// cut direction asks for.
-fn oriented(points: &[DVec2], options: &RingOptions) -> Vec<DVec2> {
+fn oriented(ring: &Ring, options: &RingOptions) -> Ring {
     let stock_is_higher = options.order == RingOrder::OutsideIn;
     let stock_on_right = options.loops.hand > 0.0;
-    if stock_is_higher == stock_on_right {
-        points.to_vec()
-    } else {
-        points.iter().rev().copied().collect()
+    let mut turned = ring.clone();
+    if stock_is_higher != stock_on_right {
+        turned.points.reverse();
+        turned.spurs.iter_mut().for_each(|s| s.at = ring.points.len() - 1 - s.at);
+    }
+    turned
+}
+
+/// The moves along a ring, with the spurs that leave at their ends.
+struct Course<'a> {
+    start: DVec2,
+    moves: Vec<FlatPoint>,
+    /// Index of the move and the spur.
+    spurs: Vec<(usize, &'a Spur)>,
+}
+
+impl Course<'_> {
+    /// Turned so that it does not begin inside an over-engaged stretch, unless all of it is one.
+    fn begun_outside(self, over: &[bool]) -> (Self, Vec<bool>) {
+        let n = self.moves.len();
+        let first_clear = over.iter().position(|o| !o).unwrap_or(0);
+        if first_clear == 0 || !over[n - 1] {
+            return (self, over.to_vec());
+        }
+        let turn = |i: usize| (i + first_clear) % n;
+        let back = |(i, spur): (usize, _)| ((i + n - first_clear) % n, spur);
+        let turned = Self {
+            start: self.moves[first_clear - 1].at,
+            moves: (0..n).map(|i| self.moves[turn(i)]).collect(),
+            spurs: self.spurs.into_iter().map(back).collect(),
+        };
+        (turned, (0..n).map(|i| over[turn(i)]).collect())
+    }
+
+    /// The spurs that leave at the end of a move.
+    fn spurs_after(&self, index: usize) -> impl Iterator<Item = &Spur> + '_ {
+        self.spurs.iter().filter(move |(i, _)| *i == index).map(|(_, spur)| *spur)
+    }
+
+    /// The spurs of a stretch, for loops that start at the end of the move before it.
+    fn branches(&self, stretch: &Stretch) -> Vec<Branch<'_>> {
+        let inside = self.spurs.iter().filter(|(i, _)| stretch.moves.contains(i));
+        let mut branches: Vec<Branch> = inside
+            .map(|(i, spur)| Branch { at: i + 1 - stretch.moves.start, points: &spur.points })
+            .collect();
+        branches.sort_by_key(|b| b.at);
+        branches
     }
 }
 
@@ -108,20 +150,28 @@ struct RingTask<'a> {
 }
 
 impl RingTask<'_> {
-    fn cut(&self, walk: &mut Walk, ring: &[DVec2], counts: &mut RingCounts) {
-        let start = start_index(walk, ring);
-        let closed: Vec<DVec2> = ring[start..].iter().chain(&ring[..=start]).copied().collect();
+    fn cut(&self, walk: &mut Walk, ring: &Ring, counts: &mut RingCounts) {
+        let start = start_index(walk, &ring.points);
+        let (before, from) = ring.points.split_at(start);
+        let closed: Vec<DVec2> = from.iter().chain(before).chain(&from[..1]).copied().collect();
         let retracts = counts.retracts;
         let mark = walk.mark();
         self.reach(walk, closed[0], counts);
-        let reached = walk.since(&mark).len();
-        for &p in &closed[1..] {
+        let mut course = Course { start: closed[0], moves: Vec::new(), spurs: Vec::new() };
+        for (i, &p) in closed.iter().enumerate().skip(1) {
+            let made = walk.since(&mark).len();
             self.step(walk, p);
+            course.moves.extend_from_slice(&walk.since(&mark)[made..]);
+            let index = (start + i) % ring.points.len();
+            for spur in ring.spurs.iter().filter(|s| s.at == index) {
+                course.spurs.push((course.moves.len().saturating_sub(1), spur));
+                spur.points.iter().chain([&p]).for_each(|&q| self.step(walk, q));
+            }
         }
-        let moves = walk.since(&mark)[reached..].to_vec();
         let limit = walk.cutting.limit;
         let above = |m: &FlatPoint| rate_at_nominal(m, walk) > limit * (1.0 + 1e-9);
-        let over: Vec<bool> = moves.iter().map(above).collect();
+        // Spurs keep the limit by their feed: loops on them would cut nothing.
+        let over: Vec<bool> = course.moves.iter().map(above).collect();
         if self.options.control != ForceControl::Trochoid || !over.contains(&true) {
             walk.keep();
             return;
@@ -129,7 +179,7 @@ impl RingTask<'_> {
         walk.undo(&mark);
         walk.keep();
         counts.retracts = retracts;
-        self.cut_with_trochoids(walk, closed[0], &moves, &over, counts);
+        self.cut_with_trochoids(walk, course, &over, counts);
     }
 
     /// A move along the ring itself.
@@ -143,15 +193,15 @@ impl RingTask<'_> {
     fn cut_with_trochoids(
         &self,
         walk: &mut Walk,
-        start: DVec2,
-        moves: &[FlatPoint],
+        course: Course,
         over: &[bool],
         counts: &mut RingCounts,
     ) {
-        let (start, moves, over) = begin_outside(start, moves, over);
-        let stretches = stretches(&moves, &over, walk.cutting.radius);
+        let (course, over) = course.begun_outside(over);
+        let moves = &course.moves;
+        let stretches = stretches(moves, &over, walk.cutting.radius);
         let toward = if self.has_cleared_side { -1.0 } else { 1.0 };
-        let mut at = start;
+        let mut at = course.start;
         let mut arrived = false;
         for stretch in &stretches {
             let ends = moves[stretch.moves.clone()].iter().map(|m| m.at);
@@ -162,12 +212,18 @@ impl RingTask<'_> {
                     self.reach_loop(walk, &points, toward, counts);
                 }
                 counts.intervals += 1;
-                counts.loops += trochoid::clear_span(walk, &points, loops, toward);
+                let span = Span { points: &points, branches: &course.branches(stretch) };
+                counts.loops += trochoid::clear_span(walk, &span, loops, toward);
             } else {
                 if !arrived {
                     self.reach(walk, at, counts);
                 }
-                points[1..].iter().for_each(|&p| walk.cut_limited(p, MoveKind::Cut));
+                for (i, &p) in stretch.moves.clone().zip(&points[1..]) {
+                    walk.cut_limited(p, MoveKind::Cut);
+                    let out_and_back =
+                        course.spurs_after(i).flat_map(|s| s.points.iter().chain([&p]));
+                    out_and_back.for_each(|&q| walk.cut_limited(q, MoveKind::Cut));
+                }
             }
             arrived = true;
             at = points[points.len() - 1];
@@ -280,22 +336,6 @@ fn start_index(walk: &Walk, ring: &[DVec2]) -> usize {
         i = next;
     }
     i
-}
-
-/// Turns a ring so that it does not begin inside an over-engaged stretch, unless all of it is one.
-fn begin_outside(
-    start: DVec2,
-    moves: &[FlatPoint],
-    over: &[bool],
-) -> (DVec2, Vec<FlatPoint>, Vec<bool>) {
-    let first_clear = over.iter().position(|o| !o).unwrap_or(0);
-    if !over[0] || !over[over.len() - 1] || first_clear == 0 {
-        return (start, moves.to_vec(), over.to_vec());
-    }
-    let turn = |i: usize| (i + first_clear) % moves.len();
-    let turned = (0..moves.len()).map(|i| moves[turn(i)]).collect();
-    let flags = (0..moves.len()).map(|i| over[turn(i)]).collect();
-    (moves[first_clear - 1].at, turned, flags)
 }
 
 /// A run of moves that is cut in one way.

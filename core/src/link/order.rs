@@ -22,7 +22,7 @@ impl Precedence {
         for (i, ring) in rings.iter().enumerate() {
             let below = (ring.level.ceil() - 1.0).max(0.0);
             let candidates: Vec<usize> = (0..rings.len())
-                .filter(|&j| j != i && !rings[j].closing && rings[j].level.floor() == below)
+                .filter(|&j| j != i && rings[j].level.floor() == below)
                 .filter(|&j| rings[j].level < ring.level)
                 .collect();
             let step = ring.points.len().div_ceil(PROBES).max(1);

@@ -42,7 +42,7 @@ impl Plate {
             .map(|k| Ring {
                 level: if k == 0 { 1e-3 } else { k as f64 },
                 points: dense(&self.corners(self.radius + self.step * k as f64)),
-                closing: false,
+                spurs: Vec::new(),
             })
             .collect()
     }

@@ -55,7 +55,14 @@ pub(super) fn report() -> Report {
             scale_max: 1.124,
             flips: 0,
         },
-        rings: RingFigures { count: 34, tree_depth: 33, closed_cores: 1 },
+        rings: RingFigures {
+            count: 34,
+            tree_depth: 33,
+            closed_cores: 1,
+            spurs: 130,
+            spur_length_mm: 86.5,
+            widest_gap_passes: 0.508,
+        },
         stepover: StepoverFigures { nominal_mm: 1.6, over_radius: 0.4 },
         force: ForceFigures {
             control: "trochoid".to_owned(),

@@ -63,17 +63,41 @@ struct Station {
     radius: f64,
 }
 
+/// A stretch of a ring.
+#[derive(Copy, Clone, Debug)]
+pub struct Span<'a> {
+    /// Flat points, at least two.
+    pub points: &'a [DVec2],
+    /// The spurs of the ring on this stretch, in order.
+    pub branches: &'a [Branch<'a>],
+}
+
+/// A spur that leaves from a stretch.
+#[derive(Copy, Clone, Debug)]
+pub struct Branch<'a> {
+    /// Index of the point of the stretch that it leaves from and comes back to.
+    pub at: usize,
+    /// Flat points between leaving and coming back.
+    pub points: &'a [DVec2],
+}
+
 /// Takes the stretch `span` of a ring by loops; `toward` is +1 for loops on the stock side of the
 /// ring and -1 for loops on the cleared side.
 ///
-/// The walk must stand where the first loop may start: see [`enter`]. Returns the number of loops.
-pub fn clear_span(walk: &mut Walk, span: &[DVec2], loops: &Loops, toward: f64) -> usize {
-    let guide = Guide::new(walk, span, loops, toward);
+/// The walk must stand where the first loop may start: see [`enter`]. Spurs are no part of the
+/// guide: each is cut, slower where the limit asks for it, once the loops are past it.
+/// Returns the number of loops.
+pub fn clear_span(walk: &mut Walk, span: &Span, loops: &Loops, toward: f64) -> usize {
+    let guide = Guide::new(walk, span.points, loops, toward);
+    let mut branches = guide.branches(span).into_iter().peekable();
     let mut count = 0;
     let mut bite = first_bite(walk, guide.station(0.0).radius, guide.start_disc, loops);
     let (mut along, mut failures) = (0.0, 0);
     while along < guide.length {
         let here = guide.station(along);
+        while let Some((_, root, branch)) = branches.next_if(|(at, ..)| at + here.radius <= along) {
+            branch.cut(walk, root);
+        }
         if here.radius * walk.cutting.radius < loops.smallest * walk.disc(here.center) {
             along = guide.skip_narrow(walk, along, loops);
             continue;
@@ -99,7 +123,19 @@ pub fn clear_span(walk: &mut Walk, span: &[DVec2], loops: &Loops, toward: f64) -
     }
     let last = guide.station(guide.length);
     walk.cut_limited(last.touch, MoveKind::Trochoid);
+    for (_, root, branch) in branches {
+        branch.cut(walk, root);
+        walk.cut_limited(last.touch, MoveKind::Cut);
+    }
     count
+}
+
+impl Branch<'_> {
+    /// Goes to the root, out and back.
+    fn cut(&self, walk: &mut Walk, root: DVec2) {
+        let way = core::iter::once(&root).chain(self.points).chain([&root]);
+        way.for_each(|&p| walk.cut_limited(p, MoveKind::Cut));
+    }
 }
 
 /// Where the first loop of a span starts: the back of the loop.
@@ -154,6 +190,19 @@ impl Guide {
         }
         let length = arc[arc.len() - 1];
         Self { stations, arc, length, start_disc: disc }
+    }
+
+    /// Where along the guide the branches of its stretch leave, and from which point.
+    fn branches<'b>(&self, span: &Span<'b>) -> Vec<(f64, DVec2, Branch<'b>)> {
+        let mut from = 0;
+        let place = |branch: &Branch<'b>| {
+            let root = span.points[branch.at];
+            let distance = |i: &usize| (self.stations[*i].touch - root).length_squared();
+            let near = |a: &usize, b: &usize| distance(a).total_cmp(&distance(b)).then(a.cmp(b));
+            from = (from..self.stations.len()).min_by(near).unwrap_or(from);
+            (self.arc[from], root, *branch)
+        };
+        span.branches.iter().map(place).collect()
     }
 
     fn segment(&self, along: f64) -> (usize, f64) {

@@ -4,7 +4,7 @@ use super::*;
 use crate::flatten::Chart;
 use crate::geometry::DVec3;
 use crate::level_set::LevelSetError;
-use crate::mesh::Connectivity;
+use crate::mesh::{Connectivity, VertexId};
 use crate::region::signed_area;
 use crate::surface::Surface;
 
@@ -39,7 +39,7 @@ fn rings_of_a_square_are_squares() {
     let (surface, chart) = plate(20, 1.0, |_| true);
     let mesh = pass_mesh(&surface, &chart, 1.0);
     let rings = rings(&mesh, &DistanceField::from_boundary(&mesh));
-    let whole: Vec<_> = rings.iter().filter(|r| !r.closing).collect();
+    let whole: Vec<_> = rings.iter().collect();
     assert_eq!(whole.len(), 10);
     for (k, ring) in whole.iter().enumerate() {
         let side = 20.0 - 2.0 * k as f64;
@@ -55,7 +55,7 @@ fn inset_rings_start_a_radius_inside() {
     let mesh = pass_mesh(&surface, &chart, 2.0);
     let field = DistanceField::from_inset(&mesh, 3.3).unwrap();
     let rings = rings(&mesh, &field);
-    for (k, ring) in rings.iter().filter(|r| !r.closing).enumerate() {
+    for (k, ring) in rings.iter().enumerate() {
         let side = 30.0 - 6.6 - 4.0 * k as f64;
         let area = -signed_area(&ring.points);
         assert!((area.sqrt() - side).abs() < 0.25, "ring {k}: {area} {}", side * side);
@@ -80,7 +80,7 @@ fn rings_of_a_disk_are_circles() {
 }
 
 #[test]
-fn annulus_has_rings_from_both_sides_and_a_closing_pair() {
+fn annulus_has_rings_from_both_sides() {
     let centre = DVec2::splat(15.0);
     let (surface, chart) =
         plate(30, 1.0, |p| (p - centre).length() < 14.0 && (p - centre).abs().max_element() > 4.0);

@@ -1,0 +1,142 @@
+//! Spurs: what keeps every place within half a pass of a pass.
+//!
+//! Rings one pass apart leave no place farther than half a pass, except where fronts meet: at a
+//! ridge of the field rings have corners, and the places between two corners with the inner angle
+//! `a` are up to `1 / (1 + sin(a/2))` passes away, 0.59 at a right angle and 0.79 at 30 degrees;
+//! between the last rings it is up to a whole pass. The cusp grows with the square.
+//!
+//! - *Gap*: distance of a place from the nearest pass, in passes of the strip metric there.
+//! - *Blob*: connected places whose gap is above the limit.
+//! - *Spur*: a detour of a ring, out to a blob and back. It leaves from the ring that is cut later,
+//!   so that it runs into cleared stock.
+//!
+//! 1. Places near ridges are measured against all rings.
+//! 2. Every blob gets the shortest straight spur from the nearest ring that closes it, or, where
+//!    none does, one along its middle: to both ends and back, or once round a closed blob.
+//! 3. The places are measured again, until nothing is left or a few rounds are over.
+//!
+//! Source: spec 02, "Level sets".
+
+mod blob;
+mod gaps;
+mod passes;
+mod spur;
+mod tree;
+
+use super::{DistanceField, PassMesh, Ring};
+use crate::flat_path::Terrain;
+use crate::geometry::DVec2;
+use crate::job::RingOrder;
+use crate::mesh::FaceId;
+use gaps::{Place, gaps};
+use passes::Passes;
+use spur::{Chooser, Detour, closed};
+use tree::Tree;
+
+/// Blobs whose widest gap is not above this are left, passes: the field is no better.
+const ACCEPTED: f64 = 0.51;
+/// Rounds of closing and measuring. More: branches of branches of a blob are followed.
+const ROUNDS: usize = 6;
+
+/// How gaps are closed.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct ClosingOptions {
+    /// Order of the rings.
+    pub order: RingOrder,
+    /// Threads to use; the spurs do not depend on it.
+    pub threads: usize,
+}
+
+/// What was closed and what is left.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ClosingReport {
+    /// Number of spurs.
+    pub spurs: usize,
+    /// How many of them close a core, where no ring lies further inside.
+    pub cores: usize,
+    /// Their length on the surface, out and back, mm.
+    pub length: f64,
+    /// Largest distance of a place from the nearest pass, passes.
+    pub widest_gap: f64,
+    /// Where that is, flat mm.
+    pub widest_at: DVec2,
+    /// Area left farther than 0.51 passes from a pass, on the surface, mm².
+    pub left: f64,
+}
+
+/// Gives the rings the spurs that close the gaps between them.
+pub fn close(
+    rings: &mut [Ring],
+    mesh: &PassMesh,
+    field: &DistanceField,
+    terrain: &dyn Terrain,
+    options: &ClosingOptions,
+) -> ClosingReport {
+    let mut passes = Passes::new(rings, mean_pass(mesh));
+    let found = gaps(mesh, field, passes.rings(), options.threads);
+    let mut places = found.places;
+    for _ in 0..ROUNDS {
+        let chooser = Chooser { passes: &passes, terrain, order: options.order };
+        let blobs = blob::blobs(&places);
+        let wide = blobs.iter().filter(|b| b.deepest().gap > ACCEPTED);
+        let detours: Vec<Detour> = wide.filter_map(|b| chooser.detour(b)).collect();
+        if detours.is_empty() {
+            break;
+        }
+        lower(&mut places, passes.add(detours));
+    }
+    passes.attach(rings);
+    report(&passes, &places, found.widest_kept, terrain)
+}
+
+/// Mean size of a pass, flat mm.
+fn mean_pass(mesh: &PassMesh) -> f64 {
+    let (mut flat, mut passes) = (0.0, 0.0);
+    for (f, face) in mesh.connectivity().faces().iter().enumerate() {
+        let [a, b, c] = face.map(|v| mesh.uv()[v.index()]);
+        let area = (b - a).perp_dot(c - a).abs();
+        if let Some(metric) = mesh.flat_metric(FaceId(f as u32)) {
+            flat += area;
+            passes += area * metric.mean() * metric.mean();
+        }
+    }
+    if passes > 0.0 { (flat / passes).sqrt() } else { 1.0 }
+}
+
+/// Lowers the gaps by new spurs and forgets the places that are within the limit.
+fn lower(places: &mut Vec<Place>, spurs: &Tree) {
+    for place in places.iter_mut() {
+        if let Some(hit) = spurs.nearest(&place.metric, place.at, place.gap, |_| true) {
+            place.gap = hit.distance;
+        }
+    }
+    places.retain(|p| p.gap > gaps::LIMIT);
+}
+
+fn report(
+    passes: &Passes,
+    places: &[Place],
+    widest_kept: (f64, DVec2),
+    terrain: &dyn Terrain,
+) -> ClosingReport {
+    let scale = |p: DVec2| terrain.scale(p).unwrap_or(1.0);
+    let on_surface = |d: &Detour| {
+        let line = closed(&d.anchor, &d.points);
+        line.windows(2).map(|w| (w[1] - w[0]).length() * scale(0.5 * (w[0] + w[1]))).sum::<f64>()
+    };
+    let widest =
+        places.iter().fold(widest_kept, |w, p| if p.gap > w.0 { (p.gap, p.at) } else { w });
+    let left = places.iter().filter(|p| p.gap > ACCEPTED);
+    let area = |p: &Place| p.area * scale(p.at) * scale(p.at);
+    ClosingReport {
+        spurs: passes.spurs().len(),
+        cores: passes.spurs().iter().filter(|d| d.is_core).count(),
+        length: passes.spurs().iter().map(on_surface).fold(0.0, |sum, l| sum + l),
+        widest_gap: widest.0,
+        widest_at: widest.1,
+        left: left.map(area).fold(0.0, |sum, a| sum + a),
+    }
+}
+
+#[cfg(test)]
+mod tests;

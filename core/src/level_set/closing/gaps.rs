@@ -1,0 +1,220 @@
+//! Where the surface is farther than half a pass from every pass.
+//!
+//! 1. *Ridge faces*: where the field bends or is flatter than one pass per pass, fronts meet.
+//!    Elsewhere the next ring is where the field says, and half a pass is kept by itself.
+//! 2. Faces near ridges are split until a piece is either close enough to a pass as a whole or
+//!    smaller than the raster; the small pieces that are too far are the places.
+
+use super::tree::Tree;
+use crate::geometry::DVec2;
+use crate::level_set::strip_metric::FlatMetric;
+use crate::level_set::{DistanceField, PassMesh};
+use crate::mesh::{FaceId, HalfEdgeId};
+use crate::parallel;
+use core::cell::Cell;
+use std::collections::VecDeque;
+
+/// Places farther than this from a pass are to be closed, passes. Smaller: the error of the field
+/// and the tolerance of the rings would be taken for gaps; larger: cusps grow with its square.
+pub const LIMIT: f64 = 0.508;
+/// Size of the pieces in which gaps are told, passes. Larger: gaps are overlooked; smaller: slower,
+/// with its square inside of gaps.
+pub const RASTER: f64 = 0.04;
+/// A part of a pass within which the ring below is near for certain, blur of the field included.
+const NEAR_BELOW: f64 = 0.3;
+/// A field that grows by less than this per pass is about a ridge.
+const FLATTER: f64 = 0.97;
+/// A change of the field's gradient from one face to the next, per pass, that tells a ridge.
+const BEND: f64 = 0.15;
+/// How far from a ridge gaps reach, passes.
+const REACH: f64 = 0.75;
+/// Splits of a face; each halves it.
+const DEEPEST: u32 = 8;
+/// Faces handed to a thread at a time.
+const CHUNK: usize = 512;
+
+/// A piece of the surface that is too far from every pass.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Place {
+    /// Its middle, flat mm.
+    pub at: DVec2,
+    /// The strip metric there.
+    pub metric: FlatMetric,
+    /// Value of the field, passes.
+    pub level: f64,
+    /// Distance from the nearest pass, passes.
+    pub gap: f64,
+    /// Flat area, flat mm².
+    pub area: f64,
+}
+
+/// What was found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Gaps {
+    /// The places farther than [`LIMIT`], in order of faces.
+    pub places: Vec<Place>,
+    /// The largest distance within the limit, passes, and its flat place.
+    pub widest_kept: (f64, DVec2),
+}
+
+/// Finds the gaps between the passes in `tree`.
+pub fn gaps(mesh: &PassMesh, field: &DistanceField, tree: &Tree, threads: usize) -> Gaps {
+    let faces = near_ridges(mesh, field.values());
+    let chunks: Vec<&[FaceId]> = faces.chunks(CHUNK).collect();
+    let parts = parallel::map(threads, &chunks, |faces| {
+        let mut search = Search { tree, hint: Cell::new(None), found: Gaps::default() };
+        faces.iter().for_each(|&face| search.face(mesh, field.values(), face));
+        search.found
+    });
+    parts.into_iter().fold(Gaps::default(), |mut all, part| {
+        all.places.extend(part.places);
+        if part.widest_kept.0 > all.widest_kept.0 {
+            all.widest_kept = part.widest_kept;
+        }
+        all
+    })
+}
+
+/// The gradient of the field on every face, passes per flat mm, with the face's metric.
+fn gradients(mesh: &PassMesh, values: &[f64]) -> Vec<Option<(DVec2, FlatMetric)>> {
+    let of_face = |(f, face): (usize, &[crate::mesh::VertexId; 3])| {
+        let metric = mesh.flat_metric(FaceId(f as u32))?;
+        let [a, b, c] = face.map(|v| mesh.uv()[v.index()]);
+        let [u, v, w] = face.map(|v| values[v.index()]);
+        let twice_area = (b - a).perp_dot(c - a);
+        let gradient = ((b - a).perp() * (w - u) - (c - a).perp() * (v - u)) / twice_area;
+        gradient.is_finite().then_some((gradient, metric))
+    };
+    mesh.connectivity().faces().iter().enumerate().map(of_face).collect()
+}
+
+/// The faces within [`REACH`] of a ridge of the field, in order.
+fn near_ridges(mesh: &PassMesh, values: &[f64]) -> Vec<FaceId> {
+    let connectivity = mesh.connectivity();
+    let gradients = gradients(mesh, values);
+    let bends = |h: HalfEdgeId, (gradient, metric): &(DVec2, FlatMetric)| {
+        let across = connectivity.opposite(h).and_then(|o| gradients[o.face().index()]);
+        across.is_some_and(|(g, _)| metric.slope(g - *gradient) > BEND)
+    };
+    let is_ridge = |f: usize| {
+        let Some(here) = &gradients[f] else { return true };
+        here.1.slope(here.0) < FLATTER || (0..3).any(|c| bends(FaceId(f as u32).half_edge(c), here))
+    };
+    let mut distance = vec![f64::INFINITY; values.len()];
+    let mut open = VecDeque::new();
+    for (_, face) in connectivity.faces().iter().enumerate().filter(|(f, _)| is_ridge(*f)) {
+        for v in face {
+            if distance[v.index()] > 0.0 {
+                distance[v.index()] = 0.0;
+                open.push_back(*v);
+            }
+        }
+    }
+    while let Some(v) = open.pop_front() {
+        for leaving in mesh.sides_around(v) {
+            let arriving = leaving.prev();
+            let ends = [connectivity.ends(leaving).1, connectivity.ends(arriving).0];
+            for (h, w) in [leaving, arriving].into_iter().zip(ends) {
+                let reached = distance[v.index()] + mesh.pass_length(h);
+                if reached < distance[w.index()] && reached <= REACH {
+                    distance[w.index()] = reached;
+                    open.push_back(w);
+                }
+            }
+        }
+    }
+    let is_near =
+        |face: &[crate::mesh::VertexId; 3]| face.iter().any(|v| distance[v.index()].is_finite());
+    let faces = connectivity.faces().iter().enumerate();
+    faces.filter(|(_, face)| is_near(face)).map(|(f, _)| FaceId(f as u32)).collect()
+}
+
+/// A search through some faces.
+struct Search<'a> {
+    tree: &'a Tree,
+    /// The pass that was nearest to the last place: mostly near to the next one.
+    hint: Cell<Option<u32>>,
+    found: Gaps,
+}
+
+/// A piece of a face: its corners and the field there.
+#[derive(Copy, Clone)]
+struct Piece {
+    corners: [DVec2; 3],
+    values: [f64; 3],
+}
+
+impl Piece {
+    fn middle(&self) -> (DVec2, f64) {
+        let [a, b, c] = self.corners;
+        ((a + b + c) / 3.0, self.values.iter().sum::<f64>() / 3.0)
+    }
+
+    /// Whether the field says that the ring below is near everywhere, or that it is outside of
+    /// ring 0.
+    fn is_kept(&self) -> bool {
+        let low = self.values.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = self.values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        high < 0.0 || (low >= 0.0 && high - low.floor() < NEAR_BELOW)
+    }
+
+    fn quarters(&self) -> [Self; 4] {
+        let ([a, b, c], [u, v, w]) = (self.corners, self.values);
+        let (ab, bc, ca) = (0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a));
+        let (uv, vw, wu) = (0.5 * (u + v), 0.5 * (v + w), 0.5 * (w + u));
+        let piece = |corners, values| Self { corners, values };
+        [
+            piece([a, ab, ca], [u, uv, wu]),
+            piece([ab, b, bc], [uv, v, vw]),
+            piece([ca, bc, c], [wu, vw, w]),
+            piece([ab, bc, ca], [uv, vw, wu]),
+        ]
+    }
+}
+
+impl Search<'_> {
+    fn face(&mut self, mesh: &PassMesh, values: &[f64], face: FaceId) {
+        let vertices = mesh.connectivity().face(face);
+        let piece = Piece {
+            corners: vertices.map(|v| mesh.uv()[v.index()]),
+            values: vertices.map(|v| values[v.index()]),
+        };
+        if let Some(metric) = mesh.flat_metric(face)
+            && piece.values.iter().all(|v| v.is_finite())
+        {
+            self.piece(&piece, &metric, 0);
+        }
+    }
+
+    fn piece(&mut self, piece: &Piece, metric: &FlatMetric, depth: u32) {
+        if piece.is_kept() {
+            return;
+        }
+        let (at, level) = piece.middle();
+        let gap = self.distance(metric, at);
+        let radius = piece.corners.iter().map(|c| metric.length(*c - at)).fold(0.0, f64::max);
+        let is_small = radius <= RASTER / 3.0_f64.sqrt() || depth >= DEEPEST;
+        if gap + radius > LIMIT && !is_small {
+            piece.quarters().iter().for_each(|q| self.piece(q, metric, depth + 1));
+        } else if gap > LIMIT && level >= 0.0 {
+            let [a, b, c] = piece.corners;
+            let area = 0.5 * (b - a).perp_dot(c - a).abs();
+            self.found.places.push(Place { at, metric: *metric, level, gap, area });
+        } else if gap <= LIMIT && gap > self.found.widest_kept.0 && level >= 0.0 {
+            self.found.widest_kept = (gap, at);
+        }
+    }
+
+    /// Distance from the nearest pass, passes.
+    fn distance(&self, metric: &FlatMetric, at: DVec2) -> f64 {
+        let near = self.hint.get().map(|slot| self.tree.at_slot(slot, metric, at));
+        let bound = near.map_or(f64::INFINITY, |hit| hit.distance);
+        match self.tree.nearest(metric, at, bound, |_| true) {
+            Some(hit) => {
+                self.hint.set(Some(hit.slot));
+                hit.distance
+            }
+            None => bound,
+        }
+    }
+}

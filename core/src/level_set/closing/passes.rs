@@ -1,0 +1,214 @@
+//! Rings and spurs so far, found by nearness, and put together at the end.
+
+use super::gaps::Place;
+use super::spur::{Detour, closed};
+use super::tree::Tree;
+use crate::geometry::DVec2;
+use crate::level_set::{Ring, Spur};
+
+/// Pieces into which long segments are cut for the search, mean passes.
+const LONGEST_PIECE: f64 = 2.0;
+
+/// A ring or a spur.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Line {
+    /// By index.
+    Ring(usize),
+    /// By index, in the order in which they were added.
+    Spur(usize),
+}
+
+/// A point of a pass that a spur leaves from.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Anchor {
+    /// The pass.
+    pub line: Line,
+    /// Its segment.
+    pub segment: usize,
+    /// Where on the segment: 0 start, 1 end.
+    pub t: f64,
+    /// The flat point.
+    pub at: DVec2,
+    /// Distance from the place that asked, passes.
+    pub distance: f64,
+}
+
+/// A piece of a segment in a tree.
+struct Piece {
+    line: Line,
+    segment: usize,
+    from: f64,
+    to: f64,
+    level: f64,
+}
+
+/// Passes that were added together.
+struct Layer {
+    tree: Tree,
+    pieces: Vec<Piece>,
+    ends: Vec<[DVec2; 2]>,
+}
+
+/// All passes.
+pub struct Passes {
+    layers: Vec<Layer>,
+    ring_levels: Vec<f64>,
+    spurs: Vec<Detour>,
+    longest_piece: f64,
+}
+
+impl Passes {
+    /// The rings; `mean_pass`: mean size of a pass, flat mm.
+    pub fn new(rings: &[Ring], mean_pass: f64) -> Self {
+        let longest_piece = LONGEST_PIECE * mean_pass;
+        let mut passes = Self {
+            layers: Vec::new(),
+            ring_levels: rings.iter().map(|r| r.level).collect(),
+            spurs: Vec::new(),
+            longest_piece,
+        };
+        let lines = rings.iter().enumerate().map(|(i, ring)| {
+            let around = ring.points.iter().chain(ring.points.first()).copied().collect();
+            (Line::Ring(i), ring.level, around)
+        });
+        passes.push_layer(lines.collect());
+        passes
+    }
+
+    /// The tree of the rings.
+    pub fn rings(&self) -> &Tree {
+        &self.layers[0].tree
+    }
+
+    /// The spurs so far.
+    pub fn spurs(&self) -> &[Detour] {
+        &self.spurs
+    }
+
+    /// Adds spurs; returns the tree over them.
+    pub fn add(&mut self, detours: Vec<Detour>) -> &Tree {
+        let first = self.spurs.len();
+        self.spurs.extend(detours);
+        let added = self.spurs[first..].iter().enumerate();
+        let lines = added.map(|(i, d)| {
+            (Line::Spur(first + i), self.level(d.anchor.line), closed(&d.anchor, &d.points))
+        });
+        let lines = lines.collect();
+        self.push_layer(lines);
+        &self.layers[self.layers.len() - 1].tree
+    }
+
+    /// Level of the ring that a pass is or leaves from.
+    fn level(&self, mut line: Line) -> f64 {
+        loop {
+            match line {
+                Line::Ring(i) => return self.ring_levels[i],
+                Line::Spur(i) => line = self.spurs[i].anchor.line,
+            }
+        }
+    }
+
+    fn push_layer(&mut self, lines: Vec<(Line, f64, Vec<DVec2>)>) {
+        let (mut pieces, mut ends) = (Vec::new(), Vec::new());
+        for (line, level, points) in lines {
+            for (segment, w) in points.windows(2).enumerate() {
+                let n = ((w[1] - w[0]).length() / self.longest_piece).ceil().clamp(1.0, 1e6);
+                for k in 0..n as usize {
+                    let (from, to) = (k as f64 / n, (k + 1) as f64 / n);
+                    pieces.push(Piece { line, segment, from, to, level });
+                    ends.push([w[0].lerp(w[1], from), w[0].lerp(w[1], to)]);
+                }
+            }
+        }
+        self.layers.push(Layer { tree: Tree::new(&ends), pieces, ends });
+    }
+
+    /// The nearest point of a pass closer than `within` passes whose level `accept` takes.
+    pub fn nearest(
+        &self,
+        place: &Place,
+        within: f64,
+        accept: impl Fn(f64) -> bool,
+    ) -> Option<Anchor> {
+        let mut best: Option<Anchor> = None;
+        for layer in &self.layers {
+            let within = best.map_or(within, |a| a.distance);
+            let takes = |id: u32| accept(layer.pieces[id as usize].level);
+            let Some(hit) = layer.tree.nearest(&place.metric, place.at, within, takes) else {
+                continue;
+            };
+            let piece = &layer.pieces[hit.id as usize];
+            let [a, b] = layer.ends[hit.id as usize];
+            best = Some(Anchor {
+                line: piece.line,
+                segment: piece.segment,
+                t: piece.from + (piece.to - piece.from) * hit.t,
+                at: if hit.t == 1.0 { b } else { a.lerp(b, hit.t) },
+                distance: hit.distance,
+            });
+        }
+        best
+    }
+
+    /// Gives the rings their spurs.
+    pub fn attach(&self, rings: &mut [Ring]) {
+        let mut children: Vec<Vec<usize>> = vec![Vec::new(); rings.len()];
+        let mut nested: Vec<Vec<usize>> = vec![Vec::new(); self.spurs.len()];
+        for (i, spur) in self.spurs.iter().enumerate() {
+            match spur.anchor.line {
+                Line::Ring(r) => children[r].push(i),
+                Line::Spur(s) => nested[s].push(i),
+            }
+        }
+        for list in children.iter_mut().chain(&mut nested) {
+            list.sort_by(|&a, &b| {
+                let (a, b) = (&self.spurs[a].anchor, &self.spurs[b].anchor);
+                a.segment.cmp(&b.segment).then(a.t.total_cmp(&b.t))
+            });
+        }
+        for (ring, list) in rings.iter_mut().zip(&children).filter(|(_, list)| !list.is_empty()) {
+            self.attach_to(ring, list, &nested);
+        }
+    }
+
+    fn attach_to(&self, ring: &mut Ring, spurs: &[usize], nested: &[Vec<usize>]) {
+        let mut next = spurs.iter().copied().peekable();
+        let mut points: Vec<DVec2> = Vec::new();
+        for (segment, &point) in ring.points.iter().enumerate() {
+            points.push(point);
+            while let Some(s) = next.next_if(|&s| self.spurs[s].anchor.segment == segment) {
+                let at = self.spurs[s].anchor.at;
+                if points[points.len() - 1] != at {
+                    points.push(at);
+                }
+                ring.spurs.push(Spur { at: points.len() - 1, points: self.whole(s, nested) });
+            }
+        }
+        // A spur that leaves from the end of the last segment leaves from the first point.
+        if points.len() > 1 && points[points.len() - 1] == points[0] {
+            points.pop();
+            let end = points.len();
+            ring.spurs.iter_mut().filter(|s| s.at == end).for_each(|s| s.at = 0);
+        }
+        ring.points = points;
+    }
+
+    /// Points of a spur with the spurs that leave from it.
+    fn whole(&self, spur: usize, nested: &[Vec<usize>]) -> Vec<DVec2> {
+        let line = closed(&self.spurs[spur].anchor, &self.spurs[spur].points);
+        let mut next = nested[spur].iter().copied().peekable();
+        let mut out = Vec::new();
+        for (segment, &point) in line.iter().enumerate() {
+            out.push(point);
+            while let Some(s) = next.next_if(|&s| self.spurs[s].anchor.segment == segment) {
+                let at = self.spurs[s].anchor.at;
+                out.push(at);
+                // A spur leaves only from spurs that were added before it.
+                out.extend(self.whole(s, nested));
+                out.push(at);
+            }
+        }
+        out.dedup();
+        out[1..out.len().max(2) - 1].to_vec()
+    }
+}

@@ -1,0 +1,273 @@
+//! The cheapest detour that closes a blob of gaps.
+
+use super::blob::Blob;
+use super::gaps::Place;
+use super::passes::{Anchor, Passes};
+use super::tree::Tree;
+use crate::flat_path::Terrain;
+use crate::geometry::DVec2;
+use crate::geometry::polyline::simplify_open;
+use crate::job::RingOrder;
+use core::slice::from_ref;
+
+/// Places of a blob are brought this near to a pass. Smaller: spurs grow; larger: what lies between
+/// the places' middles is left too far.
+const AIM: f64 = 0.497;
+/// A ring this much farther from a place than the nearest one still counts as beside it, passes.
+const BESIDE: f64 = 0.5;
+/// The ways out and back along a long spur lie this part of the gap to either side of its middle:
+/// then ring, way, way and ring are evenly apart.
+const SPREAD: f64 = 1.0 / 3.0;
+/// A long spur may deviate this much from the middle of its blob, passes.
+const STRAIGHTENED: f64 = 0.05;
+/// A long spur ends at most this far before its blob does, passes.
+const LONGEST_TRIM: f64 = 0.6;
+/// Halvings of a length that is sought.
+const HALVINGS: usize = 10;
+/// Distance of the points at which a spur is asked whether it stays inside, passes.
+const PROBE: f64 = 0.1;
+/// Passes that a spur may run outside of ring 0, for the blur of the field between vertices.
+const ROOM_SLACK: f64 = 0.02;
+
+/// A way from a pass to gaps and back.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Detour {
+    /// Where it leaves and comes back.
+    pub anchor: Anchor,
+    /// Flat points between leaving and coming back.
+    pub points: Vec<DVec2>,
+    /// Whether no ring of a higher level is beside the blob: it is the core of the rings.
+    pub is_core: bool,
+}
+
+/// What a detour is chosen by.
+pub struct Chooser<'a> {
+    /// The passes so far.
+    pub passes: &'a Passes,
+    /// Where a spur may run.
+    pub terrain: &'a dyn Terrain,
+    /// Order of the rings: spurs leave from the ring that is cut later, into cleared stock.
+    pub order: RingOrder,
+}
+
+impl Chooser<'_> {
+    /// The detour for a blob; `None` where none stays inside.
+    pub fn detour(&self, blob: &Blob) -> Option<Detour> {
+        let deepest = blob.deepest();
+        let beside = deepest.gap + BESIDE;
+        let is_core = self.passes.nearest(deepest, beside, |level| level > deepest.level).is_none();
+        let found = self.straight(blob).or_else(|| self.along(blob));
+        found.map(|(anchor, points)| Detour { anchor, points, is_core })
+    }
+
+    /// The nearest point of a pass from which a spur may leave for that place.
+    fn anchor(&self, place: &Place) -> Option<Anchor> {
+        let later = |level: f64| (level > place.level) == (self.order == RingOrder::OutsideIn);
+        self.passes
+            .nearest(place, place.gap + BESIDE, later)
+            .or_else(|| self.passes.nearest(place, f64::INFINITY, |_| true))
+    }
+
+    /// Straight from the nearest point through the widest gap, as short as closes the blob.
+    fn straight(&self, blob: &Blob) -> Option<(Anchor, Vec<DVec2>)> {
+        let deepest = blob.deepest();
+        let anchor = self.anchor(deepest)?;
+        let way = deepest.at - anchor.at;
+        let closes = |t: f64| {
+            let near = |p: &Place| p.metric.nearest_on(p.at, anchor.at, anchor.at + way * t).0;
+            blob.places().all(|p| near(p) <= AIM)
+        };
+        let along = |p: &Place| (p.at - anchor.at).dot(way) / way.length_squared();
+        let longest = blob.places().map(along).fold(0.0, f64::max);
+        if !closes(longest) {
+            return None;
+        }
+        let t = least(longest, closes);
+        let tip = anchor.at + way * t;
+        self.is_inside(&[anchor.at, tip], deepest).then(|| (anchor, vec![tip]))
+    }
+
+    /// Along the middle of the blob: round it where it is closed, else to both ends and back.
+    fn along(&self, blob: &Blob) -> Option<(Anchor, Vec<DVec2>)> {
+        let line = blob.middle_line();
+        match second_way(blob, &line) {
+            Some(back) => self.round(blob, &line, &back),
+            None => self.out_and_back(blob, &line),
+        }
+    }
+
+    fn out_and_back(&self, blob: &Blob, line: &[u32]) -> Option<(Anchor, Vec<DVec2>)> {
+        let (anchor, split) = self.nearest_of(blob, line)?;
+        let points = blob.points(line);
+        let arms = [points[..=split].iter().rev().copied().collect(), points[split..].to_vec()];
+        let mut arms = straightened(arms, blob);
+        trim(&mut arms, 0, blob);
+        trim(&mut arms, 1, blob);
+        let spread = |at: DVec2, across: DVec2| SPREAD * gap_across(blob, at, across);
+        let narrow: Vec<DVec2> = arms.iter().flat_map(|arm| hairpin(arm, |_, _| 0.0)).collect();
+        let wide: Vec<DVec2> = arms.iter().flat_map(|arm| hairpin(arm, spread)).collect();
+        let is_inside = |line: &[DVec2]| self.is_inside(&closed(&anchor, line), blob.deepest());
+        let left = |line: &Vec<DVec2>| count_uncovered(from_ref(line), blob);
+        let mut out = if left(&wide) <= left(&narrow) && is_inside(&wide) { wide } else { narrow };
+        out.dedup();
+        is_inside(&out).then_some((anchor, out))
+    }
+
+    /// Once round a blob that is closed in itself.
+    fn round(&self, blob: &Blob, out: &[u32], back: &[u32]) -> Option<(Anchor, Vec<DVec2>)> {
+        let mut line: Vec<u32> = out.iter().chain(&back[1..]).copied().collect();
+        line.pop();
+        let (anchor, from) = self.nearest_of(blob, &line)?;
+        line.rotate_left(from);
+        line.push(line[0]);
+        let raw = blob.points(&line);
+        let deepest = blob.deepest();
+        // A closed line in two halves: both have ends that stay.
+        let (first, second) = (&raw[..=raw.len() / 2], &raw[raw.len() / 2..]);
+        let tolerance = STRAIGHTENED / deepest.metric.mean();
+        let mut points = simplify_open(first, tolerance);
+        points.extend(simplify_open(second, tolerance).into_iter().skip(1));
+        self.is_inside(&closed(&anchor, &points), deepest).then_some((anchor, points))
+    }
+
+    /// The member of a line that is nearest to where a spur may leave, and that anchor.
+    fn nearest_of(&self, blob: &Blob, line: &[u32]) -> Option<(Anchor, usize)> {
+        let anchors = line.iter().enumerate().filter_map(|(i, &m)| {
+            let anchor = self.anchor(blob.member(m))?;
+            Some((anchor, i))
+        });
+        anchors.min_by(|a, b| a.0.distance.total_cmp(&b.0.distance).then(a.1.cmp(&b.1)))
+    }
+
+    /// Whether a polyline stays in the chart and inside of ring 0.
+    fn is_inside(&self, line: &[DVec2], near: &Place) -> bool {
+        line.windows(2).all(|w| {
+            let way = w[1] - w[0];
+            let steps = (near.metric.length(way) / PROBE).ceil().clamp(1.0, 1e4) as usize;
+            self.terrain.joins(w[0], w[1])
+                && (1..=steps).all(|i| {
+                    let room = self.terrain.room(w[0] + way * (i as f64 / steps as f64));
+                    room.is_some_and(|room| room >= -ROOM_SLACK)
+                })
+        })
+    }
+}
+
+/// Out along an arm and back, the ways apart: at each point by `spread` to either side, flat mm, of
+/// the point and the unit direction across.
+fn hairpin(arm: &[DVec2], spread: impl Fn(DVec2, DVec2) -> f64) -> Vec<DVec2> {
+    if arm.len() < 2 {
+        return arm.to_vec();
+    }
+    let aside = |i: usize| {
+        let (before, after) = (arm[i.saturating_sub(1)], arm[(i + 1).min(arm.len() - 1)]);
+        let across = (after - before).perp().normalize_or_zero();
+        across * spread(arm[i], across)
+    };
+    let sides: Vec<DVec2> = (0..arm.len()).map(aside).collect();
+    let out = (0..arm.len()).map(|i| arm[i] + sides[i]);
+    let back = (0..arm.len()).rev().map(|i| arm[i] - sides[i]);
+    out.chain(back).collect()
+}
+
+/// Gap of the blob's place nearest to `at`, as a flat length in the unit direction `across`.
+fn gap_across(blob: &Blob, at: DVec2, across: DVec2) -> f64 {
+    let distance = |p: &Place| (p.at - at).length_squared();
+    let nearest = blob.places().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    nearest.map_or(0.0, |p| p.gap / p.metric.length(across).max(f64::MIN_POSITIVE))
+}
+
+/// The line from the anchor over `points` back to it.
+pub fn closed(anchor: &Anchor, points: &[DVec2]) -> Vec<DVec2> {
+    let ends = core::iter::once(anchor.at);
+    let mut line: Vec<DVec2> = ends.clone().chain(points.iter().copied()).chain(ends).collect();
+    line.dedup();
+    line
+}
+
+/// The least length, up to `longest`, at which `holds`, which it does at `longest` and beyond.
+fn least(longest: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (0.0, longest);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if holds(middle) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    high
+}
+
+/// For every place whether it is farther from all lines than aimed at.
+fn uncovered<'a>(
+    lines: &[Vec<DVec2>],
+    places: impl Iterator<Item = &'a Place>,
+) -> impl Iterator<Item = bool> {
+    let tree = Tree::of_polylines(lines);
+    places.map(move |p| tree.nearest(&p.metric, p.at, AIM, |_| true).is_none())
+}
+
+fn count_uncovered(lines: &[Vec<DVec2>], blob: &Blob) -> usize {
+    uncovered(lines, blob.places()).filter(|is_left| *is_left).count()
+}
+
+/// A second way between the ends of a blob's middle line, where the blob is closed in itself.
+fn second_way(blob: &Blob, line: &[u32]) -> Option<Vec<u32>> {
+    let points = blob.points(line);
+    let left: Vec<bool> = uncovered(from_ref(&points), blob.places()).collect();
+    if !left.contains(&true) {
+        return None;
+    }
+    let ends = [points[0], points[points.len() - 1]];
+    let is_at_end = |p: &Place| ends.iter().any(|e| p.metric.length(p.at - *e) <= LONGEST_TRIM);
+    let allowed: Vec<bool> =
+        blob.places().zip(&left).map(|(p, is_left)| *is_left || is_at_end(p)).collect();
+    blob.way_round(line, &allowed)
+}
+
+/// Arms with fewer points, unless that leaves more places farther than aimed at.
+fn straightened(arms: [Vec<DVec2>; 2], blob: &Blob) -> [Vec<DVec2>; 2] {
+    let tolerance = STRAIGHTENED / blob.deepest().metric.mean();
+    let fewer = arms.clone().map(|arm| simplify_open(&arm, tolerance));
+    let is_enough = count_uncovered(&fewer, blob) <= count_uncovered(&arms, blob);
+    if is_enough { fewer } else { arms }
+}
+
+/// Shortens an arm at its end as far as nothing is left farther than aimed at.
+fn trim(arms: &mut [Vec<DVec2>; 2], which: usize, blob: &Blob) {
+    let end = arms[which][arms[which].len() - 1];
+    let per_pass = 1.0 / blob.deepest().metric.mean();
+    let whole: f64 = arms[which].windows(2).map(|w| (w[1] - w[0]).length()).sum();
+    let most = (LONGEST_TRIM * per_pass).min(whole);
+    let near_end = |p: &&Place| p.metric.length(p.at - end) <= LONGEST_TRIM + 1.0;
+    let before: Vec<bool> = uncovered(&arms[..], blob.places().filter(near_end)).collect();
+    let with_arm = |cut: f64| {
+        let mut arms = arms.clone();
+        arms[which] = shortened(&arms[which], cut);
+        arms
+    };
+    let kept = least(most, |kept| {
+        let arms = with_arm(most - kept);
+        let after = uncovered(&arms, blob.places().filter(near_end));
+        after.zip(&before).all(|(after, before)| *before || !after)
+    });
+    *arms = with_arm(most - kept);
+}
+
+/// A polyline without the last `cut` mm of it.
+fn shortened(line: &[DVec2], mut cut: f64) -> Vec<DVec2> {
+    let mut out = line.to_vec();
+    while out.len() > 1 {
+        let (last, before) = (out[out.len() - 1], out[out.len() - 2]);
+        let length = (last - before).length();
+        if length > cut {
+            let n = out.len();
+            out[n - 1] = last.lerp(before, cut / length);
+            break;
+        }
+        cut -= length;
+        out.pop();
+    }
+    out
+}
