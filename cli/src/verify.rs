@@ -198,14 +198,14 @@ impl Verify {
                     .map_err(|fault| failed(Exit::BadSurface, Faults(vec![fault]), &source))?,
             ),
         };
-        let workpiece = Workpiece::of_job(&job, surface.as_deref())
+        let (workpiece, cusp_limit) = Workpiece::of_job(&job, surface.as_deref())
             .map_err(|error| Failed::file(Exit::BadSurface, error, path))?;
         let name = match &job.surface.source {
             SurfaceSource::File(name) => name.clone(),
             SurfaceSource::Analytic(_) => String::new(),
         };
         Ok(Subject {
-            options: verify_options(&job, None, self.threads()),
+            options: verify_options(&job, cusp_limit, self.threads()),
             rules: rules_of(&job),
             workpiece,
             surface: surface.map(|bytes| (name, bytes)),

@@ -249,7 +249,7 @@ pub fn plan(
         deliver(&flat, &lift, &check, &options, |p| progress(Stage::Locate, p))?;
     refuse_too_tight(job, &raised)?;
     let (toolpath, removed) = removal.rated(&toolpath, control)?;
-    let cusp_limit = cusp_limit(job, &options.pass.axis, &surface, &curvature);
+    let cusp_limit = cusp_limit(job, &surface, &curvature);
     let terrain = plane.terrain();
     let coverage = removal::coverage(
         &columns,
@@ -486,10 +486,13 @@ fn at_nominal_feeds(mut points: Vec<FlatPoint>, job: &Job) -> Vec<FlatPoint> {
     points
 }
 
-fn cusp_limit(job: &Job, axis: &ToolAxis, surface: &Surface, curvature: &CurvatureField) -> f64 {
+/// Height of the cusps that a job means to leave on a surface, mm: its limit, or what its side step
+/// leaves at worst.
+pub fn cusp_limit(job: &Job, surface: &Surface, curvature: &CurvatureField) -> f64 {
+    let axis = axis_rule(job);
     match job.cut.stepover {
         Stepover::Scallop(h) => h,
-        Stepover::Fixed(d) => removal::worst_cusp(&job.tool, *axis, surface, curvature, d),
+        Stepover::Fixed(d) => removal::worst_cusp(&job.tool, axis, surface, curvature, d),
     }
 }
 
@@ -522,14 +525,18 @@ fn refuse_too_tight(job: &Job, raised: &[RaisedStretch]) -> Result<(), PlanError
     }
 }
 
+fn axis_rule(job: &Job) -> ToolAxis {
+    match job.machine.axes {
+        Axes::ThreeAxis => ToolAxis::Fixed(DVec3::Z),
+        Axes::Xyzac => ToolAxis::Lead(job.cut.lead),
+    }
+}
+
 fn deliver_options(job: &Job, rapid_plane: f64, threads: usize) -> DeliverOptions {
     DeliverOptions {
         pass: PassOptions {
             tool: job.tool,
-            axis: match job.machine.axes {
-                Axes::ThreeAxis => ToolAxis::Fixed(DVec3::Z),
-                Axes::Xyzac => ToolAxis::Lead(job.cut.lead),
-            },
+            axis: axis_rule(job),
             axis_rate: f64::INFINITY,
             stock: job.cut.stock,
             tolerance: job.cut.tolerance,

@@ -14,7 +14,7 @@ use crate::report::{
 };
 use crate::surface;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
-use crate::verify::{Facets, Verification, VerifyError, VerifyOptions, verify};
+use crate::verify::{Facets, Sphere, Verification, VerifyError, VerifyOptions, verify};
 use thiserror::Error;
 
 /// A flat map whose scale varies more than this gets a warning.
@@ -138,7 +138,12 @@ fn judge(
     threads: usize,
     progress: &mut dyn FnMut(f64),
 ) -> Result<(Verification, VerifyOptions), VerifyError> {
-    let options = verify_options(job, Some(planned), threads);
+    let places = &planned.coverage.too_tight_places;
+    let sphere = |p: &crate::removal::Place| Sphere { centre: p.centre, radius: p.radius };
+    let options = VerifyOptions {
+        too_tight: places.iter().map(sphere).collect(),
+        ..verify_options(job, planned.cusp_limit, threads)
+    };
     let (positions, faces) = planned.surface.triangles();
     let design = Facets { positions, faces: &faces };
     let rest = Facets { positions: &planned.rest.positions, faces: &planned.rest.faces };
@@ -146,14 +151,14 @@ fn judge(
     Ok((verification, options))
 }
 
-/// What a job asks of its path; `planned`: where the plan says that the cutter does not fit.
-pub fn verify_options(job: &Job, planned: Option<&Planned>, threads: usize) -> VerifyOptions {
+/// What a job asks of its path; `cusp_limit`: height of the cusps that are meant to stay, mm.
+pub fn verify_options(job: &Job, cusp_limit: f64, threads: usize) -> VerifyOptions {
     VerifyOptions {
         tool: job.tool,
         length: job.cutter_length(),
         depth: job.cut.axial_depth,
         stock: job.cut.stock,
-        scallop: None,
+        scallop: Some(cusp_limit),
         tolerance: job.cut.tolerance,
         mrr_limit: Some(job.mrr_limit()),
         spacing: job.nominal_side_step() / SAMPLES_PER_STEP,

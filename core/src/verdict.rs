@@ -4,10 +4,10 @@ use crate::gcode::{self, CheckOptions, Finding, GcodeError, Kinematics};
 use crate::geometry::{DVec3, math};
 use crate::job::Job;
 use crate::mesh::{MeshFormat, ReadError, read, repair};
-use crate::plan::{PlanError, load};
+use crate::plan::{PlanError, cusp_limit, load};
 use crate::report::{FORMAT, FileRecord, Lines, VerificationFigures, VerificationReport, Versions};
 use crate::results::{Input, OutputFile};
-use crate::surface::Part;
+use crate::surface::{CurvatureField, Part};
 use crate::toolpath::{CsvError, Toolpath};
 use crate::verify::{Facets, VerifyError, VerifyOptions, verify};
 use thiserror::Error;
@@ -61,15 +61,18 @@ pub struct Workpiece {
 }
 
 impl Workpiece {
-    /// The part of a job: what it selects is machined.
+    /// The part of a job: what it selects is machined. Also gives the height of the cusps that the
+    /// job means to leave, mm.
     ///
     /// # Errors
     /// [`VerdictError`] where the surface cannot be read or used.
-    pub fn of_job(job: &Job, file: Option<&[u8]>) -> Result<Self, VerdictError> {
+    pub fn of_job(job: &Job, file: Option<&[u8]>) -> Result<(Self, f64), VerdictError> {
         let built = load(job, file).map_err(|error| VerdictError::Surface(Box::new(error)))?;
         let (positions, faces) = built.surface.triangles();
         let design = Part { positions: positions.to_vec(), faces };
-        Ok(Self { rest: built.part.without(&built.surface), design })
+        let curvature = CurvatureField::estimate(&built.surface, job.surface.curvature_radius);
+        let cusps = cusp_limit(job, &built.surface, &curvature);
+        Ok((Self { rest: built.part.without(&built.surface), design }, cusps))
     }
 
     /// The part in a mesh file, its lengths multiplied by `scale`: faces whose normals lie within
