@@ -3,7 +3,7 @@
 //! Steps: (1) the chart, turned by an angle that no path keeps to, is halved both ways until a
 //! square of `SIDE x SIDE` cells is as fine as asked for at its scale. (2) Every cell whose middle
 //! lies on a face is a column: it stands on that face along the interpolated normal and has the
-//! cell's area on the surface. (3) Neighbouring tiles are gathered into [`Block`]s, pieces of work
+//! cell's area on the surface. (3) Neighbouring tiles are gathered into blocks, pieces of work
 //! for threads, with a tree over the tiles of each.
 
 use crate::flatten::Chart;

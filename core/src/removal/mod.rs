@@ -9,9 +9,9 @@
 //! - *Column*: a small area of the surface with the height that is left of the layer.
 //! - *Piece*: a tenth of a cutter radius of a move, or less where the axis turns.
 //!
-//! Steps: columns are laid ([`columns`]); the path takes from them piece by piece ([`sweep`], with the
-//! cutter in [`body`]); feeds follow from what a window of pieces takes ([`rates`]); what is left at
-//! the end is the coverage ([`coverage`]), judged by the cusps that are meant to stay ([`cusp`]).
+//! Steps: columns are laid (`columns`); the path takes from them piece by piece (`sweep`, with the
+//! cutter in `body`); feeds follow from what a window of pieces takes (`rates`); what is left at
+//! the end is the coverage (`coverage`), judged by the cusps that are meant to stay (`cusp`).
 //!
 //! Source: spec 09 (material columns), 03 (limit).
 

@@ -1,6 +1,6 @@
 //! What was removed → the removal rate of every move, and feeds that keep it to the limit.
 //!
-//! Terms. A *window* is a stretch of travel of [`WINDOW`] cutter radii: what single columns do is
+//! Terms. A *window* is a stretch of travel of `WINDOW` cutter radii: what single columns do is
 //! noise, what a window takes is the cut. Steps: (1) volume per millimetre of every piece, as the
 //! largest mean over the windows that hold a part of it. (2) The feed that keeps this to the limit,
 //! from a ladder below the nominal feed. (3) The rate of every piece, as the mean over the window
