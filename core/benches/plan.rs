@@ -2,10 +2,14 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use evencut_core::engagement::{Capsule, Stock};
-use evencut_core::flatten::bff;
+use evencut_core::flatten::{Locator, bff};
 use evencut_core::geometry::{DVec2, DVec3};
-use evencut_core::job::{self, Component, Job, Selection, SurfaceOptions, SurfaceSource};
-use evencut_core::level_set::{DistanceField, PassMesh, rings, strip_metric};
+use evencut_core::job::{
+    self, Component, Job, RingOrder, Selection, SurfaceOptions, SurfaceSource,
+};
+use evencut_core::level_set::{
+    ClosingOptions, DistanceField, PassMesh, RingTerrain, close, rings, strip_metric,
+};
 use evencut_core::plan::plan;
 use evencut_core::region::Region;
 use evencut_core::surface::{AnalyticSurface, Surface, build};
@@ -55,6 +59,19 @@ fn stages(c: &mut Criterion) {
             mesh.map(|mesh| rings(&mesh, &DistanceField::from_boundary(&mesh)).len())
         });
     });
+    let metric = vec![strip_metric::even(0.6); surface.positions().len()];
+    if let Ok(mesh) = PassMesh::new(&surface, &chart, metric) {
+        let field = DistanceField::from_boundary(&mesh);
+        let locator = Locator::new(mesh.connectivity(), mesh.uv());
+        let terrain = RingTerrain::new(&mesh, &field, &locator);
+        let plain = rings(&mesh, &field);
+        for threads in [1, 2] {
+            c.bench_function(&format!("gaps closed, side step 0.6 mm, threads {threads}"), |b| {
+                let options = ClosingOptions { order: RingOrder::OutsideIn, threads };
+                b.iter(|| close(&mut plain.clone(), &mesh, &field, &terrain, &options).spurs);
+            });
+        }
+    }
     let region = Region::of_chart(&surface, &chart);
     let (low, high) = region.bounds();
     let middle = 0.5 * (low + high);

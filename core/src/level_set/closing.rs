@@ -77,7 +77,7 @@ pub fn close(
     let mut places = found.places;
     for _ in 0..ROUNDS {
         let chooser = Chooser { passes: &passes, terrain, order: options.order };
-        let blobs = blob::blobs(&places);
+        let blobs = blob::blobs(&places, options.threads);
         let wide = blobs.iter().filter(|b| b.deepest().gap > ACCEPTED);
         let detours: Vec<Detour> = wide.filter_map(|b| chooser.detour(b)).collect();
         if detours.is_empty() {

@@ -3,11 +3,14 @@
 use super::gaps::{LIMIT, Place, RASTER};
 use super::tree::Tree;
 use crate::geometry::DVec2;
+use crate::parallel;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// Places this close are neighbours, passes.
-const LINK: f64 = 1.5 * RASTER;
+const LINK: f64 = 1.2 * RASTER;
+/// Places handed to a thread at a time.
+const CHUNK: usize = 2048;
 /// Excess over the limit that counts as little when the middle is sought, passes. Smaller: the line
 /// keeps closer to the middle; larger: it is shorter.
 const SHALLOW: f64 = 0.02;
@@ -21,9 +24,8 @@ pub struct Blob<'a> {
 }
 
 /// Puts the places into connected blobs, in order of their first places.
-pub fn blobs(places: &[Place]) -> Vec<Blob<'_>> {
-    let points: Vec<[DVec2; 2]> = places.iter().map(|p| [p.at, p.at]).collect();
-    let tree = Tree::new(&points);
+pub fn blobs(places: &[Place], threads: usize) -> Vec<Blob<'_>> {
+    let mut near = all_near(places, threads);
     let mut index = vec![u32::MAX; places.len()];
     let mut out = Vec::new();
     for first in 0..places.len() {
@@ -33,22 +35,35 @@ pub fn blobs(places: &[Place]) -> Vec<Blob<'_>> {
         let mut blob = Blob { places, members: vec![first as u32], neighbours: Vec::new() };
         index[first] = 0;
         while blob.neighbours.len() < blob.members.len() {
-            let place = &places[blob.members[blob.neighbours.len()] as usize];
-            let mut near = Vec::new();
-            tree.visit(&place.metric, place.at, LINK, |hit| near.push((hit.id, hit.distance)));
-            near.sort_unstable_by_key(|(id, _)| *id);
-            for (id, _) in &mut near {
+            let member = blob.members[blob.neighbours.len()];
+            let mut neighbours = core::mem::take(&mut near[member as usize]);
+            for (id, _) in &mut neighbours {
                 if index[*id as usize] == u32::MAX {
                     index[*id as usize] = blob.members.len() as u32;
                     blob.members.push(*id);
                 }
                 *id = index[*id as usize];
             }
-            blob.neighbours.push(near);
+            blob.neighbours.push(neighbours);
         }
         out.push(blob);
     }
     out
+}
+
+/// For every place the places within [`LINK`] and their distances, passes, by index.
+fn all_near(places: &[Place], threads: usize) -> Vec<Vec<(u32, f64)>> {
+    let points: Vec<[DVec2; 2]> = places.iter().map(|p| [p.at, p.at]).collect();
+    let tree = Tree::new(&points);
+    let near = |place: &Place| {
+        let mut near = Vec::new();
+        tree.visit(&place.metric, place.at, LINK, |hit| near.push((hit.id, hit.distance)));
+        near.sort_unstable_by_key(|(id, _)| *id);
+        near
+    };
+    let chunks: Vec<&[Place]> = places.chunks(CHUNK).collect();
+    let parts = parallel::map(threads, &chunks, |chunk| chunk.iter().map(near).collect::<Vec<_>>());
+    parts.into_iter().flatten().collect()
 }
 
 /// What a step between neighbours costs when a line is sought.

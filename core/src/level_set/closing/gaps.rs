@@ -19,7 +19,7 @@ use std::collections::VecDeque;
 pub const LIMIT: f64 = 0.508;
 /// Size of the pieces in which gaps are told, passes. Larger: gaps are overlooked; smaller: slower,
 /// with its square inside of gaps.
-pub const RASTER: f64 = 0.04;
+pub const RASTER: f64 = 0.06;
 /// A part of a pass within which the ring below is near for certain, blur of the field included.
 const NEAR_BELOW: f64 = 0.3;
 /// A field that grows by less than this per pass is about a ridge.
@@ -42,7 +42,7 @@ pub struct Place {
     pub metric: FlatMetric,
     /// Value of the field, passes.
     pub level: f64,
-    /// Distance from the nearest pass, passes.
+    /// Distance from the nearest pass, passes; `bound` from the one hinted at.
     pub gap: f64,
     /// Flat area, flat mm².
     pub area: f64,
@@ -191,8 +191,12 @@ impl Search<'_> {
             return;
         }
         let (at, level) = piece.middle();
-        let gap = self.distance(metric, at);
         let radius = piece.corners.iter().map(|c| metric.length(*c - at)).fold(0.0, f64::max);
+        let hinted = self.hint.get().map(|slot| self.tree.at_slot(slot, metric, at).distance);
+        if hinted.is_some_and(|distance| distance + radius <= LIMIT) {
+            return;
+        }
+        let gap = self.distance(metric, at, hinted.unwrap_or(f64::INFINITY));
         let is_small = radius <= RASTER / 3.0_f64.sqrt() || depth >= DEEPEST;
         if gap + radius > LIMIT && !is_small {
             piece.quarters().iter().for_each(|q| self.piece(q, metric, depth + 1));
@@ -205,10 +209,8 @@ impl Search<'_> {
         }
     }
 
-    /// Distance from the nearest pass, passes.
-    fn distance(&self, metric: &FlatMetric, at: DVec2) -> f64 {
-        let near = self.hint.get().map(|slot| self.tree.at_slot(slot, metric, at));
-        let bound = near.map_or(f64::INFINITY, |hit| hit.distance);
+    /// Distance from the nearest pass, passes; `bound` from the one hinted at.
+    fn distance(&self, metric: &FlatMetric, at: DVec2, bound: f64) -> f64 {
         match self.tree.nearest(metric, at, bound, |_| true) {
             Some(hit) => {
                 self.hint.set(Some(hit.slot));

@@ -12,7 +12,7 @@ use core::slice::from_ref;
 
 /// Places of a blob are brought this near to a pass. Smaller: spurs grow; larger: what lies between
 /// the places' middles is left too far.
-const AIM: f64 = 0.497;
+const AIM: f64 = 0.495;
 /// A ring this much farther from a place than the nearest one still counts as beside it, passes.
 const BESIDE: f64 = 0.5;
 /// The ways out and back along a long spur lie this part of the gap to either side of its middle:

@@ -5,6 +5,9 @@ use crate::level_set::strip_metric::FlatMetric;
 
 /// Segments in one leaf: more make a question slower, fewer the tree larger.
 const LEAF: usize = 4;
+/// Boxes that wait during a search: one a level, and halving four thousand million segments takes
+/// 32 levels.
+const WAITING: usize = 64;
 
 /// Segments, found by nearness. A point is a segment of no length.
 pub struct Tree {
@@ -29,6 +32,29 @@ impl Node {
     /// A lower bound of the distance from `p`, flat mm.
     fn distance(&self, p: DVec2) -> f64 {
         (self.low - p).max(p - self.high).max(DVec2::ZERO).length()
+    }
+}
+
+/// Boxes still to be looked at and their distances, without a place on the heap: searches are many.
+struct Waiting {
+    boxes: [(f64, usize); WAITING],
+    count: usize,
+}
+
+impl Waiting {
+    /// The root waits.
+    fn new() -> Self {
+        Self { boxes: [(0.0, 0); WAITING], count: 1 }
+    }
+
+    fn push(&mut self, item: (f64, usize)) {
+        self.boxes[self.count] = item;
+        self.count += 1;
+    }
+
+    fn pop(&mut self) -> Option<(f64, usize)> {
+        self.count = self.count.checked_sub(1)?;
+        Some(self.boxes[self.count])
     }
 }
 
@@ -104,7 +130,7 @@ impl Tree {
         accept: impl Fn(u32) -> bool,
     ) -> Option<Hit> {
         let (least, mut best, mut bound) = (metric.least(), None, within);
-        let mut open = vec![(0.0, 0usize)];
+        let mut open = Waiting::new();
         while let Some((distance, index)) = open.pop() {
             let Some(node) = self.nodes.get(index) else { continue };
             if distance >= bound {
@@ -116,7 +142,9 @@ impl Tree {
                 let (first, second) = (child(index + 1), child(from));
                 // The nearer one is looked at first.
                 let in_order = first.0 <= second.0;
-                open.extend(if in_order { [second, first] } else { [first, second] });
+                let (later, sooner) = if in_order { (second, first) } else { (first, second) };
+                open.push(later);
+                open.push(sooner);
                 continue;
             }
             for slot in from..from + node.count as usize {
@@ -133,15 +161,16 @@ impl Tree {
     /// Calls `found` for every segment within `radius` passes of `p`.
     pub fn visit(&self, metric: &FlatMetric, p: DVec2, radius: f64, mut found: impl FnMut(Hit)) {
         let least = metric.least();
-        let mut open = vec![0usize];
-        while let Some(index) = open.pop() {
+        let mut open = Waiting::new();
+        while let Some((_, index)) = open.pop() {
             let Some(node) = self.nodes.get(index) else { continue };
             if node.distance(p) * least > radius {
                 continue;
             }
             let from = node.second_or_first as usize;
             if node.count == 0 {
-                open.extend([from, index + 1]);
+                open.push((0.0, from));
+                open.push((0.0, index + 1));
                 continue;
             }
             let slots = from as u32..from as u32 + node.count;
