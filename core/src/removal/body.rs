@@ -176,15 +176,60 @@ impl Body {
 
     /// Unit direction from the core's nearest point to `place`; none inside of the core.
     pub fn direction_to(&self, pose: &Pose, place: DVec3) -> Option<DVec3> {
+        self.gap(pose, place).try_normalize()
+    }
+
+    /// How much nearer a round body may come to a point during a move than at its ends, mm; `None` where
+    /// an edge or a wall is in the material.
+    ///
+    /// The distance from a body whose radii of curvature are `r_c` at least is convex along the move,
+    /// with a second derivative of at most `1/r_c`. A turn moves what lies beside the tip.
+    pub fn dip(&self, stroke: &Stroke) -> Option<f64> {
+        if self.corner < self.layer.top() {
+            return None;
+        }
+        let travel = stroke.to.tip.distance(stroke.from.tip);
+        let turn = stroke.to.axis.distance(stroke.from.axis);
+        let way = travel + 2.0 * turn * self.radius;
+        Some(way * way / (8.0 * self.corner))
+    }
+
+    /// Whether the top of a column stays out of a round body during a move at whose start it was out.
+    ///
+    /// The distance is convex along the move: it stays positive if it still falls at the end, or already
+    /// grows at the start.
+    fn stays_clear(&self, stroke: &Stroke, line: &Line, height: f64) -> bool {
+        let top = line.foot + line.normal * height;
+        if self.corner < self.layer.top() {
+            return false;
+        }
+        let end = self.gap(&stroke.to, top);
+        if end.length_squared() <= self.corner * self.corner || end.dot(line.normal) >= 0.0 {
+            return false;
+        }
+        if self.approach(&stroke.to, stroke, end, top) >= 0.0 {
+            return true;
+        }
+        let start = self.gap(&stroke.from, top);
+        start.dot(line.normal) < 0.0 && self.approach(&stroke.from, stroke, start, top) <= 0.0
+    }
+
+    /// From the core's nearest point to a place; zero inside of the core.
+    fn gap(&self, pose: &Pose, place: DVec3) -> DVec3 {
         let q = place - pose.tip;
         let z = q.dot(pose.axis);
         let across = q - pose.axis * z;
         let rho = across.length();
-        let mut gap = pose.axis * (z - self.corner).min(0.0);
-        if rho > self.bottom {
-            gap += across * (1.0 - self.bottom / rho);
-        }
-        gap.try_normalize()
+        let below = pose.axis * (z - self.corner).min(0.0);
+        if rho > self.bottom { below + across * (1.0 - self.bottom / rho) } else { below }
+    }
+
+    /// How fast the core's point from which `gap` leads to `place` goes along it, times the gap.
+    fn approach(&self, pose: &Pose, stroke: &Stroke, gap: DVec3, place: DVec3) -> f64 {
+        let r = place - gap - pose.tip;
+        let turn = stroke.to.axis - stroke.from.axis;
+        let travel = stroke.to.tip - stroke.from.tip + turn * r.dot(pose.axis);
+        (travel - pose.axis * turn.dot(r)).dot(gap)
     }
 
     /// The height that a column of height `height` has after a move.
@@ -192,6 +237,9 @@ impl Body {
     /// `h(t)` is convex along a straight move, so its least is at an end or where its slope
     /// changes sign; the start was the end of the move before.
     pub fn lowered(&self, stroke: &Stroke, line: &Line, height: f64) -> f64 {
+        if self.stays_clear(stroke, line, height) {
+            return height;
+        }
         let margin = STEEP * stroke.to.tip.distance(stroke.from.tip);
         let Some(end) = self.meet(&stroke.to, stroke, line, height + margin) else { return height };
         let height = height.min(end.height);

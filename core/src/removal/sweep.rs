@@ -229,12 +229,10 @@ impl<'a> BlockCut<'a> {
     /// Lowers all columns that a stroke meets; returns the volume.
     fn take(&mut self, stroke: &Stroke) -> f64 {
         let mut volume = 0.0;
-        let middle = stroke.from.toward(&stroke.to, 0.5);
         self.open.push(0);
         while let Some(n) = self.open.pop() {
             let node = &self.block.nodes[n as usize];
-            let plane =
-                self.supporting_plane(stroke, &middle, &node.bound, self.levels[n as usize]);
+            let plane = self.supporting_plane(stroke, &node.bound, self.levels[n as usize]);
             if node.bound.least_along(plane.d, self.levels[n as usize]) >= plane.reach {
                 continue;
             }
@@ -247,14 +245,20 @@ impl<'a> BlockCut<'a> {
     }
 
     /// A plane that supports the cutter throughout a stroke, toward what is left of a node.
-    fn supporting_plane(&self, stroke: &Stroke, middle: &Pose, bound: &Bound, level: f64) -> Plane {
+    ///
+    /// What is left was clear of the start, where the stroke before ended. So a round body is held
+    /// against at the end, and a sharp one at both ends.
+    fn supporting_plane(&self, stroke: &Stroke, bound: &Bound, level: f64) -> Plane {
         let place = bound.middle + bound.normal * level;
-        let Some(d) = self.body.direction_to(middle, place) else {
+        let Some(d) = self.body.direction_to(&stroke.to, place) else {
             return Plane { d: DVec3::ZERO, reach: f64::INFINITY };
         };
         let length = LENGTH * self.body.reach();
-        let support = self.body.support(&stroke.from, d, length);
-        let support = support.max(self.body.support(&stroke.to, d, length));
+        let end = self.body.support(&stroke.to, d, length);
+        let support = match self.body.dip(stroke) {
+            Some(dip) => end + dip,
+            None => end.max(self.body.support(&stroke.from, d, length)),
+        };
         Plane { d, reach: support - NEGLIGIBLE }
     }
 

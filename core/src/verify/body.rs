@@ -69,6 +69,11 @@ impl Body {
         self.length
     }
 
+    /// Whether it has no edge.
+    pub fn is_rounded(&self) -> bool {
+        self.corner > 0.0
+    }
+
     /// Whether it is a ball.
     pub fn is_ball(&self) -> bool {
         self.bottom == 0.0
@@ -77,6 +82,15 @@ impl Body {
     /// Whether part of a layer that high is cut by the cutter's side.
     pub fn has_wall_below(&self, height: f64) -> bool {
         self.corner < height
+    }
+
+    /// How much nearer a round cutter may come to a point while it goes straight by `way` mm than at the
+    /// ends of that way, mm; `None` where it has an edge.
+    ///
+    /// The distance from a solid whose radii of curvature are `r_c` at least is convex along the way,
+    /// and its second derivative is at most `1/r_c`.
+    pub fn dip(&self, way: f64) -> Option<f64> {
+        (self.corner > 0.0).then(|| way * way / (8.0 * self.corner))
     }
 
     /// Distance and direction of a point from the cutter.

@@ -5,7 +5,7 @@
 //! - *Step*: a piece of a move, short and hardly turning. All time on it is alike.
 //! - *Cluster*: moves that follow each other and what bounds the cutter on them.
 
-use super::body::{Body, Placed};
+use super::body::{Body, Nearest, Placed};
 use crate::geometry::DVec3;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 
@@ -71,6 +71,17 @@ pub struct Step {
     pub half_way: DVec3,
     /// Half the change of the axis.
     pub half_turn: f64,
+}
+
+impl Step {
+    /// How fast the cutter, at that place of the step, comes toward a point, over the whole step; the
+    /// spin about its axis does not count.
+    pub fn approach(&self, at: &Placed, near: &Nearest, point: DVec3) -> f64 {
+        let touched = point - near.outward * near.distance - at.tip;
+        let turn = self.to.axis - self.from.axis;
+        let way = 2.0 * self.half_way + turn * touched.dot(at.axis) - at.axis * turn.dot(touched);
+        way.dot(near.outward)
+    }
 }
 
 impl Motion {

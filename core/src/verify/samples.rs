@@ -14,7 +14,7 @@ use crate::geometry::DVec3;
 /// against.
 const TILE: f64 = 1024.0;
 /// Samples a block. Larger: more samples looked at in vain; smaller: more bounds.
-pub const BLOCK: usize = 32;
+pub const BLOCK: usize = 16;
 /// Largest cell, as a part of the squared distance of samples: halving then leaves cells around it.
 const CELL: f64 = core::f64::consts::SQRT_2;
 /// How far a sample may lie from its cell's centroid, as a part of the way to the rim. With 0, a row of

@@ -12,7 +12,7 @@
 //! plane parts it from the cutter: the plane through the cutter's point nearest to the block's
 //! highest point, across the way to it. The cutter is convex, so it lies behind that plane.
 
-use super::body::{Body, Nearest, Placed};
+use super::body::{Body, Placed};
 use super::motion::{Motion, Step};
 use super::samples::{BLOCK, Sample, Tile};
 use crate::geometry::DVec3;
@@ -144,9 +144,7 @@ pub fn sweep(tile: &Tile, motion: &Motion, body: &Body, material: Material) -> S
 /// The height to which a step lowers a sample's line, if it does.
 fn lowered_to(s: &Swept, step: &Step, body: &Body, material: Material) -> Option<f64> {
     let Sample { position, normal, .. } = s.sample;
-    let tip = position + normal * (s.height - NOTHING);
-    let near = body.nearest(&step.middle, tip);
-    if near.distance > 0.0 && near.outward.dot(normal) < 0.0 && clearance(&near, step, tip) > 0.0 {
+    if stays_clear(position + normal * (s.height - NOTHING), normal, step, body) {
         return None;
     }
     let lowest = lowest_entry(s, step, body)?;
@@ -195,10 +193,22 @@ fn left_on_cell(
 }
 
 /// The lowest place at which a sample's line enters the cutter during a step.
+///
+/// Where the line enters is convex along the step: where it still falls at the end, that is the
+/// lowest; else it is found between.
 fn lowest_entry(s: &Swept, step: &Step, body: &Body) -> Option<f64> {
     let Sample { position, normal, .. } = s.sample;
     let entry = |at: &Placed| body.entry(at, position, normal);
-    let (start, middle, end) = (entry(&step.from), entry(&step.middle), entry(&step.to));
+    let end = entry(&step.to);
+    if let Some(height) = end
+        && body.is_rounded()
+    {
+        let point = position + normal * height;
+        if step.approach(&step.to, &body.nearest(&step.to, point), point) >= 0.0 {
+            return end;
+        }
+    }
+    let (start, middle) = (entry(&step.from), entry(&step.middle));
     let ends = [start, middle, end].into_iter().flatten().reduce(f64::min);
     let between = if body.is_ball() && step.half_turn == 0.0 {
         body.ball_sweep_entry(&step.from, &step.to, position, normal)
@@ -220,10 +230,30 @@ fn vertex(a: f64, b: f64, c: f64) -> Option<f64> {
     (bend > 0.0 && at.abs() < 1.0 && at != 0.0).then_some(at)
 }
 
-/// How far a point stays from the cutter during a step, at least, mm.
-fn clearance(near: &Nearest, step: &Step, point: DVec3) -> f64 {
-    let way = step.half_way.dot(near.outward).abs();
-    near.distance - way - turned(step, point)
+/// Whether a step surely leaves a line's material as it is: its top and all below it.
+///
+/// The distance of the cutter from the line's material is convex along the step, and not negative at
+/// its start, where the step before ended. So it stays positive if it still falls at the end without
+/// having reached zero, or already grows at the start.
+fn stays_clear(top: DVec3, normal: DVec3, step: &Step, body: &Body) -> bool {
+    let end = body.nearest(&step.to, top);
+    if end.distance <= 0.0 || end.outward.dot(normal) >= 0.0 {
+        return false;
+    }
+    if step.approach(&step.to, &end, top) >= 0.0 {
+        return true;
+    }
+    let start = body.nearest(&step.from, top);
+    if start.distance <= 0.0 || start.outward.dot(normal) >= 0.0 {
+        return false;
+    }
+    // It falls at the start and grows at the end: it stays above both tangents.
+    let (falls, grows) =
+        (step.approach(&step.from, &start, top), -step.approach(&step.to, &end, top));
+    falls <= 0.0 || {
+        let meet = (start.distance - end.distance + grows) / (falls + grows);
+        start.distance - falls * meet > 0.0
+    }
 }
 
 /// How far the turn of a step moves the cutter beside a point.
@@ -270,15 +300,18 @@ impl Block {
     /// Whether the cutter reaches nothing of the block during a step.
     fn is_clear(&self, step: &Step, body: &Body) -> bool {
         let point = self.centre + self.normal * (self.top - NOTHING);
-        let near = body.nearest(&step.middle, point);
+        let dip = body.dip(2.0 * step.half_way.length());
+        let place = if dip.is_some() { &step.to } else { &step.middle };
+        let near = body.nearest(place, point);
         if near.distance <= 0.0 {
             return false;
         }
         let up = near.outward.dot(self.normal);
         let across = self.radius * (1.0 - up * up).max(0.0).sqrt();
         let below = (self.top - self.bottom).max(0.0) * up.max(0.0);
-        let spread = turned(step, point) + step.half_turn * (self.radius + self.top - self.bottom);
-        let way = step.half_way.dot(near.outward).abs();
-        near.distance - way - across - below - spread > 0.0
+        let turn = turned(step, point) + step.half_turn * (self.radius + self.top - self.bottom);
+        // What is left was clear of the cutter at the start, where the step before ended.
+        let way = dip.unwrap_or_else(|| step.half_way.dot(near.outward).abs());
+        near.distance - way - across - below - 2.0 * turn > 0.0
     }
 }
