@@ -20,8 +20,12 @@ const LEAST_WIDTH: f64 = 440.0;
 /// Raster pixels a px. A pixel is a byte and noise cannot be compressed: with the room of a view
 /// this bounds the picture by 1.3 MB in base 64.
 const FINENESS: f64 = 1.5;
+/// A smaller part of the surface may be hidden without a word.
+const SHOWN: f64 = 1e-3;
 /// Places shown at most.
 const MOST_PLACES: usize = 10;
+/// Distance of places beyond the judge's list, px.
+const APART_PX: f64 = 60.0;
 /// What windows and samples may add to a removal rate that is at its limit; as the judge has it.
 const RATE_NOISE: f64 = 0.03;
 /// What sums of durations may be off, s.
@@ -61,13 +65,16 @@ pub fn residual_map(
     let canvas = Canvas::new(&shape, View::of(&shape, &gouged), FINENESS);
     let scale = residual_scale(&shape, verification, limit, tolerance);
     let marks = residual_marks(samples, &scale, tolerance);
+    let mut lines = residual_lines(figures, limit, tolerance);
+    lines[1] += &hidden(&canvas, samples);
     let words = Words {
         title: "Height left on the surface",
         description: "Residual on the shaded surface in micrometres, with its worst places.",
-        figures: residual_lines(figures, limit, tolerance),
+        figures: lines,
         value: "µm",
     };
-    sheet(&canvas, &field(&canvas, marks), &scale, &words, &residual_places(figures, tolerance))
+    let places = residual_places(verification, &canvas, &scale, tolerance);
+    sheet(&canvas, &field(&canvas, marks), &scale, &words, &places)
 }
 
 /// Place of a sample, mm.
@@ -136,15 +143,16 @@ fn residual_mark(sample: &Outcome, scale: &Scale, tolerance: f64) -> Option<Mark
 
 fn residual_lines(figures: &Figures, limit: Option<f64>, tolerance: f64) -> [String; 2] {
     let micro = |mm: f64| number(MICRO * mm);
+    let untouched = figures.largest.filter(|l| l.of.is_none()).map_or("", |_| " (untouched)");
     let mut first = format!(
-        "max {} µm, 99 % of the area below {} µm, mean {} µm",
+        "max {} µm{untouched}, 99 % of the area below {} µm, mean {} µm",
         micro(figures.largest.map_or(0.0, |l| l.height)),
         micro(figures.p99),
         micro(figures.mean)
     );
     if let Some(limit) = limit {
         let share = 100.0 * figures.above / figures.area.max(f64::MIN_POSITIVE);
-        first += &format!("; {share:.3} % above the limit of {} µm", micro(limit));
+        first += &format!("; {} above the limit of {} µm", percent(share), micro(limit));
     }
     let gouge = match figures.gouge {
         Some(g) if g.height < -tolerance => {
@@ -160,30 +168,86 @@ fn residual_lines(figures: &Figures, limit: Option<f64>, tolerance: f64) -> [Str
     [first, second]
 }
 
+/// How much of what is machined this view does not show.
+fn hidden(canvas: &Canvas, samples: &[Outcome]) -> String {
+    let machined = || samples.iter().filter(|s| s.machined);
+    let hidden = machined().filter(|s| canvas.pixel(place(s)).is_none());
+    let area = |samples: &mut dyn Iterator<Item = &Outcome>| -> f64 {
+        samples.map(|s| f64::from(s.area)).sum()
+    };
+    let share = area(&mut { hidden }) / area(&mut machined()).max(f64::MIN_POSITIVE);
+    if share > SHOWN {
+        format!("; hidden in this view: {}", percent(100.0 * share))
+    } else {
+        String::new()
+    }
+}
+
+/// A share in percent; small ones count too.
+fn percent(value: f64) -> String {
+    match value {
+        0.0 => "0 %".into(),
+        small if small < 1.0 => format!("{small:.3} %"),
+        _ => format!("{value:.1} %"),
+    }
+}
+
 /// An area in mm².
 fn area(value: f64) -> String {
     if value == 0.0 { "0".into() } else { format!("{value:.2}") }
 }
 
-/// The worst gouge, then what is too high, or else what is highest.
-fn residual_places(figures: &Figures, tolerance: f64) -> Vec<Place> {
+/// The worst gouge, one untouched place, and what is too high, or else what is highest.
+///
+/// The judge's spots come first. Untouched places are all alike and may fill its list: then
+/// samples above the limit, apart in the picture, follow the first of them.
+fn residual_places(
+    verification: &Verification,
+    canvas: &Canvas,
+    scale: &Scale,
+    tolerance: f64,
+) -> Vec<Place> {
+    let figures = &verification.figures;
     let gouge = figures.gouge.iter().filter(|g| g.height < -tolerance);
+    let untouched = figures.spots.iter().filter(|s| s.of.is_none()).take(1);
+    let touched = figures.spots.iter().filter(|s| s.of.is_some());
     let highest = figures.largest.iter().filter(|_| figures.spots.is_empty());
-    let spots = gouge.chain(&figures.spots).chain(highest);
-    let above = |s: &Spot| figures.spots.contains(s);
-    spots
-        .take(MOST_PLACES)
-        .map(|s| {
-            let untouched = s.of.is_none();
-            let value = if untouched { "untouched".into() } else { number(MICRO * s.height) };
-            let ink = match s.height {
-                height if height < 0.0 => colour::GOUGES[1],
-                _ if above(s) && !untouched => colour::WARNING,
-                _ => colour::INK,
-            };
-            Place { at: s.place, value, ink }
-        })
-        .collect()
+    let mut spots: Vec<Spot> =
+        gouge.chain(untouched).chain(touched).chain(highest).copied().take(MOST_PLACES).collect();
+    if figures.spots.iter().any(|s| s.of.is_none()) {
+        add_highest(&mut spots, &verification.samples, scale, APART_PX / canvas.view.scale);
+    }
+    spots.iter().map(|s| residual_place(s, scale)).collect()
+}
+
+/// Adds the highest samples above the limit, at least `apart` mm from others.
+fn add_highest(spots: &mut Vec<Spot>, samples: &[Outcome], scale: &Scale, apart: f64) {
+    let over = |s: &&Outcome| {
+        let judged = s.machined && !s.too_tight && s.by.is_some();
+        judged && scale.is_over(MICRO * f64::from(s.residual))
+    };
+    let mut over: Vec<&Outcome> = samples.iter().filter(over).collect();
+    over.sort_by(|a, b| b.residual.total_cmp(&a.residual));
+    for sample in over {
+        if spots.len() >= MOST_PLACES {
+            return;
+        }
+        let spot = Spot { place: place(sample), height: f64::from(sample.residual), of: sample.by };
+        if spots.iter().all(|s| s.place.distance(spot.place) > apart) {
+            spots.push(spot);
+        }
+    }
+}
+
+fn residual_place(spot: &Spot, scale: &Scale) -> Place {
+    let micro = MICRO * spot.height;
+    let (value, ink) = match spot.of {
+        _ if micro < 0.0 => (number(micro), colour::GOUGES[1]),
+        None => ("untouched".to_owned(), colour::INK),
+        _ if scale.is_over(micro) => (number(micro), colour::WARNING),
+        _ => (number(micro), colour::INK),
+    };
+    Place { at: spot.place, value, ink }
 }
 
 /// The measured removal rate when each place was opened, in mm³/min, that is when half of the stock
@@ -250,14 +314,14 @@ fn opening_rate(sample: &Outcome, path: &Toolpath, measured: &Rate) -> Option<f6
 
 fn rate_lines(measured: &Rate, limit: Option<f64>) -> [String; 2] {
     let peak = measured.peak.map_or(0.0, |p| p.measured);
-    let mut first = format!("peak {} mm³/min", rate(PER_MINUTE * peak));
+    let mut first = format!("peak {} mm³/min (tool tip at 1)", rate(PER_MINUTE * peak));
     if let Some(limit) = limit.filter(|&l| l > 0.0) {
         let minute = rate(PER_MINUTE * limit);
         first += &format!(", {:.2} of the limit of {minute} mm³/min", peak / limit);
     }
     first += &format!("; removed {:.1} cm³", 1e-3 * measured.volume);
     let rms = rate(PER_MINUTE * measured.rms_difference);
-    [first, format!("RMS of what was measured less what the path states: {rms} mm³/min")]
+    [first, format!("differs from the rate that the path states by {rms} mm³/min (RMS)")]
 }
 
 fn rate_places(measured: &Rate, scale: &Scale) -> Vec<Place> {
@@ -406,7 +470,7 @@ mod tests {
         let verification = judged(&passes(20.0), NOTHING);
         let text = residual_map(PLANE, NOTHING, &verification, Some(0.03), TOLERANCE);
         assert!(text.contains(">µm<") && text.contains(">30 limit<"));
-        assert!(text.contains("0.000 % above the limit of 30 µm"));
+        assert!(text.contains("; 0 % above the limit of 30 µm"));
         let text = residual_map(PLANE, NOTHING, &verification, None, TOLERANCE);
         assert!(text.contains(">µm<") && !text.contains("limit"));
         let text = rate_map(PLANE, NOTHING, &verification, &passes(20.0), Some(10.0));

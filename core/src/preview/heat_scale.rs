@@ -8,7 +8,7 @@ use super::view::Canvas;
 use crate::geometry::DVec2;
 
 /// Colours between nothing and the upper end.
-const STEPS: u8 = 24;
+const STEPS: u8 = 18;
 /// Above the limit.
 pub const OVER: u8 = STEPS;
 /// Nothing was done there; hatched.
@@ -24,9 +24,9 @@ const GOUGE: u8 = STEPS + 6;
 const DEPTHS: u8 = 3;
 
 /// Tones of every colour by shading: more show bands less, fewer leave room for colours.
-const TONES: u8 = 7;
+const TONES: u8 = 9;
 /// Brightness of the darkest.
-const DARKEST: f64 = 0.74;
+const DARKEST: f64 = 0.78;
 /// Raster pixels of a stripe with its gap.
 const HATCH: usize = 10;
 
@@ -150,7 +150,7 @@ impl Scale {
                 MISSING if (x + y) % HATCH < HATCH / 3 => STRIPE,
                 tone => tone,
             };
-            1 + tone * TONES + (brightness * f64::from(TONES - 1)).round() as u8
+            1 + tone * TONES + (brightness * f64::from(TONES - 1) + dither(x, y)) as u8
         };
         field.iter().enumerate().map(index).collect()
     }
@@ -252,6 +252,15 @@ impl Scale {
     }
 }
 
+/// Threshold of a pixel, 0 to 1: shading in so few tones would show as contour lines.
+///
+/// # Source
+/// Bayer, "An optimum method for two-level rendition of continuous-tone pictures", 1973.
+fn dither(x: usize, y: usize) -> f64 {
+    const ORDER: [[u8; 4]; 4] = [[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]];
+    (f64::from(ORDER[y % 4][x % 4]) + 0.5) / 16.0
+}
+
 fn framed(svg: &mut Svg, at: DVec2, size: DVec2, fill: Rgb) {
     svg.rectangle(at, size, fill);
     outline(svg, at, size);
@@ -333,6 +342,16 @@ mod tests {
         assert_eq!([6.0, 16.0, 34.0, 35.0].map(|d| scale.gouge(d) - GOUGE), [0, 1, 2, 2]);
         let text = drawn(&scale);
         assert!(text.contains("−5 and below: gouge") && text.contains("−35 deepest"));
+    }
+
+    #[test]
+    fn dithering_keeps_the_mean() {
+        let pixels = || (0..4).flat_map(|y| (0..4).map(move |x| (x, y)));
+        for sixteenths in 0..=16 {
+            let level = f64::from(sixteenths) / 16.0;
+            let sum: f64 = pixels().map(|(x, y)| (level + dither(x, y)).floor()).sum();
+            assert_eq!(sum, f64::from(sixteenths));
+        }
     }
 
     #[test]

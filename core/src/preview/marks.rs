@@ -38,8 +38,10 @@ pub struct Mark {
 /// Pixels around a lone fault that show it too: less is lost in the picture, more looks larger than
 /// other faults.
 const GROWTH: isize = 2;
-/// So many faulty pixels in that neighbourhood are seen as they are.
-const SEEN: usize = 3;
+/// A fault with fewer than `SEEN` faulty pixels within `LONE` of it is lone: others are seen as they
+/// are, and dots along a cusp that just reaches the limit would look like more than that.
+const LONE: isize = 8;
+const SEEN: usize = 4;
 
 /// The mark of every pixel of a canvas; `None` where nothing is known.
 pub fn field(canvas: &Canvas, samples: impl Iterator<Item = (DVec3, Mark)>) -> Vec<Option<Mark>> {
@@ -75,7 +77,8 @@ fn around(canvas: &Canvas, pixel: usize, reach: isize) -> impl Iterator<Item = u
 
 fn grow_lone_faults(canvas: &Canvas, field: &mut [Option<Mark>]) {
     let is_fault = |pixel: &usize| field[*pixel].is_some_and(|m| m.rank >= Rank::Above);
-    let is_lone = |pixel: &usize| around(canvas, *pixel, GROWTH).filter(is_fault).count() < SEEN;
+    let is_lone =
+        |pixel: &usize| around(canvas, *pixel, LONE).filter(is_fault).take(SEEN).count() < SEEN;
     let lone: Vec<usize> = (0..field.len()).filter(is_fault).filter(is_lone).collect();
     let grown: Vec<(usize, Mark)> = lone.iter().filter_map(|&p| Some((p, field[p]?))).collect();
     for (pixel, mark) in grown {

@@ -49,7 +49,7 @@ pub fn mark(svg: &mut Svg, canvas: &Canvas, origin: DVec2, places: &[Place]) {
 fn number(svg: &mut Svg, at: DVec2, number: usize, dashed: bool) {
     let rim = Stroke { colour: colour::INK, width: 1.2, dashed };
     svg.circle(at, NUMBER, Some(colour::GROUND), rim);
-    svg.text(at + DVec2::new(0.0, 4.0), Anchor::Middle, 11.0, &number.to_string());
+    svg.text(at + DVec2::new(0.0, 3.7), Anchor::Middle, 10.0, &number.to_string());
 }
 
 /// A place for a number near `centre` that keeps clear of what is taken and within the picture; the

@@ -12,8 +12,8 @@ const ROOM: DVec2 = DVec2::new(720.0, 600.0);
 /// How far behind the surface a point may lie and still be seen, px: what the facets' chords and
 /// the raster's steps amount to on a slope.
 const SLACK: f64 = 3.0;
-/// Room around what is machined for what is not, as a part of the picture.
-const SURROUNDINGS: f64 = 0.04;
+/// Room on each side of what is machined for what is not, as a part of its extent.
+const SURROUNDINGS: f64 = 0.3;
 
 /// A triangle mesh to be drawn.
 pub struct Shape {
@@ -54,9 +54,9 @@ impl Shape {
         face.map(|v| self.positions[v as usize])
     }
 
-    /// Corners of what is machined, mm.
-    fn machined_corners(&self) -> impl Iterator<Item = DVec3> + '_ {
-        self.faces[..self.machined].iter().flat_map(|f| self.corners(f))
+    /// Corners of a range of faces, mm.
+    fn corners_of(&self, faces: std::ops::Range<usize>) -> impl Iterator<Item = DVec3> + '_ {
+        self.faces[faces].iter().flat_map(|f| self.corners(f))
     }
 
     /// Whether some of it is not machined.
@@ -89,6 +89,39 @@ fn vertex_normals(positions: &[DVec3], faces: &[[u32; 3]]) -> Vec<DVec3> {
     sums.into_iter().map(|n| n.normalize_or(DVec3::Z)).collect()
 }
 
+/// A rectangle around projected points, mm.
+#[derive(Copy, Clone)]
+struct Extent {
+    low: DVec2,
+    high: DVec2,
+}
+
+impl Extent {
+    /// Around points; at the origin if there is none.
+    fn of(points: impl Iterator<Item = DVec2>) -> Self {
+        let (low, high) = points
+            .filter(|p| p.is_finite())
+            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+        if low.x <= high.x {
+            Self { low, high }
+        } else {
+            Self { low: DVec2::ZERO, high: DVec2::ZERO }
+        }
+    }
+
+    /// With the rest of the part, or with as much of it as leaves room for what is machined.
+    fn with_surroundings(self, rest: Self) -> Self {
+        let most = SURROUNDINGS * (self.high - self.low);
+        if rest.low == rest.high {
+            return self;
+        }
+        Self {
+            low: self.low.min(rest.low.max(self.low - most)),
+            high: self.high.max(rest.high.min(self.high + most)),
+        }
+    }
+}
+
 /// Parallel projection onto the screen.
 pub struct View {
     /// Unit axis to the right.
@@ -115,18 +148,14 @@ impl View {
         let right = normal.cross(toward_viewer).normalize();
         let up = toward_viewer.cross(right);
         let flat = |p: DVec3| DVec2::new(p.dot(right), p.dot(up));
-        let (low, high) = shape
-            .machined_corners()
-            .chain(more.iter().copied())
-            .map(flat)
-            .filter(|p| p.is_finite())
-            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
-        let around = if shape.has_rest() { SURROUNDINGS * (high - low) } else { DVec2::ZERO };
+        let machined =
+            Extent::of(shape.corners_of(0..shape.machined).chain(more.iter().copied()).map(flat));
+        let rest = Extent::of(shape.corners_of(shape.machined..shape.faces.len()).map(flat));
+        let Extent { low, high } = machined.with_surroundings(rest);
         // A mesh without extent is drawn as a dot.
-        let (low, high) = if low.x <= high.x { (low, high) } else { (DVec2::ZERO, DVec2::ZERO) };
-        let size = (high - low + 2.0 * around.max(DVec2::ZERO)).max(DVec2::splat(1e-6));
+        let size = (high - low).max(DVec2::splat(1e-6));
         let scale = (ROOM.x / size.x).min(ROOM.y / size.y);
-        Self { right, up, toward_viewer, low: low - around.max(DVec2::ZERO), size, scale }
+        Self { right, up, toward_viewer, low, size, scale }
     }
 
     /// Size of the drawn surface, px.
@@ -188,7 +217,8 @@ impl Canvas {
         p.dot(self.view.toward_viewer) + SLACK / self.view.scale >= nearness
     }
 
-    /// The pixel in which a point of the surface is seen: beyond the rim, the one beside it.
+    /// The pixel in which a point of the surface is seen from outside: beyond the rim, the one
+    /// beside it.
     pub fn pixel(&self, p: DVec3) -> Option<usize> {
         let place = self.view.place(p) * self.fineness;
         let own = self.raster.index_at(place);
@@ -198,7 +228,8 @@ impl Canvas {
             around.filter_map(|d| self.raster.index_at(place + d)).find(shown)
         };
         let pixel = own.filter(shown).or_else(beside)?;
-        self.is_in_front(p, self.raster.nearness[pixel]).then_some(pixel)
+        let outside = self.raster.look(pixel).is_some_and(|(side, _)| side != Side::Inner);
+        (outside && self.is_in_front(p, self.raster.nearness[pixel])).then_some(pixel)
     }
 }
 
