@@ -85,9 +85,11 @@ impl Svg {
     pub fn circle(&mut self, centre: DVec2, radius: f64, fill: Option<Rgb>, stroke: Stroke) {
         let (x, y, r) = (num(centre.x), num(centre.y), num(radius));
         let fill = fill.map_or_else(|| "none".to_owned(), Rgb::hex);
-        let stroke = attributes(stroke);
+        // Dashes as long as those of lines would leave two of them on a small circle.
+        let dash = if stroke.dashed { " stroke-dasharray=\"2.6 2\"" } else { "" };
+        let stroke = attributes(Stroke { dashed: false, ..stroke });
         self.put(format_args!(
-            "<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\" fill=\"{fill}\" {stroke}/>\n"
+            "<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\" fill=\"{fill}\" {stroke}{dash}/>\n"
         ));
     }
 
