@@ -21,6 +21,14 @@ impl Rgb {
     }
 }
 
+/// A heat scale at 0, 1/3, 2/3, 1: pale to amber, so that blues and reds are left for faults.
+const HEIGHTS: [Rgb; 4] = [
+    Rgb([0xf4, 0xf3, 0xec]),
+    Rgb([0xf7, 0xe6, 0xa2]),
+    Rgb([0xf0, 0xc0, 0x55]),
+    Rgb([0xd9, 0x92, 0x2b]),
+];
+
 /// Viridis at 0, 1/8, ... 1.
 ///
 /// # Source
@@ -48,7 +56,29 @@ pub fn of_share(share: f64) -> Rgb {
     VIRIDIS[below].mix(VIRIDIS[below + 1], place - below as f64)
 }
 
-/// Above the limit: the vermilion of Okabe and Ito, "Color Universal Design" (2008).
+/// Colour of a height as a share of the limit, 0 to 1: paler for less.
+pub fn of_height(share: f64) -> Rgb {
+    let place = 3.0 * share.clamp(0.0, 1.0);
+    let below = (place.floor() as usize).min(2);
+    HEIGHTS[below].mix(HEIGHTS[below + 1], place - below as f64)
+}
+
+/// Heights above the limit: much darker than the end of their scale, for eyes that see no red.
+pub const WARNING: Rgb = Rgb([0xb8, 0x0f, 0x1e]);
+/// Gouges by depth.
+pub const GOUGES: [Rgb; 3] =
+    [Rgb([0x8c, 0x7c, 0xe6]), Rgb([0x5a, 0x3c, 0xc8]), Rgb([0x2c, 0x0a, 0x80])];
+/// Where nothing was done.
+pub const UNTOUCHED: Rgb = Rgb([0x3a, 0x3f, 0x46]);
+/// The stripes of its hatching.
+pub const UNTOUCHED_STRIPE: Rgb = Rgb([0x9a, 0xa1, 0xaa]);
+/// What is judged apart.
+pub const APART: Rgb = Rgb([0x86, 0xb3, 0xad]);
+/// What is not machined.
+pub const PLAIN: Rgb = Rgb([0xd3, 0xd7, 0xdc]);
+/// Inner sides.
+pub const INNER: Rgb = Rgb([0xdd, 0xcf, 0xc0]);
+/// Removal rates above the limit: the vermilion of Okabe and Ito, "Color Universal Design" (2008).
 pub const OVER_LIMIT: Rgb = Rgb([0xd5, 0x5e, 0x00]);
 /// Returns of trochoids, which cut nothing.
 pub const RETURN: Rgb = Rgb([0x98, 0x9e, 0xa6]);
@@ -83,8 +113,19 @@ mod tests {
 
     #[test]
     fn more_is_darker() {
-        let shades: Vec<f64> =
-            (0..=100).map(|i| luminance(of_share(f64::from(i) / 100.0))).collect();
-        assert!(shades.windows(2).all(|w| w[1] <= w[0] + 1e-3));
+        for scale in [of_share, of_height] {
+            let shades: Vec<f64> =
+                (0..=100).map(|i| luminance(scale(f64::from(i) / 100.0))).collect();
+            assert!(shades.windows(2).all(|w| w[1] <= w[0] + 1e-3));
+        }
+    }
+
+    #[test]
+    fn faults_differ_from_the_scale_in_lightness() {
+        let end = luminance(of_height(1.0));
+        for fault in [WARNING, GOUGES[1], GOUGES[2], UNTOUCHED] {
+            assert!(luminance(fault) < 0.4 * end);
+        }
+        assert!(luminance(GOUGES[0]) < 0.4 * luminance(of_height(0.0)));
     }
 }

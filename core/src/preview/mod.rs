@@ -1,19 +1,25 @@
 //! Pictures of a finished path, as SVG text whose bytes depend on nothing but the input.
 //!
 //! [`flat_map`] shows the path in the plane, [`surface_view`] on the surface, [`mrr_chart`] the
-//! removal rate along time. All are drawn on a light ground, in units of the screen, and colour the
+//! removal rate along time; [`residual_map`] and [`rate_map`] show what the judge found. All are drawn on a light ground, in units of the screen, and colour the
 //! removal rate on the same scale.
 
 mod colour;
 mod flat_map;
+mod heat_map;
+mod heat_scale;
+mod marks;
 mod mrr_chart;
 mod path_layers;
+mod places;
 mod png;
 mod shading;
 mod surface_view;
 mod svg;
+mod view;
 
 pub use flat_map::flat_map;
+pub use heat_map::{rate_map, residual_map};
 pub use mrr_chart::mrr_chart;
 pub use surface_view::surface_view;
 

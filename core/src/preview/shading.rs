@@ -10,11 +10,22 @@ const OUTER: (Rgb, Rgb) = (Rgb([0xa9, 0xb0, 0xb8]), Rgb([0xf8, 0xf8, 0xf5]));
 /// Colours of the inner side.
 const INNER: (Rgb, Rgb) = (Rgb([0xb0, 0x9e, 0x8c]), Rgb([0xdd, 0xcf, 0xc0]));
 
+/// What is seen of a facet.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The outer side of what is machined.
+    Outer,
+    /// An inner side.
+    Inner,
+    /// The outer side of what is not machined.
+    Guarded,
+}
+
 /// Pixels with shade and depth.
 pub struct Raster {
     pub width: usize,
     pub height: usize,
-    /// Palette index of each pixel, 0 where nothing is.
+    /// 1 + shade + [`SHADES`] times the side of each pixel, 0 where nothing is.
     pub shade: Vec<u8>,
     /// Nearness to the viewer of each pixel, mm; minus infinity where nothing is.
     pub nearness: Vec<f64>,
@@ -28,7 +39,7 @@ pub struct Corner {
     pub brightness: f64,
 }
 
-/// The palette that [`Raster::shade`] refers to.
+/// The palette that [`Raster::shade`] refers to where all is machined.
 pub fn palette() -> Vec<Rgb> {
     let ramp = |(dark, light): (Rgb, Rgb)| {
         (0..SHADES).map(move |i| dark.mix(light, i as f64 / (SHADES - 1) as f64))
@@ -64,15 +75,15 @@ impl Raster {
         Self { width, height, shade: vec![0; pixels], nearness: vec![f64::NEG_INFINITY; pixels] }
     }
 
-    /// Fills a triangle; one seen from behind gets the inner colours.
-    pub fn fill(&mut self, corners: [Corner; 3]) {
+    /// Fills a triangle; one seen from behind shows its inner side.
+    pub fn fill(&mut self, corners: [Corner; 3], side: Side) {
         let [a, b, c] = corners.map(|corner| corner.place);
         let area = crate::geometry::cross2(a, b, c);
         if area == 0.0 || !area.is_finite() {
             return;
         }
         // The y axis points down, so the outer side runs clockwise.
-        let inner = area > 0.0;
+        let side = if area > 0.0 { Side::Inner } else { side };
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
         let columns = pixel_range(low.x, high.x, self.width);
         for y in pixel_range(low.y, high.y, self.height) {
@@ -81,13 +92,13 @@ impl Raster {
                 let weights = [(b, c), (c, a), (a, b)]
                     .map(|(from, to)| crate::geometry::cross2(from, to, p) / area);
                 if weights.iter().all(|&w| w >= 0.0) {
-                    self.put(y * self.width + x, &corners, weights, inner);
+                    self.put(y * self.width + x, &corners, weights, side);
                 }
             }
         }
     }
 
-    fn put(&mut self, pixel: usize, corners: &[Corner; 3], weights: [f64; 3], inner: bool) {
+    fn put(&mut self, pixel: usize, corners: &[Corner; 3], weights: [f64; 3], side: Side) {
         let mean = |value: fn(&Corner) -> f64| -> f64 {
             (0..3).map(|i| weights[i] * value(&corners[i])).sum()
         };
@@ -95,17 +106,29 @@ impl Raster {
         if nearness <= self.nearness[pixel] {
             return;
         }
-        let brightness = if inner { 0.5 } else { mean(|c| c.brightness) };
+        let brightness = if side == Side::Inner { 0.5 } else { mean(|c| c.brightness) };
         let step = (brightness.clamp(0.0, 1.0) * (SHADES - 1) as f64).round() as u8;
         self.nearness[pixel] = nearness;
-        self.shade[pixel] = 1 + step + if inner { SHADES as u8 } else { 0 };
+        self.shade[pixel] = 1 + step + side as u8 * SHADES as u8;
+    }
+
+    /// Side and brightness, 0 to 1, of what is seen in a pixel.
+    pub fn look(&self, pixel: usize) -> Option<(Side, f64)> {
+        let shade = usize::from(self.shade[pixel]).checked_sub(1)?;
+        let side = [Side::Outer, Side::Inner, Side::Guarded][(shade / SHADES).min(2)];
+        Some((side, (shade % SHADES) as f64 / (SHADES - 1) as f64))
+    }
+
+    /// The pixel at a place.
+    pub fn index_at(&self, place: DVec2) -> Option<usize> {
+        let (x, y) = (place.x.floor(), place.y.floor());
+        let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
+        inside.then(|| y as usize * self.width + x as usize)
     }
 
     /// Nearness at a place; `None` where nothing is.
     pub fn nearness_at(&self, place: DVec2) -> Option<f64> {
-        let (x, y) = (place.x.floor(), place.y.floor());
-        let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
-        let nearness = inside.then(|| self.nearness[y as usize * self.width + x as usize])?;
+        let nearness = self.nearness[self.index_at(place)?];
         nearness.is_finite().then_some(nearness)
     }
 }
@@ -133,7 +156,7 @@ mod tests {
         let draw = |order: [f64; 2]| {
             let mut raster = Raster::new(8, 8);
             for n in order {
-                raster.fill(triangle(n, n));
+                raster.fill(triangle(n, n), Side::Outer);
             }
             raster.shade
         };
@@ -144,14 +167,26 @@ mod tests {
     #[test]
     fn outside_is_empty() {
         let mut raster = Raster::new(8, 8);
-        raster.fill(triangle(2.0, 1.0));
+        raster.fill(triangle(2.0, 1.0), Side::Outer);
         assert_eq!(raster.nearness_at(DVec2::new(7.5, 7.5)), None);
         assert_eq!(raster.nearness_at(DVec2::new(1.5, 1.5)), Some(2.0));
         assert_eq!(raster.nearness_at(DVec2::new(-1.0, 1.0)), None);
     }
 
     #[test]
-    fn palette_fits_a_byte() {
-        assert!(palette().len() <= 256);
+    fn sides_are_told_apart() {
+        let [a, b, c] = triangle(1.0, 1.0);
+        let seen = |corners, side| {
+            let mut raster = Raster::new(8, 8);
+            raster.fill(corners, side);
+            (raster.look(0), raster.look(63))
+        };
+        assert_eq!(seen([a, b, c], Side::Guarded), (Some((Side::Guarded, 1.0)), None));
+        assert_eq!(seen([a, c, b], Side::Guarded).0.map(|l| l.0), Some(Side::Inner));
+    }
+
+    #[test]
+    fn shades_fit_a_byte() {
+        assert!(palette().len() <= 256 && 3 * SHADES < 256);
     }
 }

@@ -81,6 +81,18 @@ impl Svg {
         ));
     }
 
+    /// A circle.
+    pub fn circle(&mut self, centre: DVec2, radius: f64, fill: Option<Rgb>, stroke: Stroke) {
+        let (x, y, r) = (num(centre.x), num(centre.y), num(radius));
+        let fill = fill.map_or_else(|| "none".to_owned(), Rgb::hex);
+        // Dashes as long as those of lines would leave two of them on a small circle.
+        let dash = if stroke.dashed { " stroke-dasharray=\"2.6 2\"" } else { "" };
+        let stroke = attributes(Stroke { dashed: false, ..stroke });
+        self.put(format_args!(
+            "<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\" fill=\"{fill}\" {stroke}{dash}/>\n"
+        ));
+    }
+
     /// An open polyline.
     pub fn polyline(&mut self, points: &[DVec2], stroke: Stroke) {
         let points = coordinates(points);
