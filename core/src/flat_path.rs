@@ -22,6 +22,8 @@ pub struct FlatPoint {
     pub alpha: f64,
     /// Length of the move on the surface, mm.
     pub length: f64,
+    /// Flat direction that the cutter faces where that is not its way: on spurs, out and back.
+    pub heading: Option<DVec2>,
 }
 
 /// What the flat plane knows of the surface.

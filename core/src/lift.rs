@@ -69,7 +69,9 @@ impl<'a> Lift<'a> {
             }
         }
         let n = out.contacts.len();
-        for i in 0..n {
+        for i in
+            (0..n).filter(|&i| out.contacts[i].feed_direction == DVec3::ZERO).collect::<Vec<_>>()
+        {
             let (a, b) = (i.saturating_sub(1), (i + 1).min(n - 1));
             let mut way = out.contacts[b].position - out.contacts[a].position;
             if way == DVec3::ZERO {
@@ -115,6 +117,19 @@ impl<'a> Lift<'a> {
         Ok(end)
     }
 
+    /// The direction on a face whose flat image is `heading`.
+    fn forward(&self, face: FaceId, heading: DVec2) -> DVec3 {
+        let [a, b, c] = self.flat(face);
+        let [p, q, r] = self.surface.corners(face);
+        let (e, f) = (b - a, c - a);
+        let area = e.perp_dot(f);
+        if area == 0.0 {
+            return DVec3::ZERO;
+        }
+        let (u, v) = (heading.perp_dot(f) / area, e.perp_dot(heading) / area);
+        (q - p) * u + (r - p) * v
+    }
+
     fn flat(&self, face: FaceId) -> [DVec2; 3] {
         self.surface.connectivity().face(face).map(|v| self.chart.uv()[v.index()])
     }
@@ -147,7 +162,7 @@ impl<'a> Lift<'a> {
         out.contacts.push(Contact {
             position: self.surface.position(point) + normal * height,
             normal,
-            feed_direction: DVec3::ZERO,
+            feed_direction: of.heading.map_or(DVec3::ZERO, |h| self.forward(point.face, h)),
             key: out.contacts.len(),
             feed: of.feed,
             kind: of.kind,

@@ -16,8 +16,8 @@ use crate::level_set::{
     StripMetric, close, rings, strip_metric,
 };
 use crate::link::{
-    DeliverError, DeliverOptions, Delivered, Precedence, RingCounts, RingOptions, cut_rings,
-    deliver,
+    self, DeliverError, DeliverOptions, Delivered, Precedence, RingCounts, RingOptions, TouchUp,
+    cut_rings, deliver,
 };
 use crate::machine::Axes;
 use crate::mesh::{MeshFormat, ReadError, read};
@@ -34,6 +34,8 @@ use thiserror::Error;
 
 /// Part of the tolerance that ring polylines may deviate from the level curve.
 const RING_TOLERANCE: f64 = 0.25;
+/// Rounds of passes over what the columns show as left.
+const TOUCH_UPS: usize = 2;
 /// Farthest distance of a part from the rotary centre, in diagonals of its box.
 const FARTHEST: f64 = 20.0;
 /// A move that would have to be slower than this part of the feed means that the limit cannot be
@@ -244,32 +246,49 @@ pub fn plan(
     let (plain, _) = removal.rated(&plain, ForceControl::Off)?;
     let check = CheckMesh::new(part.positions, part.faces);
     let control = job.force.control;
-    let flat = at_nominal_feeds(cut.points, job);
-    let Delivered { toolpath, raised } =
-        deliver(&flat, &lift, &check, &options, |p| progress(Stage::Locate, p))?;
-    refuse_too_tight(job, &raised)?;
-    let (toolpath, removed) = removal.rated(&toolpath, control)?;
     let cusp_limit = cusp_limit(job, &surface, &curvature);
     let terrain = plane.terrain();
-    let coverage = removal::coverage(
-        &columns,
-        &removed,
-        &Access {
+    let inside =
+        |p| job.path.boundary == Boundary::Open || terrain.room(p).is_some_and(|room| room >= 0.0);
+    let mut flat = at_nominal_feeds(cut.points, job);
+    let mut finish = |flat: &[FlatPoint]| -> Result<Finished, PlanError> {
+        let Delivered { toolpath, raised } =
+            deliver(flat, &lift, &check, &options, |p| progress(Stage::Locate, p))?;
+        refuse_too_tight(job, &raised)?;
+        let (toolpath, removed) = removal.rated(&toolpath, control)?;
+        let access = Access {
             tool: job.tool,
             axis: options.pass.axis,
             layer,
             check: &check,
             reach: options.pass.reach,
-            inside: &|p| {
-                job.path.boundary == Boundary::Open || terrain.room(p).is_some_and(|r| r >= 0.0)
-            },
+            inside: &inside,
             path: &toolpath,
             tolerance: job.cut.tolerance,
             cusp: cusp_limit,
             cell: job.nominal_side_step(),
             threads,
-        },
-    );
+        };
+        let coverage = removal::coverage(&columns, &removed, &access);
+        Ok(Finished { toolpath, raised, coverage })
+    };
+    let mut finished = finish(&flat)?;
+    for _ in 0..TOUCH_UPS {
+        let touch_up = TouchUp {
+            side_step: job.nominal_side_step(),
+            radius: job.tool.radius(),
+            height: job.cut.axial_depth,
+            feed: job.cut.feed,
+            first_pass: flat.last().map_or(0, |p| p.pass + 1),
+        };
+        let more = link::touch_up(&finished.coverage.never_covered_flat, &terrain, &touch_up);
+        if more.is_empty() {
+            break;
+        }
+        flat.extend(more);
+        finished = finish(&flat)?;
+    }
+    let Finished { toolpath, raised, coverage } = finished;
     Ok(Planned {
         rest,
         coverage,
@@ -433,6 +452,13 @@ impl Plane<'_> {
         let counts = cut_rings(&mut walk, rings, precedence, &options, progress);
         FlatCut { points: walk.finish().0, counts }
     }
+}
+
+/// A delivered path, and what it leaves.
+struct Finished {
+    toolpath: Toolpath,
+    raised: Vec<RaisedStretch>,
+    coverage: Coverage,
 }
 
 /// The true removal rates of delivered paths.

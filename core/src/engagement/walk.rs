@@ -59,12 +59,21 @@ pub struct Walk<'a> {
     points: Vec<FlatPoint>,
     pass: u32,
     at: DVec2,
+    heading: Option<DVec2>,
 }
 
 impl<'a> Walk<'a> {
     /// A walk that has not begun.
     pub fn new(cutting: Cutting, terrain: &'a dyn Terrain, stock: Stock) -> Self {
-        Self { cutting, terrain, stock, points: Vec::new(), pass: 0, at: DVec2::ZERO }
+        Self {
+            cutting,
+            terrain,
+            stock,
+            points: Vec::new(),
+            pass: 0,
+            at: DVec2::ZERO,
+            heading: None,
+        }
     }
 
     /// Where the cutter is.
@@ -155,6 +164,16 @@ impl<'a> Walk<'a> {
         self.advance(to, kind, true);
     }
 
+    /// Makes moves on which the cutter keeps facing the way it goes now: a leaning axis would swing
+    /// round with every turn of a short way out and back.
+    pub fn facing_on(&mut self, moves: impl FnOnce(&mut Self)) {
+        if let [.., a, b] = &self.points[..] {
+            self.heading = (b.at - a.at).try_normalize();
+        }
+        moves(self);
+        self.heading = None;
+    }
+
     /// Moves at a height through stock whose removal rate at that feed is known beforehand, mm³/s.
     pub fn descend(&mut self, to: DVec2, height: f64, mrr: f64, feed: f64) {
         let (from, r0) = (self.at, self.disc(self.at));
@@ -225,7 +244,17 @@ impl<'a> Walk<'a> {
         length: f64,
     ) {
         let alpha = engagement.alpha;
-        self.points.push(FlatPoint { at, height, kind, pass: self.pass, feed, mrr, alpha, length });
+        self.points.push(FlatPoint {
+            at,
+            height,
+            kind,
+            pass: self.pass,
+            feed,
+            mrr,
+            alpha,
+            length,
+            heading: self.heading,
+        });
     }
 
     /// Gives the moves from index `from` on another kind and feed where they cut nothing.

@@ -7,9 +7,11 @@
 
 mod deliver;
 mod order;
+mod touch_up;
 
 pub use deliver::{DeliverError, DeliverOptions, Delivered, deliver};
 pub use order::Precedence;
+pub use touch_up::{TouchUp, touch_up};
 
 use crate::engagement::Walk;
 use crate::flat_path::FlatPoint;
@@ -165,7 +167,9 @@ impl RingTask<'_> {
             let index = (start + i) % ring.points.len();
             for spur in ring.spurs.iter().filter(|s| s.at == index) {
                 course.spurs.push((course.moves.len().saturating_sub(1), spur));
-                spur.points.iter().chain([&p]).for_each(|&q| self.step(walk, q));
+                walk.facing_on(|walk| {
+                    spur.points.iter().chain([&p]).for_each(|&q| self.step(walk, q));
+                });
             }
         }
         let limit = walk.cutting.limit;
@@ -222,7 +226,9 @@ impl RingTask<'_> {
                     walk.cut_limited(p, MoveKind::Cut);
                     let out_and_back =
                         course.spurs_after(i).flat_map(|s| s.points.iter().chain([&p]));
-                    out_and_back.for_each(|&q| walk.cut_limited(q, MoveKind::Cut));
+                    walk.facing_on(|walk| {
+                        out_and_back.for_each(|&q| walk.cut_limited(q, MoveKind::Cut));
+                    });
                 }
             }
             arrived = true;

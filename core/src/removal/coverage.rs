@@ -17,6 +17,8 @@ pub struct Coverage {
     pub never_covered: f64,
     /// The highest of it, mm.
     pub never_covered_at: Option<DVec3>,
+    /// Flat places of all of it.
+    pub never_covered_flat: Vec<DVec2>,
     /// Left where the cutter cannot touch, mm².
     pub too_tight: f64,
     /// The highest of it, mm.
@@ -77,6 +79,7 @@ pub fn coverage(columns: &Columns, removed: &Removed, access: &Access) -> Covera
     let mut tight = Vec::new();
     for (l, fits) in left.iter().zip(fits) {
         let (area, place, highest) = if fits {
+            out.never_covered_flat.push(l.flat);
             (&mut out.never_covered, &mut out.never_covered_at, &mut highest[0])
         } else {
             tight.push(l.column.line.foot);

@@ -133,8 +133,11 @@ pub fn clear_span(walk: &mut Walk, span: &Span, loops: &Loops, toward: f64) -> u
 impl Branch<'_> {
     /// Goes to the root, out and back.
     fn cut(&self, walk: &mut Walk, root: DVec2) {
-        let way = core::iter::once(&root).chain(self.points).chain([&root]);
-        way.for_each(|&p| walk.cut_limited(p, MoveKind::Cut));
+        walk.cut_limited(root, MoveKind::Cut);
+        walk.facing_on(|walk| {
+            let way = self.points.iter().chain([&root]);
+            way.for_each(|&p| walk.cut_limited(p, MoveKind::Cut));
+        });
     }
 }
 

@@ -1,0 +1,190 @@
+//! Passes over what the path has left standing although the cutter reaches it.
+//!
+//! A flat or bull end that stands at an angle to the surface touches with its edge, and its body lies
+//! beside the contact: it may stay outside of the innermost ring of a dome and leave the summit.
+//! What the material columns show as left is gathered in *heaps*; each gets straight passes along its
+//! longest direction, one per side step of its width, that begin and end a cutter radius beyond it.
+
+use crate::flat_path::{FlatPoint, Terrain};
+use crate::geometry::DVec2;
+use crate::toolpath::MoveKind;
+use std::collections::BTreeMap;
+
+/// Heaps that get passes at most, largest first.
+const MOST_HEAPS: usize = 500;
+/// Part of a side step between passes over a heap.
+const STEP: f64 = 0.7;
+/// Tries to draw the end of a pass back to where the cutter may be.
+const TRIES: usize = 24;
+
+/// What the passes need to know.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct TouchUp {
+    /// Side step on the surface, mm.
+    pub side_step: f64,
+    /// Cutter radius, mm.
+    pub radius: f64,
+    /// Height from which the cutter comes down, mm.
+    pub height: f64,
+    /// Feed on the surface, mm/s.
+    pub feed: f64,
+    /// Index of the first pass.
+    pub first_pass: u32,
+}
+
+/// A straight flat pass.
+struct Pass {
+    from: DVec2,
+    to: DVec2,
+}
+
+/// Flat moves over the places that are left; empty where the cutter may not go.
+pub fn touch_up(left: &[DVec2], terrain: &dyn Terrain, options: &TouchUp) -> Vec<FlatPoint> {
+    let mut points = Vec::new();
+    let mut pass = options.first_pass;
+    for heap in heaps(left, terrain, options.side_step) {
+        for Pass { from, to } in passes(&heap, terrain, options) {
+            let point = |at, height, kind| FlatPoint {
+                at,
+                height,
+                kind,
+                pass,
+                feed: options.feed,
+                mrr: 0.0,
+                alpha: 0.0,
+                length: 0.0,
+                heading: None,
+            };
+            points.push(point(from, options.height, MoveKind::Rapid));
+            points.push(point(from, 0.0, MoveKind::Link));
+            points.push(point(to, 0.0, MoveKind::Cut));
+            pass += 1;
+        }
+    }
+    points
+}
+
+/// Places that lie together, the largest heap first.
+fn heaps(left: &[DVec2], terrain: &dyn Terrain, side_step: f64) -> Vec<Vec<DVec2>> {
+    let Some(scale) = left.iter().find_map(|&p| terrain.scale(p)) else { return Vec::new() };
+    let cell = side_step / scale;
+    let mut cells: BTreeMap<[i64; 2], Vec<DVec2>> = BTreeMap::new();
+    for &p in left {
+        let key = (p / cell).floor();
+        cells.entry([key.x as i64, key.y as i64]).or_default().push(p);
+    }
+    let mut heaps = Vec::new();
+    while let Some((first, points)) = cells.pop_first() {
+        let (mut heap, mut open) = (points, vec![first]);
+        while let Some([x, y]) = open.pop() {
+            for key in (-1..=1).flat_map(|i| (-1..=1).map(move |j| [x + i, y + j])) {
+                if let Some(points) = cells.remove(&key) {
+                    heap.extend(points);
+                    open.push(key);
+                }
+            }
+        }
+        heaps.push(heap);
+    }
+    // Stable: equal heaps stay in the order of their cells.
+    heaps.sort_by_key(|heap| core::cmp::Reverse(heap.len()));
+    heaps.truncate(MOST_HEAPS);
+    heaps
+}
+
+/// Straight passes that cover a heap.
+fn passes(heap: &[DVec2], terrain: &dyn Terrain, options: &TouchUp) -> Vec<Pass> {
+    let middle = heap.iter().sum::<DVec2>() / heap.len() as f64;
+    let Some(scale) = terrain.scale(middle) else { return Vec::new() };
+    let along = longest_direction(heap, middle);
+    let across = along.perp();
+    let extent = |d: DVec2| {
+        let places = heap.iter().map(|p| (*p - middle).dot(d));
+        places.fold((0.0f64, 0.0f64), |(low, high), x| (low.min(x), high.max(x)))
+    };
+    let (first, last) = extent(along);
+    let (low, high) = extent(across);
+    let step = STEP * options.side_step / scale;
+    let count = ((high - low) / step).ceil().max(1.0);
+    let beyond = options.radius / scale;
+    let line = |i: usize| {
+        let offset = low + (high - low) * (i as f64 + 0.5) / count;
+        let on = |x: f64| middle + across * offset + along * x;
+        let (from, to) =
+            (reach(terrain, on(0.5 * (first + last)), on(first - beyond))?, on(last + beyond));
+        let to = reach(terrain, on(0.5 * (first + last)), to)?;
+        let joined = terrain.joins(from, to) && from != to;
+        joined.then_some(if i % 2 == 0 { Pass { from, to } } else { Pass { from: to, to: from } })
+    };
+    (0..count as usize).filter_map(line).collect()
+}
+
+/// `to`, or the farthest place toward it from `from` at which the cutter may be.
+fn reach(terrain: &dyn Terrain, from: DVec2, to: DVec2) -> Option<DVec2> {
+    let allowed = |p: DVec2| terrain.room(p).is_some_and(|room| room >= 0.0);
+    let part = |i: usize| from.lerp(to, 1.0 - i as f64 / TRIES as f64);
+    (0..=TRIES).map(part).find(|&p| allowed(p))
+}
+
+/// Unit direction of the largest spread.
+fn longest_direction(heap: &[DVec2], middle: DVec2) -> DVec2 {
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for p in heap {
+        let d = *p - middle;
+        (xx, xy, yy) = (xx + d.x * d.x, xy + d.x * d.y, yy + d.y * d.y);
+    }
+    let half = 0.5 * (xx - yy);
+    let largest = 0.5 * (xx + yy) + (half * half + xy * xy).sqrt();
+    // The longer of two forms of the eigenvector.
+    let (a, b) = (DVec2::new(largest - yy, xy), DVec2::new(xy, largest - xx));
+    let longer = if a.length_squared() >= b.length_squared() { a } else { b };
+    longer.try_normalize().unwrap_or(DVec2::X)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The unit scale everywhere within 50 mm of the origin.
+    struct Plane;
+
+    impl Terrain for Plane {
+        fn scale(&self, _: DVec2) -> Option<f64> {
+            Some(1.0)
+        }
+        fn room(&self, at: DVec2) -> Option<f64> {
+            Some(50.0 - at.length())
+        }
+        fn joins(&self, _: DVec2, _: DVec2) -> bool {
+            true
+        }
+    }
+
+    const OPTIONS: TouchUp =
+        TouchUp { side_step: 1.0, radius: 5.0, height: 0.5, feed: 20.0, first_pass: 7 };
+
+    #[test]
+    fn a_heap_is_passed_along_its_length() {
+        let left: Vec<DVec2> =
+            (0..100).map(|i| DVec2::new(0.1 * f64::from(i), 0.05 * f64::from(i % 5))).collect();
+        let points = touch_up(&left, &Plane, &OPTIONS);
+        assert_eq!(points.len(), 3);
+        assert_eq!(
+            points.iter().map(|p| p.kind).collect::<Vec<_>>(),
+            [MoveKind::Rapid, MoveKind::Link, MoveKind::Cut]
+        );
+        let (from, to) = (points[1].at, points[2].at);
+        assert!((from.distance(to) - 19.9).abs() < 0.2, "{from} {to}");
+        assert!(points.iter().all(|p| p.pass == 7));
+    }
+
+    #[test]
+    fn heaps_apart_get_passes_of_their_own_and_stay_in_the_region() {
+        let spot = |at: DVec2| (0..9).map(move |i| at + DVec2::splat(0.02 * f64::from(i)));
+        let left: Vec<DVec2> = spot(DVec2::ZERO).chain(spot(DVec2::new(47.0, 0.0))).collect();
+        let points = touch_up(&left, &Plane, &OPTIONS);
+        assert_eq!(points.len(), 6);
+        assert!(points.iter().all(|p| p.at.length() <= 50.0));
+        assert!(touch_up(&[], &Plane, &OPTIONS).is_empty());
+    }
+}
