@@ -46,7 +46,7 @@ pub fn explain(error: &ResultsError, job_source: &[u8], surface: Option<&str>) -
     let failure = match error {
         ResultsError::Plan(error) => of_plan(error),
         ResultsError::Post(error) => of_post(error),
-        ResultsError::Verify(_) => BUG,
+        ResultsError::Verify(_) | ResultsError::Program(_) => BUG,
     };
     let place = failure.keys.iter().find_map(|key| input::place(job_source, key));
     let mut fault = input::fault(error.to_string(), place);

@@ -111,8 +111,6 @@ struct Subject {
     rules: ProgramRules,
     /// Name and content of the surface's file, if there is one.
     surface: Option<(String, Vec<u8>)>,
-    /// Whether the depth of the stock is known.
-    depth_is_known: bool,
 }
 
 impl Verify {
@@ -147,15 +145,11 @@ impl Verify {
         let surface = subject.surface.as_ref().map(|(name, bytes)| Input { name, bytes });
         let inputs: Vec<Input> = std::iter::once(path).chain(surface).collect();
         let mut progress = Progress::on_standard_error();
-        let mut verdict =
-            verdict(&read, &subject.workpiece, &subject.options, &inputs, &mut |part| {
-                progress.report("simulating the path", part);
-            })
-            .map_err(|error| Failed::file(exit_of(&error), error, &file))?;
+        let verdict = verdict(&read, &subject.workpiece, &subject.options, &inputs, &mut |part| {
+            progress.report("simulating the path", part);
+        })
+        .map_err(|error| Failed::file(exit_of(&error), error, &file))?;
         drop(progress);
-        if !subject.depth_is_known {
-            verdict.report.verification.mrr = None;
-        }
         self.tell(&verdict, &file, streams)
     }
 
@@ -209,7 +203,6 @@ impl Verify {
             rules: rules_of(&job),
             workpiece,
             surface: surface.map(|bytes| (name, bytes)),
-            depth_is_known: true,
         })
     }
 
@@ -242,6 +235,7 @@ impl Verify {
                 _ => 4.0 * tool.radius(),
             },
             depth: UNKNOWN_DEPTH * tool.radius(),
+            tells_rate: self.depth.is_some(),
             stock: 0.0,
             scallop: None,
             tolerance: 0.005,
@@ -256,7 +250,6 @@ impl Verify {
             options,
             rules: ProgramRules { kinematics, ..ProgramRules::default() },
             surface: Some((name, bytes)),
-            depth_is_known: self.depth.is_some(),
         })
     }
 

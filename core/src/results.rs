@@ -2,11 +2,12 @@
 
 use crate::feed::machine_time;
 use crate::flatten::Locator;
+use crate::gcode::{self, GcodeError};
 use crate::geometry::DVec3;
 use crate::job::{FlattenMethod, ForceControl, Job, Picture};
 use crate::plan::{PlanError, Planned, Stage, plan};
 use crate::post::{PostError, ProgramOptions, program};
-use crate::preview::{flat_map, mrr_chart, surface_view};
+use crate::preview::{flat_map, mrr_chart, rate_map, residual_map, surface_view};
 use crate::report::{
     ByKind, CoverageFigures, FORMAT, FileRecord, FlattenFigures, ForceFigures, GougeFigures, Lines,
     PathFigures, Profile, RaisedStretch, Report, RingFigures, StepoverFigures, SurfaceFigures,
@@ -58,6 +59,9 @@ pub enum ResultsError {
     /// The path cannot be written as a program.
     #[error(transparent)]
     Post(#[from] PostError),
+    /// The program that was written cannot be read back.
+    #[error(transparent)]
+    Program(#[from] GcodeError),
     /// The path cannot be judged.
     #[error(transparent)]
     Verify(#[from] VerifyError),
@@ -97,6 +101,7 @@ pub fn results(
         OutputFile { name: "job.resolved.toml".into(), bytes: job.to_toml().into_bytes() },
         OutputFile { name: "toolpath.csv".into(), bytes: planned.toolpath.to_csv().into_bytes() },
     ];
+    let mut findings = Vec::new();
     if let Some(post) = job.output.gcode {
         let options = ProgramOptions {
             post,
@@ -109,10 +114,11 @@ pub fn results(
             tolerance: job.cut.tolerance,
         };
         let program = program(&planned.toolpath, &options)?;
+        findings = checked(&program.text, job, planned.rapid_plane)?;
         let name = format!("program.{}", program.extension);
         files.push(OutputFile { name, bytes: program.text.into_bytes() });
     }
-    let pictures = pictures(job, &planned);
+    let pictures = pictures(job, &planned, judged.as_ref());
     for (name, _, svg) in &pictures {
         files.push(OutputFile { name: (*name).into(), bytes: svg.clone().into_bytes() });
     }
@@ -120,7 +126,7 @@ pub fn results(
     let inputs = inputs.into_iter().flatten().map(|f| FileRecord::of(f.name, f.bytes)).collect();
     let mut report = report(job, &planned, inputs);
     report.verification = judged.as_ref().map(|(verification, options)| {
-        VerificationFigures::of(verification, options, Lines::Table, Vec::new())
+        VerificationFigures::of(verification, options, Lines::Table, findings)
     });
     report.outputs = files.iter().map(|f| FileRecord::of(&f.name, &f.bytes)).collect();
     let shown: Vec<(&str, &str)> = pictures.iter().map(|(_, t, svg)| (*t, svg.as_str())).collect();
@@ -157,6 +163,7 @@ pub fn verify_options(job: &Job, cusp_limit: f64, threads: usize) -> VerifyOptio
         tool: job.tool,
         length: job.cutter_length(),
         depth: job.cut.axial_depth,
+        tells_rate: true,
         stock: job.cut.stock,
         scallop: Some(cusp_limit),
         tolerance: job.cut.tolerance,
@@ -168,25 +175,58 @@ pub fn verify_options(job: &Job, cusp_limit: f64, threads: usize) -> VerifyOptio
     }
 }
 
-/// File name, heading and SVG of every picture the job asks for.
-fn pictures(job: &Job, planned: &Planned) -> Vec<(&'static str, &'static str, String)> {
+/// What a check of an emitted program finds.
+fn checked(text: &str, job: &Job, rapid_plane: f64) -> Result<Vec<String>, GcodeError> {
+    let reading = gcode::ReadOptions {
+        kinematics: job.machine.axes.into(),
+        rapid_feed: job.machine.max_feed,
+        ..gcode::ReadOptions::default()
+    };
+    let rules = gcode::CheckOptions {
+        clearance_plane: Some(rapid_plane),
+        travel: job.machine.travel,
+        max_feed: Some(job.machine.max_feed),
+        ..gcode::CheckOptions::default()
+    };
+    let findings = gcode::check_text(text, &reading, &rules)?;
+    Ok(findings.iter().map(ToString::to_string).collect())
+}
+
+/// File name, heading and SVG of every picture the job asks for; those of the simulation only where it
+/// was run.
+fn pictures(
+    job: &Job,
+    planned: &Planned,
+    judged: Option<&(Verification, VerifyOptions)>,
+) -> Vec<(&'static str, &'static str, String)> {
     let limit = job.mrr_limit();
+    let (positions, faces) = planned.surface.triangles();
+    let design = Facets { positions, faces: &faces };
+    let rest = Facets { positions: &planned.rest.positions, faces: &planned.rest.faces };
     let draw = |picture: &Picture| match picture {
         Picture::Flat => {
             let svg = flat_map(&planned.surface, &planned.chart, &planned.toolpath, limit);
-            ("flat.svg", "Flat map", svg)
+            Some(("flat.svg", "Flat map", svg))
         }
         Picture::Surface => {
             let contacts = contacts(planned);
             let svg = surface_view(&planned.surface, &planned.toolpath, &contacts, limit);
-            ("surface.svg", "Surface", svg)
+            Some(("surface.svg", "Surface", svg))
         }
         Picture::Mrr => {
             let (before, after) = (Profile::of(&planned.plain), Profile::of(&planned.toolpath));
-            ("mrr.svg", "Removal rate along time", mrr_chart(&before, &after, limit))
+            Some(("mrr.svg", "Removal rate along time", mrr_chart(&before, &after, limit)))
         }
+        Picture::Scallop => judged.map(|(v, o)| {
+            let svg = residual_map(design, rest, v, o.scallop, o.tolerance);
+            ("scallop.svg", "Measured: what is left", svg)
+        }),
+        Picture::Removal => judged.map(|(v, o)| {
+            let svg = rate_map(design, rest, v, &planned.toolpath, o.mrr_limit);
+            ("removal.svg", "Measured: removal rate", svg)
+        }),
     };
-    job.output.pictures.iter().map(draw).collect()
+    job.output.pictures.iter().filter_map(draw).collect()
 }
 
 /// The place on the surface of every point of the path.

@@ -5,6 +5,7 @@ use crate::geometry::{DVec3, math};
 use crate::job::Job;
 use crate::mesh::{MeshFormat, ReadError, read, repair};
 use crate::plan::{PlanError, cusp_limit, load};
+use crate::preview::{rate_map, residual_map};
 use crate::report::{FORMAT, FileRecord, Lines, VerificationFigures, VerificationReport, Versions};
 use crate::results::{Input, OutputFile};
 use crate::surface::{CurvatureField, Part};
@@ -192,8 +193,14 @@ pub fn verdict(
         inputs: inputs.iter().map(|f| FileRecord::of(f.name, f.bytes)).collect(),
         verification: VerificationFigures::of(&verification, options, read.lines(), findings),
     };
-    let files =
-        vec![OutputFile { name: "verification.json".into(), bytes: report.to_json().into_bytes() }];
+    let scallop = residual_map(design, rest, &verification, options.scallop, options.tolerance);
+    let file =
+        |name: &str, text: String| OutputFile { name: name.into(), bytes: text.into_bytes() };
+    let mut files = vec![file("verification.json", report.to_json()), file("scallop.svg", scallop)];
+    if options.tells_rate {
+        let removal = rate_map(design, rest, &verification, &read.path, options.mrr_limit);
+        files.push(file("removal.svg", removal));
+    }
     Ok(Verdict { report, files })
 }
 

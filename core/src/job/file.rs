@@ -368,7 +368,7 @@ pub struct OutputTable {
     #[schemars(extend("x-default" = "a LinuxCNC program"))]
     pub gcode: Option<GcodeTable>,
     /// Pictures to draw.
-    #[schemars(extend("default" = ["flat", "surface", "mrr"], "maxItems" = 3, "uniqueItems" = true))]
+    #[schemars(extend("default" = ["flat", "surface", "mrr", "scallop", "removal"], "maxItems" = 5, "uniqueItems" = true))]
     pub svg: Option<Vec<Picture>>,
 }
 

@@ -22,6 +22,10 @@ pub enum Picture {
     Surface,
     /// Removal rate along time.
     Mrr,
+    /// What the simulation found left on the surface.
+    Scallop,
+    /// The removal rate that the simulation measured, on the surface.
+    Removal,
 }
 
 /// What to write.

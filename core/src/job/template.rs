@@ -98,7 +98,7 @@ clearance = 10.0
 
 [output]
 gcode = {{ post = \"linuxcnc\" }}
-svg = [\"flat\", \"surface\", \"mrr\"]
+svg = [\"flat\", \"surface\", \"mrr\", \"scallop\", \"removal\"]
 ",
         unit.line(),
         placed.lines(),

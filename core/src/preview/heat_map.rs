@@ -411,6 +411,7 @@ mod tests {
         let options = VerifyOptions {
             tool: crate::tool::Tool::new(5.0, 5.0).unwrap(),
             length: f64::INFINITY,
+            tells_rate: true,
             depth: 0.5,
             stock: 0.0,
             scallop: Some(0.03),

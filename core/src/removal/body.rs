@@ -179,11 +179,12 @@ impl Body {
         self.gap(pose, place).try_normalize()
     }
 
-    /// How much nearer a round body may come to a point during a move than at its ends, mm; `None` where
-    /// an edge or a wall is in the material.
+    /// How far from a round body a point must be at the end of a move to be clear of it all the way, if
+    /// it is at the start, mm; `None` where an edge or a wall is in the material.
     ///
     /// The distance from a body whose radii of curvature are `r_c` at least is convex along the move,
-    /// with a second derivative of at most `1/r_c`. A turn moves what lies beside the tip.
+    /// with a second derivative of at most `1/r_c`: `f(s) >= s f(1) - s (1 - s) way² / (2 r_c)`. A turn
+    /// moves what lies beside the tip.
     pub fn dip(&self, stroke: &Stroke) -> Option<f64> {
         if self.corner < self.layer.top() {
             return None;
@@ -191,7 +192,7 @@ impl Body {
         let travel = stroke.to.tip.distance(stroke.from.tip);
         let turn = stroke.to.axis.distance(stroke.from.axis);
         let way = travel + 2.0 * turn * self.radius;
-        Some(way * way / (8.0 * self.corner))
+        Some(way * way / (2.0 * self.corner))
     }
 
     /// Whether the top of a column stays out of a round body during a move at whose start it was out.

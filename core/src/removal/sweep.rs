@@ -246,8 +246,8 @@ impl<'a> BlockCut<'a> {
 
     /// A plane that supports the cutter throughout a stroke, toward what is left of a node.
     ///
-    /// What is left was clear of the start, where the stroke before ended. So a round body is held
-    /// against at the end, and a sharp one at both ends.
+    /// The body is held against at both ends; a round one at the end only, since what is left was clear
+    /// of the start, where the stroke before ended.
     fn supporting_plane(&self, stroke: &Stroke, bound: &Bound, level: f64) -> Plane {
         let place = bound.middle + bound.normal * level;
         let Some(d) = self.body.direction_to(&stroke.to, place) else {
@@ -255,10 +255,8 @@ impl<'a> BlockCut<'a> {
         };
         let length = LENGTH * self.body.reach();
         let end = self.body.support(&stroke.to, d, length);
-        let support = match self.body.dip(stroke) {
-            Some(dip) => end + dip,
-            None => end.max(self.body.support(&stroke.from, d, length)),
-        };
+        let both = end.max(self.body.support(&stroke.from, d, length));
+        let support = self.body.dip(stroke).map_or(both, |dip| both.min(end + dip));
         Plane { d, reach: support - NEGLIGIBLE }
     }
 

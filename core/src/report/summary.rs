@@ -139,7 +139,7 @@ mod tests {
         let mut report = samples::report();
         report.warnings = vec![report.warnings[0].clone(); 9];
         let text = report.summary();
-        assert!(text.lines().count() <= 30);
+        assert!(text.lines().count() <= 36);
         assert!(text.lines().all(|line| line.chars().count() <= 100));
         assert!(text.contains("and 5 more"));
     }

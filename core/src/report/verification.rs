@@ -280,16 +280,17 @@ impl VerificationFigures {
     }
 
     fn reach_line(&self) -> String {
-        let mut line = format!("{:.2} mm² untouched", self.untouched_mm2);
+        // No negative zero.
+        let mut line = format!("{:.2} mm² untouched", self.untouched_mm2 + 0.0);
         if self.too_tight_mm2 > 0.0 {
             let _ = write!(
                 line,
-                ", {:.2} mm² too tight for the cutter (up to {} µm left)",
+                ", {:.2} mm² too tight ({} µm left)",
                 self.too_tight_mm2,
                 micrometres(self.too_tight_residual_mm)
             );
         }
-        let _ = write!(line, ", {} rapids in stock", self.rapids_in_stock);
+        let _ = write!(line, ", rapids in stock: {}", self.rapids_in_stock);
         line
     }
 
@@ -424,7 +425,7 @@ fn of_region(region: u32, band: &Band) -> RegionFigures {
 fn mrr(v: &Verification, options: &VerifyOptions, lines: &Lines) -> Option<MrrFigures> {
     let rate = &v.rate;
     let limit = options.mrr_limit;
-    let peak = rate.peak?;
+    let peak = rate.peak.filter(|_| options.tells_rate)?;
     let predicted = rate.windows.iter().map(|w| w.predicted).fold(0.0, f64::max);
     let predicts = predicted > 0.0;
     let difference = |w: Window| w.predicted - w.measured;

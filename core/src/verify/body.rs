@@ -84,13 +84,13 @@ impl Body {
         self.corner < height
     }
 
-    /// How much nearer a round cutter may come to a point while it goes straight by `way` mm than at the
-    /// ends of that way, mm; `None` where it has an edge.
+    /// How far from a round cutter a point must be at the end of a straight way of `way` mm to be clear of
+    /// it all the way, if it is at the start, mm; `None` where the cutter has an edge.
     ///
     /// The distance from a solid whose radii of curvature are `r_c` at least is convex along the way,
-    /// and its second derivative is at most `1/r_c`.
+    /// with a second derivative of at most `1/r_c`: `f(s) >= s f(1) - s (1 - s) way² / (2 r_c)`.
     pub fn dip(&self, way: f64) -> Option<f64> {
-        (self.corner > 0.0).then(|| way * way / (8.0 * self.corner))
+        (self.corner > 0.0).then(|| way * way / (2.0 * self.corner))
     }
 
     /// Distance and direction of a point from the cutter.

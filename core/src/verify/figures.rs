@@ -175,7 +175,7 @@ impl Figures {
                 .map(|s| f64::from(s.area))
                 .sum(),
             untouched: (
-                untouched.clone().map(|s| f64::from(s.area)).sum(),
+                untouched.clone().map(|s| f64::from(s.area)).fold(0.0, |sum, area| sum + area),
                 untouched.clone().next().map(|s| s.place()),
             ),
             too_tight: Band::default(),

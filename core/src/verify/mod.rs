@@ -54,6 +54,8 @@ pub struct VerifyOptions {
     pub length: f64,
     /// Axial depth of the layer of stock, mm.
     pub depth: f64,
+    /// Whether that depth is known to be the stock's, so that a removal rate can be told.
+    pub tells_rate: bool,
     /// Allowance left on the surface, mm.
     pub stock: f64,
     /// Limit on the scallop height, mm.

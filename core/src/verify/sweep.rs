@@ -300,9 +300,7 @@ impl Block {
     /// Whether the cutter reaches nothing of the block during a step.
     fn is_clear(&self, step: &Step, body: &Body) -> bool {
         let point = self.centre + self.normal * (self.top - NOTHING);
-        let dip = body.dip(2.0 * step.half_way.length());
-        let place = if dip.is_some() { &step.to } else { &step.middle };
-        let near = body.nearest(place, point);
+        let near = body.nearest(&step.to, point);
         if near.distance <= 0.0 {
             return false;
         }
@@ -310,8 +308,10 @@ impl Block {
         let across = self.radius * (1.0 - up * up).max(0.0).sqrt();
         let below = (self.top - self.bottom).max(0.0) * up.max(0.0);
         let turn = turned(step, point) + step.half_turn * (self.radius + self.top - self.bottom);
-        // What is left was clear of the cutter at the start, where the step before ended.
-        let way = dip.unwrap_or_else(|| step.half_way.dot(near.outward).abs());
+        // Before its end the cutter was nearer if it goes away; but what is left was clear of it at the
+        // start, where the step before ended.
+        let nearer = (-2.0 * step.half_way.dot(near.outward)).max(0.0);
+        let way = body.dip(2.0 * step.half_way.length()).map_or(nearer, |dip| dip.min(nearer));
         near.distance - way - across - below - 2.0 * turn > 0.0
     }
 }

@@ -76,6 +76,7 @@ fn options(radius: f64, corner: f64) -> VerifyOptions {
         tool: Tool::new(radius, corner).unwrap(),
         length: f64::INFINITY,
         depth: 0.5,
+        tells_rate: true,
         stock: 0.0,
         scallop: None,
         tolerance: 0.002,

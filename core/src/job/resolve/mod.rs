@@ -205,7 +205,10 @@ impl Resolver<'_> {
 
     fn output(&self) -> OutputOptions {
         let table = &self.file.output;
-        let all = || vec![Picture::Flat, Picture::Surface, Picture::Mrr];
+        let all = || {
+            use Picture::{Flat, Mrr, Removal, Scallop, Surface};
+            vec![Flat, Surface, Mrr, Scallop, Removal]
+        };
         OutputOptions {
             gcode: match table.gcode.as_ref().and_then(|g| g.post) {
                 Some(PostKey::None) => None,
