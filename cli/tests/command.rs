@@ -1,35 +1,24 @@
 //! The command as it is called: exit codes, and what goes to which stream.
 
+mod common;
+
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
+
+use common::{empty, evencut, streams};
 
 const GOOD: &str = "version = 1\n[surface]\nfile = \"part.stl\"\n[tool]\ndiameter = 10.0\n\
                     [cut]\nscallop = 0.01\nfeed = 1200.0\n";
 
 /// A directory with a good job, its surface file, and a faulty job.
 fn scratch(test: &str) -> PathBuf {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("command-{test}"));
-    let _ = fs::remove_dir_all(&path);
-    fs::create_dir_all(&path).unwrap();
+    let path = empty(&format!("command-{test}"));
     fs::write(path.join("good.toml"), GOOD).unwrap();
     fs::write(path.join("part.stl"), "solid\nendsolid\n").unwrap();
     fs::write(path.join("bad.toml"), GOOD.replace("10.0", "-1").replace("feed", "fed")).unwrap();
     path
-}
-
-fn evencut(directory: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_evencut"))
-        .current_dir(directory)
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-fn streams(output: &Output) -> (i32, &str, &str) {
-    let text = |bytes| std::str::from_utf8(bytes).unwrap();
-    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
 }
 
 #[test]

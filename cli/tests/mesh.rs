@@ -1,17 +1,18 @@
 //! Looking at a mesh, and starting a job from it.
 
+mod common;
+
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+
+use common::{empty, evencut, streams};
 
 fn project(path: &str) -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).canonicalize().unwrap().join(path)
 }
 
 fn scratch(test: &str) -> PathBuf {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("mesh-{test}"));
-    let _ = fs::remove_dir_all(&path);
-    fs::create_dir_all(&path).unwrap();
+    let path = empty(&format!("mesh-{test}"));
     path
 }
 
@@ -26,19 +27,6 @@ fn write_bowl(path: &Path, scale: f64) {
         text += &format!("f {} {} {}\nf {} {} {}\n", a, a + 1, a + 14, a, a + 14, a + 13);
     }
     fs::write(path, text).unwrap();
-}
-
-fn evencut(directory: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_evencut"))
-        .current_dir(directory)
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-fn streams(output: &Output) -> (i32, &str, &str) {
-    let text = |bytes| std::str::from_utf8(bytes).unwrap();
-    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
 }
 
 #[test]

@@ -1,9 +1,12 @@
 //! Planning as it is called: exit codes, files, streams, and that results appear all or none.
 
+mod common;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+
+use common::{empty, evencut, streams};
 
 const DOME: &str = "version = 1\nname = \"dome\"\n[surface.analytic]\nkind = \"sphere-cap\"\n\
                     size = 16.0\nradius = 20.0\nresolution = 1.5\n[tool]\ndiameter = 4.0\n[cut]\n\
@@ -14,9 +17,7 @@ const STRIP: &str = "v 0 0 0\nv 20 0 0\nv 20 10 0\nv 0 10 0\nf 1 2 3\nf 1 3 4\n"
 
 /// An empty directory with a job for a dome given by a formula.
 fn scratch(test: &str) -> PathBuf {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("plan-{test}"));
-    let _ = fs::remove_dir_all(&path);
-    fs::create_dir_all(&path).unwrap();
+    let path = empty(&format!("plan-{test}"));
     fs::write(path.join("dome.toml"), DOME).unwrap();
     path
 }
@@ -29,19 +30,6 @@ fn write_mesh_job(directory: &Path, mesh: &str, more: &str) {
     );
     fs::write(directory.join("part.toml"), job).unwrap();
     fs::write(directory.join("part.obj"), mesh).unwrap();
-}
-
-fn evencut(directory: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_evencut"))
-        .current_dir(directory)
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-fn streams(output: &Output) -> (i32, &str, &str) {
-    let text = |bytes| std::str::from_utf8(bytes).unwrap();
-    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
 }
 
 /// Names and contents of the files in a directory.
@@ -78,8 +66,10 @@ fn all_results_are_written_and_two_runs_write_the_same_bytes() {
         "job.resolved.toml",
         "mrr.svg",
         "program.ngc",
+        "removal.svg",
         "report.html",
         "report.json",
+        "scallop.svg",
         "surface.svg",
         "toolpath.csv",
     ];

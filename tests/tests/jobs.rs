@@ -19,6 +19,11 @@ const UNCOVERED: f64 = 0.1;
 /// The plain rings of every job exceed the limit at least so many times.
 const PLAIN_EXCESS: f64 = 1.3;
 
+/// Largest measured removal rate, over the limit.
+const MEASURED_PEAK: f64 = 1.03;
+/// Largest difference of predicted and measured removal rate, RMS over the limit.
+const AGREEMENT: f64 = 0.05;
+
 fn jobs_in(folder: &str) -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let entries = std::fs::read_dir(&folder).unwrap().map(|e| e.unwrap().path());
@@ -82,6 +87,33 @@ fn check_promises(name: &str, job: &Job, results: &Results) {
     assert!(path.points.iter().all(|p| p.feed > 0.0), "{name}: a move without feed");
 }
 
+/// What the simulation measured keeps every limit and agrees with what was predicted.
+fn check_verdict(name: &str, results: &Results) {
+    let Some(v) = &results.report.verification else { panic!("{name}: not verified") };
+    let s = &v.scallop;
+    let Some(mrr) = &v.mrr else { panic!("{name}: no removal rate") };
+    let limit = s.limit_mm.unwrap();
+    let (peak, rms) = (mrr.peak_over_limit.unwrap(), mrr.rms_difference_over_limit.unwrap());
+    println!(
+        "{:34} scallop {:6.1} of {:6.1} µm (+ {:4.1}, sampling {:4.1}); gouge {:5.1} µm; untouched \
+         {:.3} mm2; too tight {:.2} %; peak {peak:.4}, RMS {rms:.4} of the limit",
+        "  measured",
+        1e3 * s.largest_mm,
+        1e3 * limit,
+        1e3 * s.tolerance_mm,
+        1e3 * s.sampling_bound_mm,
+        1e3 * v.gouge_mm,
+        v.untouched_mm2,
+        100.0 * v.too_tight_mm2 / (v.area_mm2 + v.too_tight_mm2),
+    );
+    assert!(s.largest_mm <= limit + s.tolerance_mm, "{name}: {:?}", v.broken);
+    assert!(v.gouge_mm >= -s.tolerance_mm, "{name}: {:?}", v.broken);
+    assert_eq!(v.untouched_mm2, 0.0, "{name}: {:?}", v.broken);
+    assert!(peak <= MEASURED_PEAK, "{name}: {peak}");
+    assert!(rms <= AGREEMENT, "{name}: {rms}");
+    assert!(v.passed && v.program.is_empty(), "{name}: {:?} {:?}", v.broken, v.program);
+}
+
 /// The program, read back and interpreted, is the path.
 fn check_program(name: &str, job: &Job, results: &Results) {
     let path = Toolpath::from_csv(text(results, "toolpath.csv")).unwrap();
@@ -112,6 +144,7 @@ fn check(path: &Path) {
     let name = path.file_stem().unwrap().to_string_lossy();
     let (job, results) = planned(path, 2);
     check_promises(&name, &job, &results);
+    check_verdict(&name, &results);
     check_program(&name, &job, &results);
 }
 

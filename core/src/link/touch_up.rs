@@ -114,7 +114,11 @@ fn passes(heap: &[DVec2], terrain: &dyn Terrain, options: &TouchUp) -> Vec<Pass>
             (reach(terrain, on(0.5 * (first + last)), on(first - beyond))?, on(last + beyond));
         let to = reach(terrain, on(0.5 * (first + last)), to)?;
         let joined = terrain.joins(from, to) && from != to;
-        joined.then_some(if i % 2 == 0 { Pass { from, to } } else { Pass { from: to, to: from } })
+        joined.then_some(if i.is_multiple_of(2) {
+            Pass { from, to }
+        } else {
+            Pass { from: to, to: from }
+        })
     };
     (0..count as usize).filter_map(line).collect()
 }

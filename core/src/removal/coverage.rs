@@ -8,6 +8,10 @@ use crate::parallel;
 use crate::tool::Tool;
 use crate::toolpath::Toolpath;
 
+/// Part of the tolerance by which a column may stand above the cusps: the rest is for the cusps' tops,
+/// which lie between columns.
+const SHARE: f64 = 0.5;
+
 /// What a delivered path leaves above the cusps that are meant to stay, as areas on the surface.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Coverage {
@@ -95,7 +99,7 @@ pub fn coverage(columns: &Columns, removed: &Removed, access: &Access) -> Covera
 }
 
 fn left_over(columns: &Columns, removed: &Removed, access: &Access) -> Vec<Left> {
-    let allowed = access.layer.stock + access.cusp + access.tolerance;
+    let allowed = access.layer.stock + access.cusp + SHARE * access.tolerance;
     let mut left = Vec::new();
     for (block, heights) in columns.blocks.iter().zip(&removed.heights) {
         for (i, &height) in heights.iter().enumerate().filter(|(_, h)| **h > allowed) {

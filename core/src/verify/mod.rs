@@ -8,8 +8,8 @@
 //!   time of a window of travel.
 //!
 //! Steps: (1) area-uniform samples of the design surface and, for gouges only, of the rest of the
-//! part ([`samples`]); (2) the path as short steps ([`motion`]); (3) each tile of samples swept by
-//! the steps that reach it ([`sweep`]), independently of other tiles; (4) figures.
+//! part (`samples`); (2) the path as short steps (`motion`); (3) each tile of samples swept by
+//! the steps that reach it (`sweep`), independently of other tiles; (4) figures.
 //!
 //! Nothing here comes from planning: a path is points and axes, a surface is triangles. It judges
 //! paths made elsewhere alike.

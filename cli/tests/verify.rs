@@ -1,0 +1,147 @@
+//! Verifying paths as it is called: results, tables and programs, sound and spoiled.
+
+mod common;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use common::{empty, evencut, streams};
+
+const STRIP: &str = "v 0 0 0\nv 20 0 0\nv 20 10 0\nv 0 10 0\nf 1 2 3\nf 1 3 4\n";
+const JOB: &str = "version = 1\n[surface]\nfile = \"part.obj\"\n[tool]\ndiameter = 4.0\n[cut]\n\
+                   stepover = 0.8\naxial_depth = 0.3\nfeed = 600.0\n[force]\nrelative = 1.5\n\
+                   control = \"feed\"\n";
+
+/// A directory with a job, its surface and its results.
+fn planned(test: &str) -> PathBuf {
+    let path = empty(&format!("verify-{test}"));
+    fs::write(path.join("part.obj"), STRIP).unwrap();
+    fs::write(path.join("part.toml"), JOB).unwrap();
+    let output = evencut(&path, &["plan", "part.toml", "-o", "out"]);
+    assert_eq!(streams(&output).0, 0, "{}", streams(&output).2);
+    path
+}
+
+fn json(text: &[u8]) -> serde_json::Value {
+    serde_json::from_slice(text).unwrap()
+}
+
+/// Rewrites `out/toolpath.csv` row by row: index among the rows and fields.
+fn spoil(directory: &Path, change: impl Fn(usize, &mut Vec<String>)) {
+    let file = directory.join("out/toolpath.csv");
+    let text = fs::read_to_string(&file).unwrap();
+    let row = |(i, line): (usize, &str)| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if i > 0 {
+            change(i - 1, &mut fields);
+        }
+        fields.join(",")
+    };
+    let rows: Vec<String> = text.lines().enumerate().map(row).collect();
+    fs::write(&file, rows.join("\n") + "\n").unwrap();
+}
+
+#[test]
+fn a_plan_says_what_was_measured_unless_told_not_to() {
+    let path = planned("plan");
+    let report = json(&fs::read(path.join("out/report.json")).unwrap());
+    assert_eq!(report["verification"]["passed"], true);
+    assert!(report["verification"]["mrr"]["rms_difference_over_limit"].as_f64().unwrap() < 0.05);
+    assert!(path.join("out/scallop.svg").exists() && path.join("out/removal.svg").exists());
+    let output = evencut(&path, &["plan", "part.toml", "-o", "out", "--no-verify"]);
+    let (exit, told, _) = streams(&output);
+    assert_eq!(exit, 0);
+    assert!(!told.contains("measured"), "{told}");
+    let report = json(&fs::read(path.join("out/report.json")).unwrap());
+    assert!(report["verification"].is_null() && !path.join("out/scallop.svg").exists());
+}
+
+#[test]
+fn results_verify_as_the_plan_said() {
+    let path = planned("results");
+    let arguments = ["verify", "out", "--job", "part.toml", "--json", "-o", "verdict"];
+    let output = evencut(&path, &arguments);
+    assert_eq!(streams(&output).0, 0, "{}", streams(&output).2);
+    let (verdict, plan) =
+        (json(&output.stdout), json(&fs::read(path.join("out/report.json")).unwrap()));
+    let close = |of: fn(&serde_json::Value) -> f64| {
+        let (a, b) = (of(&verdict["verification"]), of(&plan["verification"]));
+        // The table has six decimals, the plan all.
+        assert!((a - b).abs() <= 1e-4 * b.abs().max(1e-2), "{a} {b}");
+    };
+    close(|v| v["scallop"]["largest_mm"].as_f64().unwrap());
+    close(|v| v["mrr"]["peak_over_limit"].as_f64().unwrap());
+    close(|v| v["area_mm2"].as_f64().unwrap());
+    for name in ["verification.json", "scallop.svg", "removal.svg"] {
+        assert!(path.join("verdict").join(name).exists(), "{name}");
+    }
+}
+
+#[test]
+fn a_program_is_judged_without_its_job() {
+    let path = planned("program");
+    let judge = |more: &[&str]| {
+        let mut arguments =
+            vec!["verify", "out/program.ngc", "--surface", "part.obj", "--tool", "ball:4"];
+        arguments.extend(more);
+        evencut(&path, &arguments)
+    };
+    let output = judge(&["--scallop", "0.05", "--depth", "0.3"]);
+    let (exit, told, errors) = streams(&output);
+    assert_eq!(exit, 0, "{told}{errors}");
+    assert!(told.contains("of 50.0 µm allowed") && told.contains("peak"), "{told}");
+    let output = judge(&["--scallop", "0.01"]);
+    let (exit, told, errors) = streams(&output);
+    assert_eq!(exit, 5);
+    assert!(told.contains("rate      not measured"), "{told}");
+    assert!(errors.contains("verification: scallop of 4") && errors.contains("line"), "{errors}");
+}
+
+#[test]
+fn a_gouge_is_named_with_place_and_line() {
+    let path = planned("gouge");
+    let text = fs::read_to_string(path.join("out/toolpath.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = text.lines().skip(1).map(|l| l.split(',').collect()).collect();
+    let number = |row: usize, column: usize| rows[row][column].parse::<f64>().unwrap();
+    let row = (rows.len() / 2..).find(|&i| rows[i][2] == "cut" && number(i, 5) < 1e-6).unwrap();
+    spoil(&path, |i, fields| {
+        if i == row {
+            fields[5] = "-0.050000".into();
+        }
+    });
+    let output = evencut(&path, &["verify", "out", "--job", "part.toml", "--json"]);
+    let (exit, _, errors) = streams(&output);
+    assert_eq!(exit, 5);
+    assert!(errors.contains("gouge of"), "{errors}");
+    let v = &json(&output.stdout)["verification"];
+    assert!((v["gouge_mm"].as_f64().unwrap() + 0.05).abs() < 0.002);
+    let at: Vec<f64> =
+        v["gouge_at_mm"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+    assert!((at[0] - number(row, 3)).hypot(at[1] - number(row, 4)) < 1.0, "{at:?}");
+    let line = v["gouge_by_line"].as_u64().unwrap() as usize;
+    assert!(line.abs_diff(row + 2) <= 1, "{line} {row}");
+}
+
+#[test]
+fn bad_arguments_are_named_with_a_remedy() {
+    let path = planned("arguments");
+    let refused = |arguments: &[&str], exit: i32, says: &str| {
+        let mut all = vec!["verify"];
+        all.extend(arguments);
+        let output = evencut(&path, &all);
+        let (code, _, errors) = streams(&output);
+        assert_eq!(code, exit, "{arguments:?}: {errors}");
+        assert!(errors.contains(says), "{arguments:?}: {errors}");
+    };
+    refused(&["out"], 2, "--surface");
+    refused(&["out", "--surface", "part.obj"], 2, "--tool");
+    refused(&["out", "--surface", "part.obj", "--tool", "drill:3"], 2, "ball:10");
+    refused(&["out", "--surface", "part.obj", "--tool", "bull:4:9"], 2, "corner radius");
+    refused(&["nothing.ngc", "--job", "part.toml"], 2, "nothing.ngc");
+    refused(&[".", "--job", "part.toml"], 2, "toolpath.csv");
+    refused(&["part.obj", "--job", "part.toml"], 2, "line 1");
+    refused(&["out", "--job", "part.toml", "--spacing", "0"], 2, "--spacing");
+    refused(&["out", "--job", "part.toml", "--depth", "nan"], 2, "--depth");
+    refused(&["out/toolpath.csv", "--surface", "no.stl", "--tool", "ball:4"], 3, "no.stl");
+    refused(&["out/toolpath.csv", "--surface", "part.toml", "--tool", "ball:4"], 3, ".stl");
+}
