@@ -62,7 +62,7 @@ pub struct Verify {
     /// Limit on the removal rate, mm³/min [default: the job's]
     #[arg(long, value_name = "MM3/MIN")]
     mrr_limit: Option<f64>,
-    /// Distance of samples, mm [default: a twelfth of the job's side step, or R/40]
+    /// Distance of samples, mm [default: a tenth of the job's side step, or R/40]
     #[arg(long, value_name = "MM")]
     spacing: Option<f64>,
     /// Directory for the report and pictures

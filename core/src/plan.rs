@@ -242,20 +242,20 @@ pub fn plan(
     let layer = Layer { stock: job.cut.stock, depth: job.cut.axial_depth };
     let columns = Columns::new(&surface, &chart, job.nominal_side_step(), layer.top());
     let removal = Removal { job, columns: &columns, layer, threads };
-    let plain = deliver(&plain.points, &lift, &no_check, &options, |_| {})?.toolpath;
-    let (plain, _) = removal.rated(&plain, ForceControl::Off)?;
+    let plain = deliver(&plain.points, &lift, &no_check, &options, None, |_| {})?.toolpath;
+    let (plain, _) = removal.rated(&plain, ForceControl::Off, None)?;
     let check = CheckMesh::new(part.positions, part.faces);
     let control = job.force.control;
     let cusp_limit = cusp_limit(job, &surface, &curvature);
     let terrain = plane.terrain();
     let inside =
         |p| job.path.boundary == Boundary::Open || terrain.room(p).is_some_and(|room| room >= 0.0);
-    let mut flat = at_nominal_feeds(cut.points, job);
-    let mut finish = |flat: &[FlatPoint]| -> Result<Finished, PlanError> {
+    let mut finish = |flat: &[FlatPoint], before: Option<&Finished>| -> Result<_, PlanError> {
+        let last = before.and_then(|b| b.toolpath.points.last().copied());
         let Delivered { toolpath, raised } =
-            deliver(flat, &lift, &check, &options, |p| progress(Stage::Locate, p))?;
+            deliver(flat, &lift, &check, &options, last, |p| progress(Stage::Locate, p))?;
         refuse_too_tight(job, &raised)?;
-        let (toolpath, removed) = removal.rated(&toolpath, control)?;
+        let (toolpath, removed) = removal.rated(&toolpath, control, before.map(|b| &b.removed))?;
         let access = Access {
             tool: job.tool,
             axis: options.pass.axis,
@@ -263,32 +263,34 @@ pub fn plan(
             check: &check,
             reach: options.pass.reach,
             inside: &inside,
-            path: &toolpath,
+            path: before.map_or(&toolpath, |b| &b.toolpath),
             tolerance: job.cut.tolerance,
             cusp: cusp_limit,
             cell: job.nominal_side_step(),
             threads,
         };
         let coverage = removal::coverage(&columns, &removed, &access);
-        Ok(Finished { toolpath, raised, coverage })
+        Ok(Finished { toolpath, raised, coverage, removed })
     };
-    let mut finished = finish(&flat)?;
+    let flat = at_nominal_feeds(cut.points, job);
+    let mut finished = finish(&flat, None)?;
     for _ in 0..TOUCH_UPS {
         let touch_up = TouchUp {
             side_step: job.nominal_side_step(),
             radius: job.tool.radius(),
             height: job.cut.axial_depth,
             feed: job.cut.feed,
-            first_pass: flat.last().map_or(0, |p| p.pass + 1),
+            first_pass: finished.toolpath.points.last().map_or(0, |p| p.pass + 1),
         };
         let more = link::touch_up(&finished.coverage.never_covered_flat, &terrain, &touch_up);
         if more.is_empty() {
             break;
         }
-        flat.extend(more);
-        finished = finish(&flat)?;
+        let more = finish(&more, Some(&finished))?;
+        finished.append(more);
     }
-    let Finished { toolpath, raised, coverage } = finished;
+    fill_time(&mut finished.toolpath, &job.tool, &job.machine);
+    let Finished { toolpath, raised, coverage, .. } = finished;
     Ok(Planned {
         rest,
         coverage,
@@ -459,6 +461,16 @@ struct Finished {
     toolpath: Toolpath,
     raised: Vec<RaisedStretch>,
     coverage: Coverage,
+    removed: removal::Removed,
+}
+
+impl Finished {
+    /// Goes on with a path that begins where this one ends.
+    fn append(&mut self, next: Self) {
+        self.toolpath.points.extend(next.toolpath.points.into_iter().skip(1));
+        self.raised.extend(next.raised);
+        (self.coverage, self.removed) = (next.coverage, next.removed);
+    }
 }
 
 /// The true removal rates of delivered paths.
@@ -476,9 +488,10 @@ impl Removal<'_> {
         &self,
         path: &Toolpath,
         control: ForceControl,
+        earlier: Option<&removal::Removed>,
     ) -> Result<(Toolpath, removal::Removed), PlanError> {
         let job = self.job;
-        let removed = self.columns.cut(path, &job.tool, self.layer, self.threads);
+        let removed = self.columns.cut(path, &job.tool, self.layer, earlier, self.threads);
         let limit = Limit {
             rate: job.mrr_limit(),
             feed: job.cut.feed,

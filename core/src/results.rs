@@ -21,7 +21,7 @@ use thiserror::Error;
 /// A flat map whose scale varies more than this gets a warning.
 const WIDEST_SCALE: f64 = 30.0;
 /// Samples of the judge on a side step.
-const SAMPLES_PER_STEP: f64 = 12.0;
+const SAMPLES_PER_STEP: f64 = 10.0;
 
 /// A file that was read.
 #[derive(Copy, Clone, Debug)]

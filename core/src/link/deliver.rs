@@ -56,7 +56,8 @@ pub struct Delivered {
     pub raised: Vec<RaisedStretch>,
 }
 
-/// Lifts, locates and joins a flat path. `progress` is called with the part done.
+/// Lifts, locates and joins a flat path. `after`: where an earlier path ended, if this one goes on
+/// from there; the first point of the result. `progress` is called with the part done.
 ///
 /// # Errors
 /// [`DeliverError`] when a point cannot be lifted or the cutter cannot be located there.
@@ -65,9 +66,11 @@ pub fn deliver(
     lift: &Lift,
     check: &CheckMesh,
     options: &DeliverOptions,
+    after: Option<PathPoint>,
     mut progress: impl FnMut(f64),
 ) -> Result<Delivered, DeliverError> {
     let mut out = Delivered::default();
+    out.toolpath.points.extend(after);
     let mut start = 0;
     while start < flat.len() {
         let end = (start + 1..flat.len())

@@ -83,19 +83,24 @@ impl Run {
 }
 
 impl Columns {
-    /// Runs a path through fresh columns, on `threads` threads, which change nothing but the time.
+    /// Runs a path through the columns, fresh or as an earlier path left them, on `threads` threads, which
+    /// change nothing but the time.
     pub fn cut(
         &self,
         path: &Toolpath,
         tool: &Tool,
         layer: super::Layer,
+        earlier: Option<&Removed>,
         threads: usize,
     ) -> Removed {
         let body = Body::new(tool, layer, self.spacing);
         let (mut removed, strokes, at) = cut_to_pieces(&path.points, tool);
         let runs: Vec<Run> = strokes.chunks(RUN).map(Run::of).collect();
-        let cut = parallel::map(threads, &self.blocks, |block| {
-            let mut work = BlockCut::new(block, &body);
+        let numbered: Vec<(usize, &Block)> = self.blocks.iter().enumerate().collect();
+        let cut = parallel::map(threads, &numbered, |&(i, block)| {
+            let left = earlier.and_then(|e| e.heights.get(i));
+            let fresh = || vec![layer.top(); block.columns.len()];
+            let mut work = BlockCut::new(block, &body, left.cloned().unwrap_or_else(fresh));
             work.run(&strokes, &runs);
             (work.heights, work.taken)
         });
@@ -169,8 +174,7 @@ struct BlockCut<'a> {
 }
 
 impl<'a> BlockCut<'a> {
-    fn new(block: &'a Block, body: &'a Body) -> Self {
-        let heights = vec![body.layer().top(); block.columns.len()];
+    fn new(block: &'a Block, body: &'a Body, heights: Vec<f64>) -> Self {
         let mut nodes = vec![0; block.tiles.len()];
         for (i, node) in block.nodes.iter().enumerate() {
             if node.children.is_none() {

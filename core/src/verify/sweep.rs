@@ -82,6 +82,29 @@ struct Block {
     bottom: f64,
 }
 
+/// Blocks that are looked at together first.
+const BLOCKS: usize = 8;
+/// Steps that lower something of them before their bound is made anew.
+const STALE: u32 = 12;
+
+/// Blocks that lie together and what bounds all of them.
+struct Group {
+    bound: Block,
+    blocks: Vec<Block>,
+    /// Steps that lowered something since the bound was made.
+    stale: u32,
+}
+
+impl Group {
+    fn new(samples: &[Swept], material: Material) -> Self {
+        Self {
+            bound: Block::new(samples, material),
+            blocks: samples.chunks(BLOCK).map(|b| Block::new(b, material)).collect(),
+            stale: 0,
+        }
+    }
+}
+
 /// Sweeps a tile.
 pub fn sweep(tile: &Tile, motion: &Motion, body: &Body, material: Material) -> SweptTile {
     let start = |sample: &Sample| if sample.machined { material.height } else { 0.0 };
@@ -94,51 +117,104 @@ pub fn sweep(tile: &Tile, motion: &Motion, body: &Body, material: Material) -> S
         rapid: None,
     });
     let mut out = SweptTile { samples: samples.collect(), ..SweptTile::default() };
-    let mut blocks: Vec<Block> =
-        out.samples.chunks(BLOCK).map(|b| Block::new(b, material)).collect();
+    let mut groups: Vec<Group> =
+        out.samples.chunks(BLOCKS * BLOCK).map(|g| Group::new(g, material)).collect();
     let reach = tile.radius + material.height.max(material.deepest);
     motion.near(body, tile.centre, reach, &mut |step| {
-        let mut volume = 0.0;
-        let mut worst: Option<Touch> = None;
         let rapid = motion.moves()[step.of as usize].rapid;
-        for (block, samples) in blocks.iter_mut().zip(out.samples.chunks_mut(BLOCK)) {
-            if block.is_clear(step, body) {
-                continue;
-            }
-            let mut lowered = false;
-            for s in samples.iter_mut() {
-                let height = lowered_to(s, step, body, material);
-                if s.sample.machined {
-                    let left = left_on_cell(s, height, step, body, material);
-                    volume += (s.left - left) * s.sample.area;
-                    lowered |= left < s.left;
-                    s.left = left;
-                }
-                let Some(height) = height else { continue };
-                lowered = true;
-                if rapid {
-                    let found = s.rapid.filter(|r| r.0 == step.of).map_or(s.height, |r| r.1);
-                    s.rapid = Some((step.of, found));
-                    if worst.is_none_or(|w| found - height > w.depth) {
-                        let place = s.sample.position + s.sample.normal * height;
-                        worst = Some(Touch { of: step.of, place, depth: found - height });
-                    }
-                }
-                (s.height, s.by) = (height, Some(step.of));
-                if height < 0.5 * material.height {
-                    s.opened_by = s.opened_by.or(s.by);
-                }
-            }
-            if lowered {
-                block.settle(samples);
-            }
+        let mut cut = StepCut { step, body, material, rapid, volume: 0.0, worst: None };
+        for (group, samples) in groups.iter_mut().zip(out.samples.chunks_mut(BLOCKS * BLOCK)) {
+            cut.group(group, samples);
         }
-        if volume > 0.0 {
-            out.removed.push((step.index, volume));
+        if cut.volume > 0.0 {
+            out.removed.push((step.index, cut.volume));
         }
-        out.touched.extend(worst);
+        out.touched.extend(cut.worst);
     });
     out
+}
+
+/// A step taking what it reaches.
+struct StepCut<'a> {
+    step: &'a Step,
+    body: &'a Body,
+    material: Material,
+    rapid: bool,
+    volume: f64,
+    worst: Option<Touch>,
+}
+
+impl StepCut<'_> {
+    fn group(&mut self, group: &mut Group, samples: &mut [Swept]) {
+        if group.bound.is_clear(self.step, self.body) {
+            return;
+        }
+        let mut lowered = false;
+        for (block, samples) in group.blocks.iter_mut().zip(samples.chunks_mut(BLOCK)) {
+            if !block.is_clear(self.step, self.body) && self.block(samples) {
+                block.settle(samples);
+                lowered = true;
+            }
+        }
+        if lowered {
+            group.stale += 1;
+            if group.stale >= STALE {
+                group.bound.settle(samples);
+                group.stale = 0;
+            }
+        }
+    }
+
+    /// Whether something of a block was lowered.
+    fn block(&mut self, samples: &mut [Swept]) -> bool {
+        let mut lowered = false;
+        for s in samples {
+            lowered |= self.sample(s);
+        }
+        lowered
+    }
+
+    fn sample(&mut self, s: &mut Swept) -> bool {
+        let (step, body, material) = (self.step, self.body, self.material);
+        if is_far(s, step, body, material) {
+            return false;
+        }
+        let mut lowered = false;
+        let height = lowered_to(s, step, body, material);
+        if s.sample.machined {
+            let left = left_on_cell(s, height, step, body, material);
+            self.volume += (s.left - left) * s.sample.area;
+            lowered = left < s.left;
+            s.left = left;
+        }
+        let Some(height) = height else { return lowered };
+        if self.rapid {
+            let found = s.rapid.filter(|r| r.0 == step.of).map_or(s.height, |r| r.1);
+            s.rapid = Some((step.of, found));
+            if self.worst.is_none_or(|w| found - height > w.depth) {
+                let place = s.sample.position + s.sample.normal * height;
+                self.worst = Some(Touch { of: step.of, place, depth: found - height });
+            }
+        }
+        (s.height, s.by) = (height, Some(step.of));
+        if height < 0.5 * material.height {
+            s.opened_by = s.opened_by.or(s.by);
+        }
+        true
+    }
+}
+
+/// Whether a cutter with a wall in the material stays farther from all that is left of a sample's
+/// cell than it goes in a step.
+fn is_far(s: &Swept, step: &Step, body: &Body, material: Material) -> bool {
+    if !body.has_wall_below(material.height) {
+        return false;
+    }
+    let Sample { position, normal, .. } = s.sample;
+    let top = position + normal * (s.height.max(s.left) - NOTHING);
+    let near = body.nearest(&step.to, top);
+    let way = 2.0 * step.half_way.length() + 2.0 * turned(step, top);
+    near.outward.dot(normal) < 0.0 && near.distance > s.sample.cell_width() + way
 }
 
 /// The height to which a step lowers a sample's line, if it does.
