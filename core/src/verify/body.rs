@@ -172,14 +172,14 @@ impl Body {
     }
 
     /// The least `t` at which a ball that moves from `from` to `to` without turning is entered
-    /// between its ends; `None` where the ends decide.
+    /// between its ends, and where it is then; `None` where the ends decide.
     pub fn ball_sweep_entry(
         &self,
         from: &Placed,
         to: &Placed,
         origin: DVec3,
         direction: DVec3,
-    ) -> Option<f64> {
+    ) -> Option<(f64, Placed)> {
         let start = from.tip + from.axis * self.radius;
         let way = to.tip + to.axis * self.radius - start;
         let length_squared = way.length_squared();
@@ -197,7 +197,8 @@ impl Body {
         }
         let t = (-b - discriminant.sqrt()) / a;
         let place = w_along + t * d_along;
-        (place > 0.0 && place < 1.0).then_some(t)
+        let at = Placed { tip: from.tip.lerp(to.tip, place), axis: from.axis };
+        (place > 0.0 && place < 1.0).then_some((t, at))
     }
 }
 
@@ -337,8 +338,9 @@ mod tests {
         let [ball, ..] = tools();
         let from = Placed { tip: DVec3::ZERO, axis: DVec3::Z };
         let to = Placed { tip: DVec3::new(4.0, 0.0, 0.0), axis: DVec3::Z };
-        let entry =
-            |x: f64, y: f64| ball.ball_sweep_entry(&from, &to, DVec3::new(x, y, 0.0), DVec3::Z);
+        let entry = |x: f64, y: f64| {
+            ball.ball_sweep_entry(&from, &to, DVec3::new(x, y, 0.0), DVec3::Z).map(|e| e.0)
+        };
         let height = 5.0 - (25.0f64 - 4.0).sqrt();
         assert!((entry(1.0, 2.0).unwrap() - height).abs() < 1e-12);
         assert_eq!(entry(-0.1, 2.0), None);

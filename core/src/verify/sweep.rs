@@ -223,7 +223,7 @@ fn lowered_to(s: &Swept, step: &Step, body: &Body, material: Material) -> Option
     if stays_clear(position + normal * (s.height - NOTHING), normal, step, body) {
         return None;
     }
-    let lowest = lowest_entry(s, step, body)?;
+    let (lowest, at) = lowest_entry(s, step, body)?;
     if lowest >= s.height {
         return None;
     }
@@ -231,7 +231,7 @@ fn lowered_to(s: &Swept, step: &Step, body: &Body, material: Material) -> Option
         return Some(lowest);
     }
     // A cutter wholly behind the surface has nothing to do with this side of it.
-    let surface = [step.middle, step.to, step.from].iter().any(|at| body.contains(at, position));
+    let surface = body.contains(&at, position);
     surface.then(|| lowest.max(-material.deepest)).filter(|&height| height < s.height)
 }
 
@@ -272,11 +272,11 @@ fn left_on_cell(
 ///
 /// Where the line enters is convex along the step: where it still falls at the end, that is the
 /// lowest; else it is found between.
-fn lowest_entry(s: &Swept, step: &Step, body: &Body) -> Option<f64> {
+fn lowest_entry(s: &Swept, step: &Step, body: &Body) -> Option<(f64, Placed)> {
     let Sample { position, normal, .. } = s.sample;
-    let entry = |at: &Placed| body.entry(at, position, normal);
-    let end = entry(&step.to);
-    if let Some(height) = end
+    let entry = |at: Placed| body.entry(&at, position, normal).map(|height| (height, at));
+    let end = entry(step.to);
+    if let Some((height, _)) = end
         && body.is_rounded()
     {
         let point = position + normal * height;
@@ -284,19 +284,19 @@ fn lowest_entry(s: &Swept, step: &Step, body: &Body) -> Option<f64> {
             return end;
         }
     }
-    let (start, middle) = (entry(&step.from), entry(&step.middle));
-    let ends = [start, middle, end].into_iter().flatten().reduce(f64::min);
+    let (start, middle) = (entry(step.from), entry(step.middle));
     let between = if body.is_ball() && step.half_turn == 0.0 {
         body.ball_sweep_entry(&step.from, &step.to, position, normal)
     } else {
         start.zip(middle).zip(end).and_then(|((a, b), c)| {
-            let at = vertex(a, b, c)?;
+            let at = vertex(a.0, b.0, c.0)?;
             let tip = step.middle.tip + step.half_way * at;
             let axis = step.middle.axis + 0.5 * at * (step.to.axis - step.from.axis);
-            entry(&Placed { tip, axis: axis.normalize_or(step.middle.axis) })
+            entry(Placed { tip, axis: axis.normalize_or(step.middle.axis) })
         })
     };
-    between.into_iter().chain(ends).reduce(f64::min)
+    let all = [between, start, middle, end].into_iter().flatten();
+    all.reduce(|a, b| if b.0 < a.0 { b } else { a })
 }
 
 /// Where, from -1 to 1, the parabola through the values at -1, 0 and 1 is least, if between them.

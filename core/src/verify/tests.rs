@@ -386,3 +386,23 @@ fn nothing_to_judge_is_said() {
     let bad = VerifyOptions { spacing: f64::NAN, ..strict() };
     assert!(matches!(error(&good, part.facets(), &bad), VerifyError::NotPositive { .. }));
 }
+
+#[test]
+fn a_step_that_grazes_the_surface_between_its_places_is_not_lost() {
+    // Long chords that dip under the plane by less than the ball's rise over a quarter of a step,
+    // as on a real path; before them, a coarse pass leaves a cusp over the same samples.
+    let part = Part::plane(20.0, 4.0);
+    let pass = |y: f64, z: f64| {
+        vec![(DVec3::new(-8.0, y, z), DVec3::Z), (DVec3::new(28.0, y, z), DVec3::Z)]
+    };
+    let options = VerifyOptions { spacing: 0.05, ..options(5.0, 5.0) };
+    let low = [1.6, 2.4].map(|y| pass(y, 0.0));
+    let grazing = [pass(2.0, -2e-5)];
+    let path = path(&[low.to_vec(), grazing.to_vec()].concat());
+    let along = judged(&path, &part, &options).samples.into_iter();
+    let worst = along
+        .filter(|s| (s.position[1] - 2.0).abs() < 0.01)
+        .map(|s| s.residual)
+        .fold(f32::MIN, f32::max);
+    assert!(worst < 1e-4, "{worst} mm left under the cutter");
+}
