@@ -9,7 +9,9 @@ use crate::flatten::OutsideChart;
 use crate::geometry::{DVec3, math};
 use crate::lift::{Lift, Lifted};
 use crate::parallel;
+use crate::tool::Tool;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
+use core::ops::Range;
 use thiserror::Error;
 
 /// Contacts located in one piece. Larger: less to share between threads; smaller: more points kept
@@ -76,8 +78,8 @@ pub fn deliver(
         let lifted = lift.run(&flat[start..end], start)?;
         let located = locate(&lifted.contacts, check, options)?;
         out.raised.extend(located.raised);
-        let run = Run { flat, lifted: &lifted, located: &located.points };
-        run.append(&mut out.toolpath.points, options);
+        let run = Run { flat, lifted: &lifted, located: &located.points, check, options };
+        run.append(&mut out);
         start = end;
         progress(end as f64 / flat.len() as f64);
     }
@@ -112,49 +114,94 @@ struct Run<'a> {
     flat: &'a [FlatPoint],
     lifted: &'a Lifted,
     located: &'a [Located],
+    check: &'a CheckMesh,
+    options: &'a DeliverOptions,
 }
 
 impl Run<'_> {
     /// Appends the run; where the cutter had to be raised out of the cut it retracts and goes on
     /// behind.
-    fn append(&self, points: &mut Vec<PathPoint>, options: &DeliverOptions) {
-        let fits = |l: &Located| l.raise <= options.highest_raise;
+    fn append(&self, out: &mut Delivered) {
+        let fits = |l: &Located| l.raise <= self.options.highest_raise;
         let mut from = 0;
         while let Some(first) = (from..self.located.len()).find(|&i| fits(&self.located[i])) {
             let end = (first..self.located.len())
                 .find(|&i| !fits(&self.located[i]))
                 .unwrap_or(self.located.len());
-            self.append_piece(points, first..end, options);
+            self.append_piece(out, first..end);
             from = end;
         }
     }
 
-    fn append_piece(
-        &self,
-        points: &mut Vec<PathPoint>,
-        piece: core::ops::Range<usize>,
-        options: &DeliverOptions,
-    ) {
-        let (first, last) = (&self.located[piece.start], &self.located[piece.end - 1]);
-        let pass = |l: &Located| self.flat[self.lifted.points[l.keys.1].source].pass;
-        let above = options.above(first.tip, first.axis);
-        rapid(points, options, pass(first), above, first.axis);
-        let link = |tip: DVec3, l: &Located| PathPoint {
+    /// Appends a piece with its approach and its retract.
+    ///
+    /// Where other parts of the surface stand in the way of the approach, the cutter comes down at
+    /// the first place of the piece with an open way and goes back along the piece from there; it
+    /// leaves from the last such place, back along what it has just cut. A piece without one is out of
+    /// reach.
+    fn append_piece(&self, out: &mut Delivered, piece: Range<usize>) {
+        let mut indices = piece.clone();
+        let Some(entry) = indices.clone().find(|&i| self.is_open(&self.located[i])) else {
+            out.raised.push(self.out_of_reach(piece));
+            return;
+        };
+        let exit = indices.rfind(|&i| self.is_open(&self.located[i])).unwrap_or(entry);
+        let points = &mut out.toolpath.points;
+        let (down, up) = (&self.located[entry], &self.located[exit]);
+        let above = self.options.above(down.tip, down.axis);
+        rapid(points, self.options, self.pass(down), above, down.axis);
+        points.push(self.link(down.tip, down));
+        points.extend((piece.start..entry).rev().map(|i| self.back_to(i)));
+        points.extend(self.located[piece.start + 1..piece.end].iter().map(|l| self.point(l)));
+        points.extend((exit..piece.end - 1).rev().map(|i| self.back_to(i)));
+        points.push(self.link(self.options.above(up.tip, up.axis), up));
+    }
+
+    /// Whether the part leaves the way along the axis open from here to the rapid plane.
+    fn is_open(&self, l: &Located) -> bool {
+        let PassOptions { tool, stock, tolerance, .. } = self.options.pass;
+        let growth = stock - tolerance;
+        let (radius, corner) = (tool.radius() + growth, (tool.corner_radius() + growth).max(0.0));
+        let grown = Tool::new(radius, corner.min(radius));
+        grown.map_or(true, |grown| {
+            self.check.is_clear(&grown, l.tip - l.axis * growth, l.axis, f64::INFINITY)
+        })
+    }
+
+    /// A piece that cannot be entered, as a stretch from which the cutter is kept away.
+    fn out_of_reach(&self, piece: Range<usize>) -> RaisedStretch {
+        let piece = &self.located[piece];
+        let (first, last) = (&piece[0], &piece[piece.len() - 1]);
+        let length = piece.windows(2).map(|w| w[0].contact.distance(w[1].contact)).sum();
+        let raise = self.options.rapid_plane - first.tip.dot(first.axis);
+        let place = first.contact;
+        RaisedStretch { from: place, to: last.contact, length, raise: raise.max(first.raise), place }
+    }
+
+    fn pass(&self, l: &Located) -> u32 {
+        self.flat[self.lifted.points[l.keys.1].source].pass
+    }
+
+    /// A straight move through air.
+    fn link(&self, tip: DVec3, l: &Located) -> PathPoint {
+        PathPoint {
             kind: MoveKind::Link,
-            pass: pass(l),
+            pass: self.pass(l),
             region: 0,
             tip,
             axis: l.axis,
             normal: l.axis,
             flat: None,
-            feed: options.air_feed,
+            feed: self.options.air_feed,
             mrr: 0.0,
             alpha: 0.0,
             time: 0.0,
-        };
-        points.push(link(first.tip, first));
-        points.extend(self.located[piece.start + 1..piece.end].iter().map(|l| self.point(l)));
-        points.push(link(options.above(last.tip, last.axis), last));
+        }
+    }
+
+    /// A move back to a located point from the one behind it; it may cut.
+    fn back_to(&self, index: usize) -> PathPoint {
+        PathPoint { kind: MoveKind::Link, ..self.point(&self.located[index]) }
     }
 
     /// A located point with the largest removal rate of the moves it covers.
