@@ -175,7 +175,13 @@ impl Run<'_> {
         let length = piece.windows(2).map(|w| w[0].contact.distance(w[1].contact)).sum();
         let raise = self.options.rapid_plane - first.tip.dot(first.axis);
         let place = first.contact;
-        RaisedStretch { from: place, to: last.contact, length, raise: raise.max(first.raise), place }
+        RaisedStretch {
+            from: place,
+            to: last.contact,
+            length,
+            raise: raise.max(first.raise),
+            place,
+        }
     }
 
     fn pass(&self, l: &Located) -> u32 {
