@@ -285,3 +285,101 @@ fn turned(a: DVec3, b: DVec3, t: f64) -> DVec3 {
     let side = if side == DVec3::ZERO { crate::geometry::any_perpendicular(a) } else { side };
     a * math::cos(whole * t) + side * math::sin(whole * t)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::DVec2;
+    use crate::lift::LiftedPoint;
+
+    const ROOF: f64 = 20.0;
+
+    /// Roofs over the plane z = 0 from one x to another.
+    fn roofs(spans: &[[f64; 2]]) -> CheckMesh {
+        let corners = |s: &[f64; 2]| {
+            [(s[0], -9.0), (s[1], -9.0), (s[1], 9.0), (s[0], 9.0)]
+                .map(|(x, y)| DVec3::new(x, y, ROOF))
+        };
+        let faces = (0..spans.len() as u32)
+            .flat_map(|i| [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]])
+            .collect();
+        CheckMesh::new(spans.iter().flat_map(corners).collect(), faces)
+    }
+
+    /// A pass from x = 0 to 30 on the plane, cut by a ball of radius 3 with 10 mm of length.
+    fn delivered(spans: &[[f64; 2]]) -> Delivered {
+        let located: Vec<Located> = (0..=30)
+            .map(|i| {
+                let tip = DVec3::new(f64::from(i), 0.0, 0.0);
+                let keys = (i as usize, i as usize);
+                let (axis, normal) = (DVec3::Z, DVec3::Z);
+                Located { tip, axis, contact: tip, normal, feed: 10.0, raise: 0.0, keys }
+            })
+            .collect();
+        let flat: Vec<FlatPoint> = located
+            .iter()
+            .map(|l| FlatPoint {
+                at: l.tip.truncate(),
+                height: 0.0,
+                kind: MoveKind::Cut,
+                pass: 0,
+                feed: l.feed,
+                mrr: 0.0,
+                alpha: 0.0,
+                length: 1.0,
+            })
+            .collect();
+        let point = |source| LiftedPoint { uv: DVec2::new(source as f64, 0.0), source };
+        let points = (0..flat.len()).map(point).collect();
+        let lifted = Lifted { contacts: Vec::new(), points };
+        let options = DeliverOptions {
+            pass: PassOptions {
+                tool: Tool::new(3.0, 3.0).unwrap(),
+                axis: ToolAxis::Fixed(DVec3::Z),
+                axis_rate: f64::INFINITY,
+                stock: 0.0,
+                tolerance: 0.01,
+                reach: 10.0,
+            },
+            rapid_plane: 50.0,
+            highest_raise: 3.0,
+            threads: 1,
+            air_feed: 20.0,
+            rapid_feed: 100.0,
+        };
+        let check = roofs(spans);
+        let (located, check) = (&located[..], &check);
+        let mut out = Delivered::default();
+        Run { flat: &flat, lifted: &lifted, located, check, options: &options }.append(&mut out);
+        out
+    }
+
+    #[test]
+    fn an_open_pass_is_entered_and_left_at_its_ends() {
+        let points = delivered(&[]).toolpath.points;
+        assert_eq!(points.len(), 1 + 1 + 30 + 1);
+        assert_eq!((points[0].tip.x, points[32].tip.x), (0.0, 30.0));
+    }
+
+    #[test]
+    fn the_cutter_comes_and_goes_beside_roofs() {
+        let out = delivered(&[[-5.0, 7.5], [20.5, 40.0]]);
+        let points = out.toolpath.points;
+        // The roof's edge lies within the radius of all places before 11 and after 17.
+        assert_eq!((points[0].tip.x, points[1].tip.x), (11.0, 11.0));
+        assert_eq!(points.last().map(|p| p.tip), Some(DVec3::new(17.0, 0.0, 50.0)));
+        let reached = |x: f64| points.iter().any(|p| p.tip == DVec3::new(x, 0.0, 0.0));
+        assert!((0..=30).all(|x| reached(f64::from(x))));
+        let straight = |w: &[PathPoint]| w[0].tip.z > 0.0 || w[0].tip.distance(w[1].tip) < 1.5;
+        assert!(points[1..points.len() - 1].windows(2).all(straight));
+        assert!(out.raised.is_empty());
+    }
+
+    #[test]
+    fn a_pass_under_a_roof_is_out_of_reach() {
+        let out = delivered(&[[-9.0, 40.0]]);
+        assert!(out.toolpath.points.is_empty());
+        assert_eq!(out.raised.len(), 1);
+        assert_eq!((out.raised[0].length, out.raised[0].raise), (30.0, 50.0));
+    }
+}
