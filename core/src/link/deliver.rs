@@ -9,7 +9,9 @@ use crate::flatten::OutsideChart;
 use crate::geometry::{DVec3, math};
 use crate::lift::{Lift, Lifted};
 use crate::parallel;
+use crate::tool::Tool;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
+use core::ops::Range;
 use thiserror::Error;
 
 /// Contacts located in one piece. Larger: less to share between threads; smaller: more points kept
@@ -79,8 +81,8 @@ pub fn deliver(
         let lifted = lift.run(&flat[start..end], start)?;
         let located = locate(&lifted.contacts, check, options)?;
         out.raised.extend(located.raised);
-        let run = Run { flat, lifted: &lifted, located: &located.points };
-        run.append(&mut out.toolpath.points, options);
+        let run = Run { flat, lifted: &lifted, located: &located.points, check, options };
+        run.append(&mut out);
         start = end;
         progress(end as f64 / flat.len() as f64);
     }
@@ -115,49 +117,100 @@ struct Run<'a> {
     flat: &'a [FlatPoint],
     lifted: &'a Lifted,
     located: &'a [Located],
+    check: &'a CheckMesh,
+    options: &'a DeliverOptions,
 }
 
 impl Run<'_> {
     /// Appends the run; where the cutter had to be raised out of the cut it retracts and goes on
     /// behind.
-    fn append(&self, points: &mut Vec<PathPoint>, options: &DeliverOptions) {
-        let fits = |l: &Located| l.raise <= options.highest_raise;
+    fn append(&self, out: &mut Delivered) {
+        let fits = |l: &Located| l.raise <= self.options.highest_raise;
         let mut from = 0;
         while let Some(first) = (from..self.located.len()).find(|&i| fits(&self.located[i])) {
             let end = (first..self.located.len())
                 .find(|&i| !fits(&self.located[i]))
                 .unwrap_or(self.located.len());
-            self.append_piece(points, first..end, options);
+            self.append_piece(out, first..end);
             from = end;
         }
     }
 
-    fn append_piece(
-        &self,
-        points: &mut Vec<PathPoint>,
-        piece: core::ops::Range<usize>,
-        options: &DeliverOptions,
-    ) {
-        let (first, last) = (&self.located[piece.start], &self.located[piece.end - 1]);
-        let pass = |l: &Located| self.flat[self.lifted.points[l.keys.1].source].pass;
-        let above = options.above(first.tip, first.axis);
-        rapid(points, options, pass(first), above, first.axis);
-        let link = |tip: DVec3, l: &Located| PathPoint {
+    /// Appends a piece with its approach and its retract.
+    ///
+    /// Where other parts of the surface stand in the way of the approach, the cutter comes down at
+    /// the first place of the piece with an open way and goes back along the piece from there; it
+    /// leaves from the last such place, back along what it has just cut. A piece without one is out of
+    /// reach.
+    fn append_piece(&self, out: &mut Delivered, piece: Range<usize>) {
+        let mut indices = piece.clone();
+        let Some(entry) = indices.clone().find(|&i| self.is_open(&self.located[i])) else {
+            out.raised.push(self.out_of_reach(piece));
+            return;
+        };
+        let exit = indices.rfind(|&i| self.is_open(&self.located[i])).unwrap_or(entry);
+        let points = &mut out.toolpath.points;
+        let (down, up) = (&self.located[entry], &self.located[exit]);
+        let above = self.options.above(down.tip, down.axis);
+        rapid(points, self.options, self.pass(down), above, down.axis);
+        points.push(self.link(down.tip, down));
+        points.extend((piece.start..entry).rev().map(|i| self.back_to(i)));
+        points.extend(self.located[piece.start + 1..piece.end].iter().map(|l| self.point(l)));
+        points.extend((exit..piece.end - 1).rev().map(|i| self.back_to(i)));
+        points.push(self.link(self.options.above(up.tip, up.axis), up));
+    }
+
+    /// Whether the part leaves the way along the axis open from here to the rapid plane.
+    fn is_open(&self, l: &Located) -> bool {
+        let PassOptions { tool, stock, tolerance, .. } = self.options.pass;
+        let growth = stock - tolerance;
+        let (radius, corner) = (tool.radius() + growth, (tool.corner_radius() + growth).max(0.0));
+        let grown = Tool::new(radius, corner.min(radius));
+        grown.map_or(true, |grown| {
+            self.check.is_clear(&grown, l.tip - l.axis * growth, l.axis, f64::INFINITY)
+        })
+    }
+
+    /// A piece that cannot be entered, as a stretch from which the cutter is kept away.
+    fn out_of_reach(&self, piece: Range<usize>) -> RaisedStretch {
+        let piece = &self.located[piece];
+        let (first, last) = (&piece[0], &piece[piece.len() - 1]);
+        let length = piece.windows(2).map(|w| w[0].contact.distance(w[1].contact)).sum();
+        let raise = self.options.rapid_plane - first.tip.dot(first.axis);
+        let place = first.contact;
+        RaisedStretch {
+            from: place,
+            to: last.contact,
+            length,
+            raise: raise.max(first.raise),
+            place,
+        }
+    }
+
+    fn pass(&self, l: &Located) -> u32 {
+        self.flat[self.lifted.points[l.keys.1].source].pass
+    }
+
+    /// A straight move through air.
+    fn link(&self, tip: DVec3, l: &Located) -> PathPoint {
+        PathPoint {
             kind: MoveKind::Link,
-            pass: pass(l),
+            pass: self.pass(l),
             region: 0,
             tip,
             axis: l.axis,
             normal: l.axis,
             flat: None,
-            feed: options.air_feed,
+            feed: self.options.air_feed,
             mrr: 0.0,
             alpha: 0.0,
             time: 0.0,
-        };
-        points.push(link(first.tip, first));
-        points.extend(self.located[piece.start + 1..piece.end].iter().map(|l| self.point(l)));
-        points.push(link(options.above(last.tip, last.axis), last));
+        }
+    }
+
+    /// A move back to a located point from the one behind it; it may cut.
+    fn back_to(&self, index: usize) -> PathPoint {
+        PathPoint { kind: MoveKind::Link, ..self.point(&self.located[index]) }
     }
 
     /// A located point with the largest removal rate of the moves it covers.
@@ -234,4 +287,102 @@ fn turned(a: DVec3, b: DVec3, t: f64) -> DVec3 {
     let side = (b - a * a.dot(b)).normalize_or_zero();
     let side = if side == DVec3::ZERO { crate::geometry::any_perpendicular(a) } else { side };
     a * math::cos(whole * t) + side * math::sin(whole * t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::DVec2;
+    use crate::lift::LiftedPoint;
+
+    const ROOF: f64 = 20.0;
+
+    /// Roofs over the plane z = 0 from one x to another.
+    fn roofs(spans: &[[f64; 2]]) -> CheckMesh {
+        let corners = |s: &[f64; 2]| {
+            [(s[0], -9.0), (s[1], -9.0), (s[1], 9.0), (s[0], 9.0)]
+                .map(|(x, y)| DVec3::new(x, y, ROOF))
+        };
+        let faces = (0..spans.len() as u32)
+            .flat_map(|i| [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]])
+            .collect();
+        CheckMesh::new(spans.iter().flat_map(corners).collect(), faces)
+    }
+
+    /// A pass from x = 0 to 30 on the plane, cut by a ball of radius 3 with 10 mm of length.
+    fn delivered(spans: &[[f64; 2]]) -> Delivered {
+        let located: Vec<Located> = (0..=30)
+            .map(|i| {
+                let tip = DVec3::new(f64::from(i), 0.0, 0.0);
+                let keys = (i as usize, i as usize);
+                let (axis, normal) = (DVec3::Z, DVec3::Z);
+                Located { tip, axis, contact: tip, normal, feed: 10.0, raise: 0.0, keys }
+            })
+            .collect();
+        let flat: Vec<FlatPoint> = located
+            .iter()
+            .map(|l| FlatPoint {
+                at: l.tip.truncate(),
+                height: 0.0,
+                kind: MoveKind::Cut,
+                pass: 0,
+                feed: l.feed,
+                mrr: 0.0,
+                alpha: 0.0,
+                length: 1.0,
+            })
+            .collect();
+        let point = |source| LiftedPoint { uv: DVec2::new(source as f64, 0.0), source };
+        let points = (0..flat.len()).map(point).collect();
+        let lifted = Lifted { contacts: Vec::new(), points };
+        let options = DeliverOptions {
+            pass: PassOptions {
+                tool: Tool::new(3.0, 3.0).unwrap(),
+                axis: ToolAxis::Fixed(DVec3::Z),
+                axis_rate: f64::INFINITY,
+                stock: 0.0,
+                tolerance: 0.01,
+                reach: 10.0,
+            },
+            rapid_plane: 50.0,
+            highest_raise: 3.0,
+            threads: 1,
+            air_feed: 20.0,
+            rapid_feed: 100.0,
+        };
+        let check = roofs(spans);
+        let (located, check) = (&located[..], &check);
+        let mut out = Delivered::default();
+        Run { flat: &flat, lifted: &lifted, located, check, options: &options }.append(&mut out);
+        out
+    }
+
+    #[test]
+    fn an_open_pass_is_entered_and_left_at_its_ends() {
+        let points = delivered(&[]).toolpath.points;
+        assert_eq!(points.len(), 1 + 1 + 30 + 1);
+        assert_eq!((points[0].tip.x, points[32].tip.x), (0.0, 30.0));
+    }
+
+    #[test]
+    fn the_cutter_comes_and_goes_beside_roofs() {
+        let out = delivered(&[[-5.0, 7.5], [20.5, 40.0]]);
+        let points = out.toolpath.points;
+        // The roof's edge lies within the radius of all places before 11 and after 17.
+        assert_eq!((points[0].tip.x, points[1].tip.x), (11.0, 11.0));
+        assert_eq!(points.last().map(|p| p.tip), Some(DVec3::new(17.0, 0.0, 50.0)));
+        let reached = |x: f64| points.iter().any(|p| p.tip == DVec3::new(x, 0.0, 0.0));
+        assert!((0..=30).all(|x| reached(f64::from(x))));
+        let straight = |w: &[PathPoint]| w[0].tip.z > 0.0 || w[0].tip.distance(w[1].tip) < 1.5;
+        assert!(points[1..points.len() - 1].windows(2).all(straight));
+        assert!(out.raised.is_empty());
+    }
+
+    #[test]
+    fn a_pass_under_a_roof_is_out_of_reach() {
+        let out = delivered(&[[-9.0, 40.0]]);
+        assert!(out.toolpath.points.is_empty());
+        assert_eq!(out.raised.len(), 1);
+        assert_eq!((out.raised[0].length, out.raised[0].raise), (30.0, 50.0));
+    }
 }

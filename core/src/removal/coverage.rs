@@ -11,6 +11,8 @@ use crate::toolpath::Toolpath;
 /// Part of the tolerance by which a column may stand above the cusps: the rest is for the cusps' tops,
 /// which lie between columns.
 const SHARE: f64 = 0.5;
+/// A column that lost less than this part of the layer's depth is untouched.
+const UNTOUCHED: f64 = 1e-6;
 
 /// What a delivered path leaves above the cusps that are meant to stay, as areas on the surface.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -99,7 +101,9 @@ pub fn coverage(columns: &Columns, removed: &Removed, access: &Access) -> Covera
 }
 
 fn left_over(columns: &Columns, removed: &Removed, access: &Access) -> Vec<Left> {
-    let allowed = access.layer.stock + access.cusp + SHARE * access.tolerance;
+    // What no move took from is left, however high a cusp may be.
+    let untouched = access.layer.top() - UNTOUCHED * access.layer.depth;
+    let allowed = (access.layer.stock + access.cusp + SHARE * access.tolerance).min(untouched);
     let mut left = Vec::new();
     for (block, heights) in columns.blocks.iter().zip(&removed.heights) {
         for (i, &height) in heights.iter().enumerate().filter(|(_, h)| **h > allowed) {
