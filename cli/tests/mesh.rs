@@ -12,8 +12,7 @@ fn project(path: &str) -> PathBuf {
 }
 
 fn scratch(test: &str) -> PathBuf {
-    let path = empty(&format!("mesh-{test}"));
-    path
+    empty(&format!("mesh-{test}"))
 }
 
 /// A quarter of a bowl of radius 20 over a square of 12 by 12 in steps of 1, times `scale`.

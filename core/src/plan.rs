@@ -277,7 +277,7 @@ pub fn plan(
     for _ in 0..TOUCH_UPS {
         let touch_up = TouchUp {
             side_step: job.nominal_side_step(),
-            radius: job.tool.radius(),
+            beyond: 0.5 * job.nominal_side_step() + job.tool.radius() - job.tool.corner_radius(),
             height: job.cut.axial_depth,
             feed: job.cut.feed,
             first_pass: finished.toolpath.points.last().map_or(0, |p| p.pass + 1),

@@ -330,6 +330,7 @@ mod tests {
                 mrr: 0.0,
                 alpha: 0.0,
                 length: 1.0,
+                heading: None,
             })
             .collect();
         let point = |source| LiftedPoint { uv: DVec2::new(source as f64, 0.0), source };

@@ -3,7 +3,7 @@
 //! A flat or bull end that stands at an angle to the surface touches with its edge, and its body lies
 //! beside the contact: it may stay outside of the innermost ring of a dome and leave the summit.
 //! What the material columns show as left is gathered in *heaps*; each gets straight passes along its
-//! longest direction, one per side step of its width, that begin and end a cutter radius beyond it.
+//! longest direction, one per side step of its width, that begin and end beyond it.
 
 use crate::flat_path::{FlatPoint, Terrain};
 use crate::geometry::DVec2;
@@ -22,8 +22,9 @@ const TRIES: usize = 24;
 pub struct TouchUp {
     /// Side step on the surface, mm.
     pub side_step: f64,
-    /// Cutter radius, mm.
-    pub radius: f64,
+    /// How far passes go beyond a heap, mm: half a side step, and the width of the cutter's flat bottom,
+    /// which may stand beside the contact.
+    pub beyond: f64,
     /// Height from which the cutter comes down, mm.
     pub height: f64,
     /// Feed on the surface, mm/s.
@@ -106,7 +107,7 @@ fn passes(heap: &[DVec2], terrain: &dyn Terrain, options: &TouchUp) -> Vec<Pass>
     let (low, high) = extent(across);
     let step = STEP * options.side_step / scale;
     let count = ((high - low) / step).ceil().max(1.0);
-    let beyond = options.radius / scale;
+    let beyond = options.beyond / scale;
     let line = |i: usize| {
         let offset = low + (high - low) * (i as f64 + 0.5) / count;
         let on = |x: f64| middle + across * offset + along * x;
@@ -165,7 +166,7 @@ mod tests {
     }
 
     const OPTIONS: TouchUp =
-        TouchUp { side_step: 1.0, radius: 5.0, height: 0.5, feed: 20.0, first_pass: 7 };
+        TouchUp { side_step: 1.0, beyond: 5.0, height: 0.5, feed: 20.0, first_pass: 7 };
 
     #[test]
     fn a_heap_is_passed_along_its_length() {

@@ -241,10 +241,15 @@ impl Writer<'_> {
     ) -> Result<(), PostError> {
         let next = self.rotary.toward(to.1).rounded(self.dialect.decimals[1]);
         let allowed = 0.5 * self.options.tolerance;
-        if interpolation_error(self.rotary, next, from, to, self.options.tool.radius()) <= allowed {
+        let error = interpolation_error(self.rotary, next, from, to, self.options.tool.radius());
+        if error <= allowed {
             let target = next.to_machine(to.0);
+            // Tables that turn fast carry the tip around its straight way, and the axes along.
+            let tip = from.0.distance(to.0) + 4.0 * error;
+            let axes = target.distance(self.rotary.to_machine(from.0));
+            let least = tip.max(axes) / self.options.machine.max_feed;
             self.rotary = next;
-            self.block(Speed::Time(time), target.to_array().map(Some), true);
+            self.block(Speed::Time(time.max(least)), target.to_array().map(Some), true);
             return Ok(());
         }
         if depth == 0 {
