@@ -10,8 +10,9 @@ use crate::geometry::DVec2;
 use crate::toolpath::MoveKind;
 use std::collections::BTreeMap;
 
-/// Heaps that get passes at most, largest first.
-const MOST_HEAPS: usize = 500;
+/// Heaps that get passes at most, largest first: each costs a retract. On a mesh whose facets are
+/// coarser than the cusps asked for there is no end of them; what stays is reported.
+const MOST_HEAPS: usize = 60;
 /// Part of a side step between passes over a heap.
 const STEP: f64 = 0.7;
 /// Tries to draw the end of a pass back to where the cutter may be.
