@@ -23,7 +23,7 @@ pub struct Inspect {
     json: bool,
 }
 
-fn scale(text: &str) -> Result<f64, String> {
+pub(crate) fn scale(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(scale) if (1e-6..=1e6).contains(&scale) => Ok(scale),
         _ => Err("a number from 0.000001 to 1000000 is needed".into()),

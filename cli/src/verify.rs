@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use evencut_core::gcode::{CheckOptions, Kinematics};
 use evencut_core::job::{self, Faults, Job, SurfaceSource};
+use evencut_core::report::FileRecord;
 use evencut_core::results::{Input, verify_options};
 use evencut_core::tool::Tool;
 use evencut_core::verdict::{
     ProgramRules, ReadPath, UP, Verdict, VerdictError, Workpiece, verdict,
 };
-use evencut_core::verify::{Sphere, VerifyOptions};
+use evencut_core::verify::{Sphere, VerifyError, VerifyOptions};
 
 use crate::output::{self, ResultDirectory};
 use crate::plan::{Failed, broken, of_output};
@@ -23,10 +24,13 @@ const SAMPLES_PER_RADIUS: f64 = 40.0;
 /// the removal rate.
 const UNKNOWN_DEPTH: f64 = 0.2;
 
+/// Deepest stock that is simulated, cutter radii.
+const MOST_RADII: f64 = 20.0;
+
 /// Arguments of `evencut verify`.
 #[derive(Args)]
 pub struct Verify {
-    /// Directory of results, a toolpath.csv, or a program (G-code)
+    /// Directory of results (its toolpath.csv), a toolpath.csv, or a program (G-code)
     #[arg(value_name = "PATH")]
     path: PathBuf,
     /// Job that the path belongs to: surface, cutter, limits and machine are taken from it
@@ -36,7 +40,8 @@ pub struct Verify {
     #[arg(long, value_name = "FILE", required_unless_present = "job", requires = "tool")]
     surface: Option<PathBuf>,
     /// Factor on the mesh's lengths that makes them millimetres
-    #[arg(long, default_value_t = 1.0, value_name = "S", requires = "surface")]
+    #[arg(long, default_value_t = 1.0, value_name = "S", requires = "surface",
+        value_parser = crate::inspect::scale)]
     scale: f64,
     /// Faces of the mesh within this angle of +Z are machined, the others must only not be cut into
     #[arg(long, default_value_t = 89.9, value_name = "DEGREES", requires = "surface")]
@@ -129,7 +134,7 @@ impl Verify {
         if let Some(target) = &self.output {
             output::check(target).map_err(|error| of_output(&error))?;
         }
-        let (file, too_tight) = self.path_file()?;
+        let (file, too_tight) = self.path_file(streams)?;
         let mut subject = match &self.job {
             Some(job) => self.of_job(job)?,
             None => self.of_mesh()?,
@@ -148,33 +153,45 @@ impl Verify {
         let verdict = verdict(&read, &subject.workpiece, &subject.options, &inputs, &mut |part| {
             progress.report("simulating the path", part);
         })
-        .map_err(|error| Failed::file(exit_of(&error), error, &file))?;
+        .map_err(|error| match (&error, &self.surface) {
+            (VerdictError::Verify(VerifyError::NoSurface), Some(surface)) => {
+                let message = format!("{error}: no facet lies within --within of +Z");
+                Failed::file(Exit::BadSurface, message, surface)
+            }
+            _ => Failed::file(exit_of(&error), error, &file),
+        })?;
         drop(progress);
         self.tell(&verdict, &file, streams)
     }
 
-    /// The path's file, and where its plan says that the cutter does not fit.
-    fn path_file(&self) -> Result<(PathBuf, Vec<Sphere>), Failed> {
-        if !self.path.is_dir() {
-            return Ok((self.path.clone(), Vec::new()));
-        }
-        let file = self.path.join("toolpath.csv");
-        if !file.exists() {
+    /// The path's file, and where the plan beside it says that the cutter does not fit.
+    fn path_file(&self, streams: &mut Streams<'_>) -> Result<(PathBuf, Vec<Sphere>), Failed> {
+        let (file, directory) = if self.path.is_dir() {
+            (self.path.join("toolpath.csv"), self.path.as_path())
+        } else {
+            (self.path.clone(), self.path.parent().unwrap_or(Path::new("")))
+        };
+        if self.path.is_dir() && !file.exists() {
             let message = "the directory holds no toolpath.csv; give a directory of results, a \
                            toolpath.csv or a program";
             return Err(Failed::file(Exit::BadJob, message, &self.path));
         }
-        let report = self.path.join("report.json");
-        let too_tight = match std::fs::read(&report) {
-            Ok(bytes) => spheres(&bytes).ok_or_else(|| {
-                Failed::file(
-                    Exit::BadJob,
-                    "coverage.too_tight_places is no list of places",
-                    &report,
-                )
-            })?,
-            Err(_) => Vec::new(),
-        };
+        let report = directory.join("report.json");
+        let Ok(bytes) = std::fs::read(&report) else { return Ok((file, Vec::new())) };
+        let too_tight = spheres(&bytes).ok_or_else(|| {
+            Failed::file(Exit::BadJob, "coverage.too_tight_places is no list of places", &report)
+        })?;
+        for name in changed(&bytes, directory) {
+            streams.message(&format!(
+                "warning: {name} is not the file that {} was written with; {}\n",
+                input::shown(&report),
+                if self.path.is_dir() && name != "toolpath.csv" {
+                    "only toolpath.csv is judged here: name the program to judge it"
+                } else {
+                    "its places too tight for the cutter may not be those of this path"
+                }
+            ));
+        }
         Ok((file, too_tight))
     }
 
@@ -273,6 +290,16 @@ impl Verify {
             ("--scale", self.scale, f64::MIN_POSITIVE),
             ("--within", self.within, 0.0),
         ];
+        let deepest = MOST_RADII * options.tool.radius();
+        for (name, value) in [("--depth", options.depth), ("--stock", options.stock)] {
+            if value > deepest {
+                let message = format!(
+                    "error: {name} is {value} mm; it must be at most {deepest} mm, {MOST_RADII} \
+                     cutter radii\n"
+                );
+                return Err(Failed(Exit::BadJob, message));
+            }
+        }
         for (name, value, least) in rules {
             if !(value.is_finite() && value >= least) {
                 let rule = if least > 0.0 { "positive" } else { "0 or positive" };
@@ -334,7 +361,10 @@ fn rules_of(job: &Job) -> ProgramRules {
 
 fn exit_of(error: &VerdictError) -> Exit {
     match error {
-        VerdictError::Csv(_) | VerdictError::Gcode(_) | VerdictError::NotText { .. } => {
+        VerdictError::Csv(_)
+        | VerdictError::Gcode(_)
+        | VerdictError::NotText { .. }
+        | VerdictError::Verify(VerifyError::NoPath { .. } | VerifyError::TooFine { .. }) => {
             Exit::BadJob
         }
         VerdictError::Verify(_)
@@ -343,6 +373,20 @@ fn exit_of(error: &VerdictError) -> Exit {
         | VerdictError::BadFace { .. }
         | VerdictError::Surface(_) => Exit::BadSurface,
     }
+}
+
+/// Paths and programs beside a report whose content is not what the report says.
+fn changed(report: &[u8], directory: &Path) -> Vec<String> {
+    let Ok(report) = serde_json::from_slice::<serde_json::Value>(report) else { return Vec::new() };
+    let outputs = report["outputs"].as_array().cloned().unwrap_or_default();
+    let differs = |output: &serde_json::Value| {
+        let name = output["name"].as_str()?;
+        let is_path = name == "toolpath.csv" || name.starts_with("program.");
+        let content = std::fs::read(directory.join(name)).ok().filter(|_| is_path)?;
+        (output["sha256"].as_str()? != FileRecord::of(name, &content).sha256)
+            .then(|| name.to_owned())
+    };
+    outputs.iter().filter_map(differs).collect()
 }
 
 /// The places of a report where its plan says that the cutter does not fit.

@@ -124,6 +124,18 @@ fn a_gouge_is_named_with_place_and_line() {
 }
 
 #[test]
+fn a_program_that_was_changed_is_not_passed_over() {
+    let path = planned("changed");
+    let program = path.join("out/program.ngc");
+    let text = fs::read_to_string(&program).unwrap();
+    fs::write(&program, text.replacen("M5", "M9\nM5", 1)).unwrap();
+    let output = evencut(&path, &["verify", "out", "--job", "part.toml"]);
+    let (exit, _, errors) = streams(&output);
+    assert_eq!(exit, 0);
+    assert!(errors.contains("warning: program.ngc is not the file"), "{errors}");
+}
+
+#[test]
 fn bad_arguments_are_named_with_a_remedy() {
     let path = planned("arguments");
     let refused = |arguments: &[&str], exit: i32, says: &str| {
@@ -143,6 +155,10 @@ fn bad_arguments_are_named_with_a_remedy() {
     refused(&["part.obj", "--job", "part.toml"], 2, "line 1");
     refused(&["out", "--job", "part.toml", "--spacing", "0"], 2, "--spacing");
     refused(&["out", "--job", "part.toml", "--depth", "nan"], 2, "--depth");
+    refused(&["out", "--job", "part.toml", "--depth", "1e9"], 2, "cutter radii");
+    let part = ["out/toolpath.csv", "--surface", "part.obj"];
+    refused(&[part[0], part[1], part[2], "--tool", "ball:0.00001"], 2, "the cutter's diameter");
+    refused(&[part[0], part[1], part[2], "--tool", "ball:4", "--scale", "1e30"], 2, "--scale");
     refused(&["out/toolpath.csv", "--surface", "no.stl", "--tool", "ball:4"], 3, "no.stl");
     refused(&["out/toolpath.csv", "--surface", "part.toml", "--tool", "ball:4"], 3, ".stl");
 }

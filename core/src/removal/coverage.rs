@@ -10,7 +10,7 @@ use crate::toolpath::Toolpath;
 
 /// Part of the tolerance by which a column may stand above the cusps: the rest is for the cusps' tops,
 /// which lie between columns.
-const SHARE: f64 = 0.8;
+const SHARE: f64 = 0.5;
 /// A column that lost less than this part of the layer's depth is untouched.
 const UNTOUCHED: f64 = 1e-6;
 

@@ -134,6 +134,7 @@ fn verification() -> VerificationFigures {
         gouge_mm: -0.02,
         gouge_at_mm: Some(at),
         gouge_by_line: Some(12),
+        gouge_may_be_deeper: false,
         gouged_mm2: 0.2,
         untouched_mm2: 0.3,
         untouched_at_mm: Some(at),

@@ -38,6 +38,8 @@ pub struct VerificationFigures {
     pub gouge_at_mm: Option<[f64; 3]>,
     /// Line of the path that cut it.
     pub gouge_by_line: Option<u64>,
+    /// Whether it may be deeper: gouges are told apart up to half the cutter radius.
+    pub gouge_may_be_deeper: bool,
     /// Area cut into deeper than the tolerance, mm².
     pub gouged_mm2: f64,
     /// Area that no move reached, mm².
@@ -231,6 +233,7 @@ impl VerificationFigures {
             gouge_mm: f.gouge.map_or(0.0, |g| g.height),
             gouge_at_mm: place(f.gouge.map(|g| g.place)),
             gouge_by_line: f.gouge.and_then(|g| g.of).and_then(|of| lines.of(of)),
+            gouge_may_be_deeper: f.gouge_is_deeper,
             gouged_mm2: f.gouged,
             untouched_mm2: f.untouched.0,
             untouched_at_mm: place(f.untouched.1),
@@ -269,7 +272,8 @@ impl VerificationFigures {
         if self.gouge_mm < -self.scallop.tolerance_mm {
             let at = self.gouge_at_mm.map_or_else(String::new, |p| format!(" at {}", spelled(p)));
             return format!(
-                "{} µm deep{at}, {:.2} mm²",
+                "{}{} µm deep{at}, {:.2} mm²",
+                if self.gouge_may_be_deeper { "at least " } else { "" },
                 micrometres(-self.gouge_mm),
                 self.gouged_mm2
             );
@@ -296,7 +300,11 @@ impl VerificationFigures {
 
     fn rate_line(&self) -> String {
         let Some(mrr) = &self.mrr else {
-            return "not measured: give the depth of the stock".to_owned();
+            let why = match self.moves_without_feed {
+                0 => "give the depth of the stock",
+                _ => "moves without a feed take no known time",
+            };
+            return format!("not measured: {why}");
         };
         let mut line = format!("peak {:.0} mm³/min", mrr.peak_mm3_per_min);
         if let Some(ratio) = mrr.peak_over_limit {

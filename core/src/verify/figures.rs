@@ -77,6 +77,8 @@ pub struct Figures {
     pub by_region: Vec<(u32, Band)>,
     /// Deepest gouge and where; heights negative.
     pub gouge: Option<Spot>,
+    /// Whether it may be deeper: gouges are told apart up to half the cutter radius.
+    pub gouge_is_deeper: bool,
     /// Area cut into deeper than the tolerance.
     pub gouged: f64,
     /// Area that no move reached, and a place of it.
@@ -149,6 +151,7 @@ impl Figures {
     ) -> Self {
         let judged: Vec<&Outcome> = samples.iter().filter(|s| s.machined && !s.too_tight).collect();
         let limit = options.scallop.unwrap_or(f64::INFINITY);
+        let deepest = super::DEEPEST * options.tool.radius() * (1.0 - 1e-6) + options.stock;
         let largest = worst(judged.iter().copied(), |s| s.residual);
         let [p50, p99] = percentiles(&judged);
         let untouched = judged.iter().filter(|s| s.by.is_none());
@@ -169,6 +172,7 @@ impl Figures {
             gouge: worst(samples.iter(), |s| -s.residual)
                 .map(|s| Spot { height: -s.height, ..s })
                 .filter(|s| s.height < 0.0),
+            gouge_is_deeper: samples.iter().any(|s| f64::from(s.residual) <= -deepest),
             gouged: samples
                 .iter()
                 .filter(|s| f64::from(s.residual) < -options.tolerance)

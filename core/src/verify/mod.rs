@@ -40,6 +40,8 @@ use thiserror::Error;
 
 /// Samples at most; above, they are put farther apart.
 const MOST_SAMPLES: f64 = 4.0e6;
+/// Longest path that is simulated, cutter radii.
+const LONGEST_PATH: f64 = 1.0e6;
 /// Deepest gouge that is told apart, cutter radii.
 const DEEPEST: f64 = 0.5;
 /// A rapid that takes less than this touches nothing, mm.
@@ -94,6 +96,18 @@ pub enum VerifyError {
     NoPath {
         /// Points found.
         points: usize,
+    },
+    /// The path is too long for so small a cutter.
+    #[error(
+        "verify: the path is {length:.0} mm long, {:.0} times the cutter radius; at most \
+         {LONGEST_PATH:.0} times can be simulated: check the cutter's diameter and the path's unit",
+        length / radius
+    )]
+    TooFine {
+        /// Length of the path, mm.
+        length: f64,
+        /// Cutter radius, mm.
+        radius: f64,
     },
     /// An option that is no positive number.
     #[error("verify: {what} is {value} mm; it must be a positive number")]
@@ -193,6 +207,12 @@ fn checked(
     }
     if !(area.is_finite() && area > 0.0) {
         return Err(VerifyError::NoSurface);
+    }
+    let cuts = path.points.windows(2).filter(|w| w[1].kind != MoveKind::Rapid);
+    let length: f64 = cuts.map(|w| w[0].tip.distance(w[1].tip)).sum();
+    let radius = options.tool.radius();
+    if length > LONGEST_PATH * radius || length.is_nan() {
+        return Err(VerifyError::TooFine { length, radius });
     }
     Ok(options.spacing.max(((area + rest) / MOST_SAMPLES).sqrt()))
 }
