@@ -78,6 +78,10 @@ fn of_plan(error: &PlanError) -> Failure {
         PlanError::Rings(LevelSetError::NoRoom { .. }) => {
             bad_surface(&["tool.diameter"], Hint::None)
         }
+        PlanError::Rings(LevelSetError::NoCurve) => bad_surface(&["path.curve"], Hint::None),
+        PlanError::Rings(LevelSetError::Uneven { .. }) => {
+            bad_surface(&["path.angle", "path.along", "path.pattern"], Hint::None)
+        }
         PlanError::Deliver(DeliverError::Locate(LocateError::BelowHorizon { .. })) => {
             bad_surface(&["surface.select", "surface.file", "machine.axes"], Hint::None)
         }

@@ -8,7 +8,7 @@ use evencut_core::job::{
     self, Component, Job, RingOrder, Selection, SurfaceOptions, SurfaceSource,
 };
 use evencut_core::level_set::{
-    ClosingOptions, DistanceField, PassMesh, RingTerrain, close, rings, strip_metric,
+    ClosingOptions, FieldTerrain, PassField, PassMesh, close, passes, ring_levels, strip_metric,
 };
 use evencut_core::plan::plan;
 use evencut_core::region::Region;
@@ -56,18 +56,22 @@ fn stages(c: &mut Criterion) {
         b.iter(|| {
             let metric = vec![strip_metric::even(0.6); surface.positions().len()];
             let mesh = PassMesh::new(&surface, &chart, metric).ok();
-            mesh.map(|mesh| rings(&mesh, &DistanceField::from_boundary(&mesh)).len())
+            mesh.map(|mesh| {
+                let field = PassField::from_boundary(&mesh);
+                passes(&mesh, &field, &ring_levels(&field)).len()
+            })
         });
     });
     let metric = vec![strip_metric::even(0.6); surface.positions().len()];
     if let Ok(mesh) = PassMesh::new(&surface, &chart, metric) {
-        let field = DistanceField::from_boundary(&mesh);
+        let field = PassField::from_boundary(&mesh);
         let locator = Locator::new(mesh.connectivity(), mesh.uv());
-        let terrain = RingTerrain::new(&mesh, &field, &locator);
-        let plain = rings(&mesh, &field);
+        let terrain = FieldTerrain::new(&mesh, &field, &locator);
+        let plain = passes(&mesh, &field, &ring_levels(&field));
         for threads in [1, 2] {
             c.bench_function(&format!("gaps closed, side step 0.6 mm, threads {threads}"), |b| {
-                let options = ClosingOptions { order: RingOrder::OutsideIn, threads };
+                let options =
+                    ClosingOptions { order: RingOrder::OutsideIn, on_levels: true, threads };
                 b.iter(|| close(&mut plain.clone(), &mesh, &field, &terrain, &options).spurs);
             });
         }
@@ -100,7 +104,7 @@ fn whole(c: &mut Criterion) {
         let job = job(control, 0.6);
         for threads in [1, 2] {
             group.bench_function(format!("{control}, threads {threads}"), |b| {
-                b.iter(|| plan(&job, None, threads, &mut |_, _| {}).map(|p| p.rings.len()).ok());
+                b.iter(|| plan(&job, None, threads, &mut |_, _| {}).map(|p| p.passes.len()).ok());
             });
         }
     }

@@ -12,6 +12,7 @@ pub mod mesh;
 pub mod parallel;
 
 pub mod machine;
+pub mod strip_width;
 pub mod tool;
 
 pub mod job;
@@ -27,6 +28,8 @@ pub mod toolpath;
 pub mod flat_path;
 
 pub mod level_set;
+
+pub mod pattern;
 
 pub mod engagement;
 

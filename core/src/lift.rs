@@ -79,7 +79,7 @@ impl<'a> Lift<'a> {
             }
             out.contacts[i].feed_direction = way;
         }
-        Ok(out)
+        Ok(overrun(out, run, first))
     }
 
     fn locate(&self, at: DVec2) -> Result<SurfacePoint, OutsideChart> {
@@ -170,4 +170,36 @@ impl<'a> Lift<'a> {
         });
         out.points.push(LiftedPoint { uv, source });
     }
+}
+
+/// The contacts with the straight ways beyond the chart that the run's points ask for: along the feed at
+/// the last contact of a point, with its normal.
+fn overrun(lifted: Lifted, run: &[FlatPoint], first: usize) -> Lifted {
+    if run.iter().all(|p| p.overrun == 0.0) {
+        return lifted;
+    }
+    let mut out = Lifted::default();
+    let mut push = |contact: Contact, point: LiftedPoint| {
+        out.contacts.push(Contact { key: out.contacts.len(), ..contact });
+        out.points.push(point);
+    };
+    for (i, (contact, point)) in lifted.contacts.iter().zip(&lifted.points).enumerate() {
+        let is_last = lifted.points.get(i + 1).is_none_or(|next| next.source != point.source);
+        let by = if is_last { run[point.source - first].overrun } else { 0.0 };
+        // The feed of the pass itself, not the mean with that of the link beside it.
+        let beside =
+            if by < 0.0 { lifted.contacts.get(i + 1) } else { lifted.contacts[..i].last() };
+        let way = beside.map_or(DVec3::ZERO, |b| (b.position - contact.position) * -by.signum());
+        let way = way.reject_from(contact.normal).normalize_or_zero();
+        let beyond =
+            Contact { position: contact.position + way * by, feed_direction: way, ..*contact };
+        if by < 0.0 {
+            push(beyond, *point);
+        }
+        push(*contact, *point);
+        if by > 0.0 {
+            push(beyond, *point);
+        }
+    }
+    out
 }

@@ -5,35 +5,40 @@ use crate::engagement::{Cutting, Stock, Walk};
 use crate::feed::fill_time;
 use crate::flat_path::{FlatPoint, Terrain};
 use crate::flatten::{Chart, FlattenError, Locator, Quality, abf, bff};
-use crate::geometry::polyline::simplify_closed;
+use crate::geometry::polyline::{simplify_closed, simplify_open};
 use crate::geometry::{DVec3, math};
 use crate::job::{
     AnalyticKind, AnalyticOptions, AnalyticParameters, Boundary, CutDirection, FlattenMethod,
-    ForceControl, Job, Stepover, SurfaceSource, TooTight,
+    ForceControl, Job, Pattern, Stepover, SurfaceSource, TooTight,
 };
 use crate::level_set::{
-    ClosingOptions, ClosingReport, DistanceField, LevelSetError, PassMesh, Ring, RingTerrain,
-    StripMetric, close, rings, strip_metric,
+    ClosingOptions, ClosingReport, FieldTerrain, LevelSetError, Pass, PassField, PassMesh,
+    StripMetric, close, length_floor, strip_metric,
 };
 use crate::link::{
-    self, DeliverError, DeliverOptions, Delivered, Precedence, RingCounts, RingOptions, TouchUp,
-    cut_rings, deliver,
+    self, CutCounts, CutOptions, DeliverError, DeliverOptions, Delivered, LayOptions, Precedence,
+    TouchUp, cut_passes, deliver, lay,
 };
 use crate::machine::Axes;
 use crate::mesh::{MeshFormat, ReadError, read};
 use crate::parallel;
+use crate::pattern::{self, Laid};
 use crate::region::Region;
 use crate::removal::{self, Access, Columns, Coverage, Feeds, Layer, Limit, TooSlow, rated};
+use crate::strip_width::{Strip, StripTable};
 use crate::surface::{
-    AnalyticSurface, Built, CurvatureField, Part, ShapeOperator, Surface, SurfaceError, Warning,
-    build,
+    AnalyticSurface, Built, CurvatureField, Part, Surface, SurfaceError, Warning, build,
 };
+use crate::tool::Tool;
 use crate::toolpath::{MoveKind, Toolpath};
 use crate::trochoid::Loops;
 use thiserror::Error;
 
 /// Part of the tolerance that ring polylines may deviate from the level curve.
 const RING_TOLERANCE: f64 = 0.25;
+/// Part of the strip width that passes are apart: the distance field and the chords of the path are good to
+/// a few thousandths of it, and a cusp grows with its square.
+const SHARE_OF_STRIP: f64 = 0.995;
 /// Rounds of passes over what the columns show as left.
 const TOUCH_UPS: usize = 2;
 /// Farthest distance of a part from the rotary centre, in diagonals of its box.
@@ -153,18 +158,20 @@ pub struct Planned {
     pub quality: Quality,
     /// Constraint residual and steps of the angle-based map.
     pub angle_residual: Option<(f64, usize)>,
-    /// The rings.
-    pub rings: Vec<Ring>,
+    /// Shortest length that passes on the surface can have, mm.
+    pub length_floor: f64,
+    /// The passes.
+    pub passes: Vec<Pass>,
     /// The gaps between them that were closed; places are flat.
     pub closing: ClosingReport,
     /// Rings on the longest chain of rings inside each other.
     pub ring_depth: usize,
     /// The delivered path.
     pub toolpath: Toolpath,
-    /// The path of the plain rings.
-    pub plain: Toolpath,
+    /// The path of the plain passes, where the removal rate is limited.
+    pub plain: Option<Toolpath>,
     /// What was inserted.
-    pub counts: RingCounts,
+    pub counts: CutCounts,
     /// Where the cutter had to be raised.
     pub raised: Vec<RaisedStretch>,
     /// What the path leaves.
@@ -202,105 +209,75 @@ pub fn plan(
     progress(Stage::Rings, 0.0);
     let curvature = CurvatureField::estimate(&surface, job.surface.curvature_radius);
     let tightest = tightest(&surface, &curvature);
-    let mesh = PassMesh::new(&surface, &chart, strip_metrics(job, &curvature))?;
-    let field = match job.path.boundary {
-        Boundary::Open => DistanceField::from_boundary(&mesh),
-        Boundary::Wall => DistanceField::from_inset(&mesh, job.tool.radius())?,
-    };
-    let mut rings = simplified(rings(&mesh, &field), job, &chart);
-    if rings.is_empty() {
-        let passes = field.values().iter().copied().fold(0.0, f64::max);
-        return Err(LevelSetError::TooSmall { passes }.into());
-    }
+    let coarse = PassMesh::coarse(&surface, &chart, strip_metrics(job, &curvature))?;
+    let mesh = coarse.clone().refined()?;
+    let length_floor = length_floor(&mesh);
     let refined = Locator::new(mesh.connectivity(), mesh.uv());
-    let terrain = RingTerrain::new(&mesh, &field, &refined);
-    let options = ClosingOptions { order: job.path.order, threads };
-    let closing = close(&mut rings, &mesh, &field, &terrain, &options);
-    let precedence = Precedence::new(&rings, job.path.order);
+    let Laid { field, passes } =
+        pattern::lay_out(&coarse, &mesh, &refined, &job.path, job.tool.radius(), None)?;
+    let mut passes = simplified(passes, job, &chart);
+    if passes.is_empty() {
+        let (low, high) = field.range();
+        return Err(LevelSetError::TooSmall { passes: high - low.min(0.0) }.into());
+    }
+    let precedence = Precedence::new(&passes, job.path.order);
     let ring_depth = precedence.depth();
+    let is_spiral = job.path.pattern == Pattern::Spiral;
+    if is_spiral {
+        passes = pattern::spiral(&passes, &precedence);
+    }
+    let terrain = FieldTerrain::new(&mesh, &field, &refined);
+    let options = ClosingOptions { order: job.path.order, on_levels: !is_spiral, threads };
+    let closing = close(&mut passes, &mesh, &field, &terrain, &options);
     let region = Region::of_chart(&surface, &chart);
     let plane = Plane { job, mesh: &mesh, field: &field, refined: &refined, region: &region };
     progress(Stage::Cut, 0.0);
-    let uncured = || plane.cut(&rings, &precedence, ForceControl::Off, |_| {});
-    let (cut, plain) = match job.force.control {
-        ForceControl::Off => {
-            let plain = uncured();
-            (plain.clone(), plain)
-        }
-        control => parallel::both(
-            threads,
-            || plane.cut(&rings, &precedence, control, |p| progress(Stage::Cut, p)),
-            uncured,
-        ),
+    let is_walked = job.path.pattern == Pattern::Contour && job.force.control != ForceControl::Off;
+    let plain = || lay(&passes, &precedence, &plane.terrain(), &lay_options(job));
+    let (cut, plain) = if is_walked {
+        let walk = || plane.cut(&passes, &precedence, |p| progress(Stage::Cut, p));
+        let (cut, (plain, _)) = parallel::both(threads, walk, plain);
+        (cut, Some(plain))
+    } else {
+        let (points, counts) = plain();
+        (FlatCut { points, counts }, None)
     };
     progress(Stage::Locate, 0.0);
     let locator = Locator::new(surface.connectivity(), chart.uv());
-    let lift = crate::lift::Lift::new(&surface, &chart, &locator, job.tool.radius());
-    let options = deliver_options(job, rapid_plane(&part, job), threads);
-    let no_check = CheckMesh::new(Vec::new(), Vec::new());
     let rest = part.without(&surface);
-    let layer = Layer { stock: job.cut.stock, depth: job.cut.axial_depth };
-    let columns = Columns::new(&surface, &chart, job.nominal_side_step(), layer.top());
-    let removal = Removal { job, columns: &columns, layer, threads };
-    let plain = deliver(&plain.points, &lift, &no_check, &options, None, |_| {})?.toolpath;
-    let (plain, _) = removal.rated(&plain, ForceControl::Off, None)?;
-    let check = CheckMesh::new(part.positions, part.faces);
-    let control = job.force.control;
-    let cusp_limit = cusp_limit(job, &surface, &curvature);
-    let terrain = plane.terrain();
-    let inside =
-        |p| job.path.boundary == Boundary::Open || terrain.room(p).is_some_and(|room| room >= 0.0);
-    let mut finish = |flat: &[FlatPoint], before: Option<&Finished>| -> Result<_, PlanError> {
-        let last = before.and_then(|b| b.toolpath.points.last().copied());
-        let Delivered { toolpath, raised } =
-            deliver(flat, &lift, &check, &options, last, |p| progress(Stage::Locate, p))?;
-        refuse_too_tight(job, &raised)?;
-        let (toolpath, removed) = removal.rated(&toolpath, control, before.map(|b| &b.removed))?;
-        let access = Access {
-            tool: job.tool,
-            axis: options.pass.axis,
-            layer,
-            check: &check,
-            reach: options.pass.reach,
-            inside: &inside,
-            path: before.map_or(&toolpath, |b| &b.toolpath),
-            tolerance: job.cut.tolerance,
-            cusp: cusp_limit,
-            cell: job.nominal_side_step(),
-            threads,
-        };
-        let coverage = removal::coverage(&columns, &removed, &access);
-        Ok(Finished { toolpath, raised, coverage, removed })
+    let options = deliver_options(job, rapid_plane(&part, job), threads);
+    let delivery = Delivery {
+        job,
+        surface: &surface,
+        chart: &chart,
+        lift: crate::lift::Lift::new(&surface, &chart, &locator, job.tool.radius()),
+        check: CheckMesh::new(part.positions, part.faces),
+        options,
+        cusp_limit: cusp_limit(job, &surface, &curvature),
+        terrain: plane.terrain(),
+        threads,
     };
     let flat = at_nominal_feeds(cut.points, job);
-    let mut finished = finish(&flat, None)?;
-    for _ in 0..TOUCH_UPS {
-        let touch_up = TouchUp {
-            side_step: job.nominal_side_step(),
-            beyond: 0.5 * job.nominal_side_step() + job.tool.radius() - job.tool.corner_radius(),
-            height: job.cut.axial_depth,
-            feed: job.cut.feed,
-            first_pass: finished.toolpath.points.last().map_or(0, |p| p.pass + 1),
-        };
-        let more = link::touch_up(&finished.coverage.never_covered_flat, &terrain, &touch_up);
-        if more.is_empty() {
-            break;
+    let on_locate = &mut |p| progress(Stage::Locate, p);
+    let (finished, plain) = match job.force.control {
+        ForceControl::Off => (delivery.unlimited(&flat, on_locate)?, None),
+        _ => {
+            let columns = delivery.columns();
+            let plain = delivery.plain(&columns, plain.as_deref().unwrap_or(&flat))?;
+            (delivery.limited(&columns, &flat, on_locate)?, Some(plain))
         }
-        let more = finish(&more, Some(&finished))?;
-        finished.append(more);
-    }
-    fill_time(&mut finished.toolpath, &job.tool, &job.machine);
-    let Finished { toolpath, raised, coverage, .. } = finished;
+    };
+    let Finished { mut toolpath, raised, coverage, .. } = finished;
+    fill_time(&mut toolpath, &job.tool, &job.machine);
     Ok(Planned {
         rest,
         coverage,
-        cusp_limit,
-        surface,
+        cusp_limit: delivery.cusp_limit,
+        length_floor,
         warnings,
-        chart,
         quality,
         angle_residual,
-        rings,
+        passes,
         closing,
         ring_depth,
         toolpath,
@@ -309,6 +286,8 @@ pub fn plan(
         raised,
         rapid_plane: options.rapid_plane,
         tightest,
+        surface,
+        chart,
     })
 }
 
@@ -360,17 +339,28 @@ fn analytic_surface(options: &AnalyticOptions) -> AnalyticSurface {
 
 /// The strip metric at every vertex.
 fn strip_metrics(job: &Job, curvature: &CurvatureField) -> Vec<StripMetric> {
-    let tool = &job.tool;
-    let k_tool = match job.machine.axes {
+    let operators = curvature.operators();
+    let h = match job.cut.stepover {
+        Stepover::Fixed(side_step) => return vec![strip_metric::even(side_step); operators.len()],
+        Stepover::Scallop(h) => h,
+    };
+    let strip = strip(job, h);
+    let bends = operators.iter().map(|o| o.principal());
+    let (low, high) = bends.fold((0.0f64, 0.0f64), |(l, h), (a, b, _)| (l.min(a), h.max(b)));
+    // Where the surface is as concave as the cutter is convex the strip is as wide as it gets.
+    let table = StripTable::new(&strip, low.max(-strip.k_tool()), high);
+    let weight = |k: f64| table.weight(k) / (SHARE_OF_STRIP * SHARE_OF_STRIP);
+    operators.iter().map(|shape| strip_metric::of_scallop(shape, weight)).collect()
+}
+
+/// What decides the strip width where a job asks for a scallop height.
+fn strip(job: &Job, scallop: f64) -> Strip {
+    let corner = job.tool.corner_radius();
+    match (job.machine.axes, Tool::new(corner, corner)) {
         // The axis stands at any angle to the surface: the corner is what surely touches.
-        Axes::ThreeAxis => 1.0 / tool.corner_radius(),
-        Axes::Xyzac => tool.effective_curvature(math::sin(job.cut.lead)),
-    };
-    let metric = |shape: &ShapeOperator| match job.cut.stepover {
-        Stepover::Fixed(side_step) => strip_metric::even(side_step),
-        Stepover::Scallop(h) => strip_metric::of_scallop(k_tool, shape, h, tool.radius()),
-    };
-    curvature.operators().iter().map(metric).collect()
+        (Axes::ThreeAxis, Ok(corner)) => Strip::new(corner, 1.0, scallop),
+        _ => Strip::new(job.tool, math::sin(job.cut.lead), scallop),
+    }
 }
 
 /// Smallest concave radius, mm, and where it is.
@@ -381,23 +371,26 @@ fn tightest(surface: &Surface, curvature: &CurvatureField) -> Option<(f64, DVec3
     (k < 0.0).then(|| (-1.0 / k, surface.positions()[vertex]))
 }
 
-/// Rings with the points left out that the tolerance does not need.
-fn simplified(mut rings: Vec<Ring>, job: &Job, chart: &Chart) -> Vec<Ring> {
+/// Passes with the points left out that the tolerance does not need.
+fn simplified(mut passes: Vec<Pass>, job: &Job, chart: &Chart) -> Vec<Pass> {
     let largest = chart.vertex_scale().iter().copied().fold(0.0, f64::max);
-    // Ring 0 of an open boundary stays clear of it.
+    // Pass 0 of an open boundary stays clear of it.
     let tolerance = (RING_TOLERANCE * job.cut.tolerance).min(0.005 * job.nominal_side_step());
     let tolerance = tolerance / largest;
-    for ring in &mut rings {
-        ring.points = simplify_closed(&ring.points, tolerance);
+    for pass in &mut passes {
+        pass.points = match pass.is_closed {
+            true => simplify_closed(&pass.points, tolerance),
+            false => simplify_open(&pass.points, tolerance),
+        };
     }
-    rings
+    passes
 }
 
 /// What the plane knows: mesh, field, region.
 struct Plane<'a> {
     job: &'a Job,
     mesh: &'a PassMesh,
-    field: &'a DistanceField,
+    field: &'a PassField,
     refined: &'a Locator<'a>,
     region: &'a Region,
 }
@@ -406,21 +399,15 @@ struct Plane<'a> {
 #[derive(Clone)]
 struct FlatCut {
     points: Vec<FlatPoint>,
-    counts: RingCounts,
+    counts: CutCounts,
 }
 
 impl Plane<'_> {
-    fn terrain(&self) -> RingTerrain<'_> {
-        RingTerrain::new(self.mesh, self.field, self.refined)
+    fn terrain(&self) -> FieldTerrain<'_> {
+        FieldTerrain::new(self.mesh, self.field, self.refined)
     }
 
-    fn cut(
-        &self,
-        rings: &[Ring],
-        precedence: &Precedence,
-        control: ForceControl,
-        progress: impl FnMut(f64),
-    ) -> FlatCut {
+    fn cut(&self, rings: &[Pass], precedence: &Precedence, progress: impl FnMut(f64)) -> FlatCut {
         let job = self.job;
         let cutting = Cutting {
             // The disc that takes as much of the layer as the cutter, but covers the side step.
@@ -431,12 +418,12 @@ impl Plane<'_> {
             depth: job.cut.axial_depth,
             feed: job.cut.feed,
             vfc: job.force.vfc,
-            limit: if control == ForceControl::Off { f64::INFINITY } else { job.mrr_limit() },
+            limit: job.mrr_limit(),
         };
-        let options = RingOptions {
+        let options = CutOptions {
             order: job.path.order,
             links: job.path.links,
-            control,
+            control: job.force.control,
             loops: Loops {
                 radius: (0.5 * job.nominal_side_step()).max(job.trochoid.min_radius),
                 smallest: (0.5 * job.trochoid.min_radius).min(0.25 * job.nominal_side_step()),
@@ -451,7 +438,7 @@ impl Plane<'_> {
         };
         let terrain = self.terrain();
         let mut walk = Walk::new(cutting, &terrain, Stock::new(self.region));
-        let counts = cut_rings(&mut walk, rings, precedence, &options, progress);
+        let counts = cut_passes(&mut walk, rings, precedence, &options, progress);
         FlatCut { points: walk.finish().0, counts }
     }
 }
@@ -461,7 +448,8 @@ struct Finished {
     toolpath: Toolpath,
     raised: Vec<RaisedStretch>,
     coverage: Coverage,
-    removed: removal::Removed,
+    /// What was removed; unknown where no columns were cut.
+    removed: Option<removal::Removed>,
 }
 
 impl Finished {
@@ -473,36 +461,142 @@ impl Finished {
     }
 }
 
-/// The true removal rates of delivered paths.
-struct Removal<'a> {
+/// From flat paths to delivered ones.
+struct Delivery<'a> {
     job: &'a Job,
-    columns: &'a Columns,
-    layer: Layer,
+    surface: &'a Surface,
+    chart: &'a Chart,
+    lift: crate::lift::Lift<'a>,
+    check: CheckMesh,
+    options: DeliverOptions,
+    cusp_limit: f64,
+    terrain: FieldTerrain<'a>,
     threads: usize,
 }
 
-impl Removal<'_> {
-    /// The path with its rates and, under control, the feeds that keep them to the limit; and what
-    /// it removed.
+impl Delivery<'_> {
+    fn layer(&self) -> Layer {
+        Layer { stock: self.job.cut.stock, depth: self.job.cut.axial_depth }
+    }
+
+    fn columns(&self) -> Columns {
+        Columns::new(self.surface, self.chart, self.job.nominal_side_step(), self.layer().top())
+    }
+
+    /// The path at the nominal feeds, whatever it removes. Only where the cutter did not fit is it asked
+    /// what is left.
+    fn unlimited(
+        &self,
+        flat: &[FlatPoint],
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Finished, PlanError> {
+        let Delivered { toolpath, raised } =
+            deliver(flat, &self.lift, &self.check, &self.options, None, progress)?;
+        refuse_too_tight(self.job, &raised)?;
+        if raised.is_empty() {
+            let coverage = Coverage { area: self.surface.area(), ..Coverage::default() };
+            return Ok(Finished { toolpath, raised, coverage, removed: None });
+        }
+        let columns = self.columns();
+        let layer = self.layer();
+        let removed = columns.cut(&toolpath, &self.job.tool, layer, None, self.threads);
+        let coverage = self.coverage(&columns, &removed, &toolpath);
+        Ok(Finished { toolpath, raised, coverage, removed: None })
+    }
+
+    /// The plain passes with their true removal rates, beside which the delivered path stands.
+    fn plain(&self, columns: &Columns, flat: &[FlatPoint]) -> Result<Toolpath, PlanError> {
+        let no_check = CheckMesh::new(Vec::new(), Vec::new());
+        let path = deliver(flat, &self.lift, &no_check, &self.options, None, |_| {})?.toolpath;
+        Ok(self.rated(columns, &path, Feeds::LinksLimited, None)?.0)
+    }
+
+    /// The path at the feeds that keep the removal rate to the limit, with passes over what it leaves.
+    fn limited(
+        &self,
+        columns: &Columns,
+        flat: &[FlatPoint],
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Finished, PlanError> {
+        let mut finished = self.limited_part(columns, flat, None, progress)?;
+        let side_step = self.job.nominal_side_step();
+        for _ in 0..TOUCH_UPS {
+            let touch_up = TouchUp {
+                side_step,
+                beyond: 0.5 * side_step + self.job.tool.radius() - self.job.tool.corner_radius(),
+                height: self.job.cut.axial_depth,
+                feed: self.job.cut.feed,
+                first_pass: finished.toolpath.points.last().map_or(0, |p| p.pass + 1),
+            };
+            let left = &finished.coverage.never_covered_flat;
+            let more = link::touch_up(left, &self.terrain, &touch_up);
+            if more.is_empty() {
+                break;
+            }
+            let more = self.limited_part(columns, &more, Some(&finished), progress)?;
+            finished.append(more);
+        }
+        Ok(finished)
+    }
+
+    fn limited_part(
+        &self,
+        columns: &Columns,
+        flat: &[FlatPoint],
+        before: Option<&Finished>,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Finished, PlanError> {
+        let last = before.and_then(|b| b.toolpath.points.last().copied());
+        let Delivered { toolpath, raised } =
+            deliver(flat, &self.lift, &self.check, &self.options, last, progress)?;
+        refuse_too_tight(self.job, &raised)?;
+        let earlier = before.and_then(|b| b.removed.as_ref());
+        let (toolpath, removed) = self.rated(columns, &toolpath, Feeds::Limited, earlier)?;
+        let headings = before.map_or(&toolpath, |b| &b.toolpath);
+        let coverage = self.coverage(columns, &removed, headings);
+        Ok(Finished { toolpath, raised, coverage, removed: Some(removed) })
+    }
+
+    /// What is left of the columns; `headings`: a path whose nearest move gives the feed direction.
+    fn coverage(
+        &self,
+        columns: &Columns,
+        removed: &removal::Removed,
+        headings: &Toolpath,
+    ) -> Coverage {
+        let is_open = self.job.path.boundary == Boundary::Open;
+        let inside = |p| is_open || self.terrain.room(p).is_some_and(|room| room >= 0.0);
+        let access = Access {
+            tool: self.job.tool,
+            axis: self.options.pass.axis,
+            layer: self.layer(),
+            check: &self.check,
+            reach: self.options.pass.reach,
+            inside: &inside,
+            path: headings,
+            tolerance: self.job.cut.tolerance,
+            cusp: self.cusp_limit,
+            cell: self.job.nominal_side_step(),
+            threads: self.threads,
+        };
+        removal::coverage(columns, removed, &access)
+    }
+
+    /// The path with its true removal rates and the feeds that follow from them; and what it removed.
     fn rated(
         &self,
+        columns: &Columns,
         path: &Toolpath,
-        control: ForceControl,
+        feeds: fn(Limit) -> Feeds,
         earlier: Option<&removal::Removed>,
     ) -> Result<(Toolpath, removal::Removed), PlanError> {
         let job = self.job;
-        let removed = self.columns.cut(path, &job.tool, self.layer, earlier, self.threads);
+        let removed = columns.cut(path, &job.tool, self.layer(), earlier, self.threads);
         let limit = Limit {
             rate: job.mrr_limit(),
             feed: job.cut.feed,
             return_feed: job.trochoid.return_feed,
             slowest: SLOWEST,
-        };
-        // The plain rings stand beside the delivered path: they are to be reached as it is.
-        let feeds = match (control, job.force.control) {
-            (ForceControl::Off, ForceControl::Off) => Feeds::Kept(limit),
-            (ForceControl::Off, _) => Feeds::LinksLimited(limit),
-            _ => Feeds::Limited(limit),
         };
         let unreachable = |TooSlow { place, rate, feed }| PlanError::LimitUnreachable {
             place,
@@ -510,9 +604,23 @@ impl Removal<'_> {
             feed,
             limit: job.mrr_limit(),
         };
-        let mut path = rated(path, &removed, feeds, job.tool.radius()).map_err(unreachable)?;
+        let mut path =
+            rated(path, &removed, feeds(limit), job.tool.radius()).map_err(unreachable)?;
         fill_time(&mut path, &job.tool, &job.machine);
         Ok((path, removed))
+    }
+}
+
+/// How passes are laid where the removal rate is not asked for.
+fn lay_options(job: &Job) -> LayOptions {
+    LayOptions {
+        order: job.path.order,
+        traverse: job.path.traverse,
+        links: job.path.links,
+        direction: job.cut.direction,
+        radius: job.tool.radius(),
+        height: job.cut.axial_depth,
+        feed: job.cut.feed,
     }
 }
 

@@ -43,16 +43,16 @@ pub struct Report {
     pub warnings: Vec<Warning>,
     /// Quality of the flat map.
     pub flatten: FlattenFigures,
-    /// The rings.
-    pub rings: RingFigures,
+    /// The passes.
+    pub passes: PassFigures,
     /// The side step.
     pub stepover: StepoverFigures,
     /// Limit and measured removal rate.
     pub force: ForceFigures,
-    /// The plain rings at the nominal feed.
-    pub plain: PathFigures,
-    /// The plain rings at the one feed that respects the limit.
-    pub slowed: PathFigures,
+    /// The plain passes at the nominal feed; null where the removal rate is not controlled.
+    pub plain: Option<PathFigures>,
+    /// The plain passes at the one feed that respects the limit; null where it is not controlled.
+    pub slowed: Option<PathFigures>,
     /// The path that is delivered.
     pub delivered: PathFigures,
     /// What the cutter reaches.
@@ -141,23 +141,31 @@ pub struct FlattenFigures {
     pub flips: u64,
 }
 
-/// The rings.
+/// The passes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-pub struct RingFigures {
-    /// Number of rings.
+pub struct PassFigures {
+    /// Pattern of the job.
+    pub pattern: String,
+    /// Number of passes.
     pub count: u64,
     /// Depth of the tree of rings.
     pub tree_depth: u64,
-    /// Cores between the last rings that needed closing.
+    /// Cores between the last passes that needed closing.
     pub closed_cores: u64,
-    /// Detours of rings that close cores and corners.
+    /// Detours of passes that close cores and corners.
     pub spurs: u64,
     /// Their length on the surface, out and back, mm.
     pub spur_length_mm: f64,
-    /// Largest distance of a place from the nearest pass, in side steps; half between parallel
-    /// rings.
+    /// Largest distance of a place near a ridge of the passes' field from the nearest pass, in side
+    /// steps; half between parallel passes.
     pub widest_gap_passes: f64,
+    /// Shortest length that passes on the surface can have, mm: the integral of one over the widest strip.
+    pub length_floor_mm: f64,
+    /// Length of the passes' contacts on the surface, mm.
+    pub length_mm: f64,
+    /// That length as a multiple of the floor.
+    pub length_over_floor: f64,
 }
 
 /// The side step.
@@ -180,8 +188,8 @@ pub struct ForceFigures {
     pub limit_mm3_per_min: f64,
     /// Removal rate of a straight pass at the nominal side step, mm³/min.
     pub straight_pass_mm3_per_min: f64,
-    /// Intervals of the plain rings above the limit.
-    pub over_limit_intervals: u64,
+    /// Intervals of the plain passes above the limit; null where the rate is not controlled.
+    pub over_limit_intervals: Option<u64>,
     /// Trochoid loops in the delivered path.
     pub trochoid_loops: u64,
 }
@@ -244,6 +252,15 @@ pub struct PathFigures {
     pub time_s: ByKind,
     /// Time under the machine's limits by kind of move, s.
     pub machine_time_s: ByKind,
+    /// Predicted removal rate; these keys are missing where it is not controlled.
+    #[serde(flatten)]
+    pub rate: Option<RateFigures>,
+}
+
+/// Predicted removal rate of a path.
+#[derive(Copy, Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct RateFigures {
     /// Largest removal rate, mm³/min.
     pub peak_mm3_per_min: f64,
     /// Mean removal rate while cutting, mm³/min.
@@ -254,25 +271,34 @@ pub struct PathFigures {
     pub peak_over_limit: f64,
 }
 
+impl RateFigures {
+    /// Figures of a path whose points tell their rate; `limit`: mm³/s.
+    pub fn of(path: &Toolpath, limit: f64) -> Self {
+        let profile = Profile::of(path);
+        let peak = profile.peak();
+        Self {
+            peak_mm3_per_min: 60.0 * peak,
+            mean_mm3_per_min: 60.0 * profile.mean_while_cutting(),
+            variation: profile.variation_while_cutting(),
+            peak_over_limit: peak / limit,
+        }
+    }
+}
+
 impl PathFigures {
-    /// Figures of a path; `feed`: nominal, mm/s, `limit`: mm³/s, `machine_time`: s by kind.
-    pub fn of(path: &Toolpath, feed: f64, machine_time: ByKind, limit: f64) -> Self {
+    /// Figures of a path; `feed`: nominal, mm/s, `machine_time`: s by kind.
+    pub fn of(path: &Toolpath, feed: f64, machine_time: ByKind, rate: Option<RateFigures>) -> Self {
         let (mut length, mut time) = (ByKind::default(), ByKind::default());
         for pair in path.points.windows(2) {
             length.add(pair[1].kind, pair[0].tip.distance(pair[1].tip));
             time.add(pair[1].kind, pair[1].time - pair[0].time);
         }
-        let profile = Profile::of(path);
-        let peak = profile.peak();
         Self {
             feed_mm_per_min: 60.0 * feed,
             length_mm: length,
             time_s: time,
             machine_time_s: machine_time,
-            peak_mm3_per_min: 60.0 * peak,
-            mean_mm3_per_min: 60.0 * profile.mean_while_cutting(),
-            variation: profile.variation_while_cutting(),
-            peak_over_limit: peak / limit,
+            rate,
         }
     }
 }
@@ -395,12 +421,13 @@ mod tests {
                 point(MoveKind::Link, 15.0, 0.0, 6.0),
             ],
         };
-        let f = PathFigures::of(&path, 5.0, ByKind::default(), 8.0);
+        let rate = RateFigures::of(&path, 8.0);
+        let f = PathFigures::of(&path, 5.0, ByKind::default(), Some(rate));
         assert_eq!((f.length_mm.cut, f.length_mm.link, f.length_mm.total), (12.0, 3.0, 15.0));
         assert_eq!((f.time_s.cut, f.time_s.link, f.time_s.total), (4.0, 2.0, 6.0));
-        assert_eq!((f.peak_mm3_per_min, f.peak_over_limit), (240.0, 0.5));
+        assert_eq!((rate.peak_mm3_per_min, rate.peak_over_limit), (240.0, 0.5));
         // Three seconds at 2 and one at 4: mean 2.5, variance 0.75.
-        assert_eq!(f.mean_mm3_per_min, 150.0);
-        assert!((f.variation - 0.75f64.sqrt() / 2.5).abs() < 1e-12);
+        assert_eq!(rate.mean_mm3_per_min, 150.0);
+        assert!((rate.variation - 0.75f64.sqrt() / 2.5).abs() < 1e-12);
     }
 }

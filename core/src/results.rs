@@ -10,8 +10,8 @@ use crate::post::{PostError, ProgramOptions, program};
 use crate::preview::{flat_map, mrr_chart, rate_map, residual_map, surface_view};
 use crate::report::{
     ByKind, CoverageFigures, FORMAT, FileRecord, FlattenFigures, ForceFigures, GougeFigures, Lines,
-    PathFigures, Profile, RaisedStretch, Report, RingFigures, StepoverFigures, SurfaceFigures,
-    VerificationFigures, Versions, Warning,
+    PassFigures, PathFigures, Profile, RaisedStretch, RateFigures, Report, StepoverFigures,
+    SurfaceFigures, VerificationFigures, Versions, Warning,
 };
 use crate::surface;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
@@ -159,15 +159,16 @@ fn judge(
 
 /// What a job asks of its path; `cusp_limit`: height of the cusps that are meant to stay, mm.
 pub fn verify_options(job: &Job, cusp_limit: f64, threads: usize) -> VerifyOptions {
+    let limits_rate = job.force.control != ForceControl::Off;
     VerifyOptions {
         tool: job.tool,
         length: job.cutter_length(),
         depth: job.cut.axial_depth,
-        tells_rate: true,
+        tells_rate: limits_rate,
         stock: job.cut.stock,
         scallop: Some(cusp_limit),
         tolerance: job.cut.tolerance,
-        mrr_limit: Some(job.mrr_limit()),
+        mrr_limit: limits_rate.then(|| job.mrr_limit()),
         spacing: job.nominal_side_step() / SAMPLES_PER_STEP,
         up: DVec3::Z,
         too_tight: Vec::new(),
@@ -213,10 +214,10 @@ fn pictures(
             let svg = surface_view(&planned.surface, &planned.toolpath, &contacts, limit);
             Some(("surface.svg", "Surface", svg))
         }
-        Picture::Mrr => {
-            let (before, after) = (Profile::of(&planned.plain), Profile::of(&planned.toolpath));
-            Some(("mrr.svg", "Removal rate along time", mrr_chart(&before, &after, limit)))
-        }
+        Picture::Mrr => planned.plain.as_ref().map(|plain| {
+            let (before, after) = (Profile::of(plain), Profile::of(&planned.toolpath));
+            ("mrr.svg", "Removal rate along time", mrr_chart(&before, &after, limit))
+        }),
         Picture::Scallop => judged.map(|(v, o)| {
             let svg = residual_map(design, rest, v, o.scallop, o.tolerance);
             ("scallop.svg", "Measured: what is left", svg)
@@ -237,6 +238,17 @@ fn contacts(planned: &Planned) -> Vec<Option<DVec3>> {
     planned.toolpath.points.iter().map(|p| p.flat.and_then(place)).collect()
 }
 
+/// Length of the contacts along passes, mm.
+fn length_of_passes(planned: &Planned) -> f64 {
+    let contacts = contacts(planned);
+    let points = planned.toolpath.points.windows(2).zip(contacts.windows(2));
+    let length = |(points, contacts): (&[PathPoint], &[Option<DVec3>])| match contacts {
+        [Some(a), Some(b)] if points[1].kind == MoveKind::Cut => a.distance(*b),
+        _ => 0.0,
+    };
+    points.map(length).sum()
+}
+
 fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> Report {
     let limit = job.mrr_limit();
     let surface = &planned.surface;
@@ -244,11 +256,16 @@ fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> Report {
         let time = machine_time(path, &job.tool, &job.machine, job.cut.tolerance);
         let mut by_kind = ByKind::default();
         MoveKind::ALL.iter().for_each(|&kind| by_kind.add(kind, time.limited[kind]));
-        PathFigures::of(path, feed, by_kind, limit)
+        let rate = planned.plain.is_some().then(|| RateFigures::of(path, limit));
+        PathFigures::of(path, feed, by_kind, rate)
     };
-    let plain = figures(&planned.plain, job.cut.feed);
-    let factor = (limit / (plain.peak_mm3_per_min / 60.0)).min(1.0);
-    let slowed = figures(&slowed(&planned.plain, factor, job), job.cut.feed * factor);
+    let plain = planned.plain.as_ref().map(|path| figures(path, job.cut.feed));
+    let slowed = planned.plain.as_ref().map(|path| {
+        let peak = RateFigures::of(path, limit).peak_over_limit;
+        let factor = (1.0 / peak).min(1.0);
+        figures(&slowed(path, factor, job), job.cut.feed * factor)
+    });
+    let length = length_of_passes(planned);
     let delivered = figures(&planned.toolpath, job.cut.feed);
     let (low, high) = surface
         .positions()
@@ -269,7 +286,7 @@ fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> Report {
             smallest_concave_radius_mm: planned.tightest.map(|(radius, _)| radius),
         },
         repairs: repairs(planned),
-        warnings: warnings(job, planned, &slowed, &delivered),
+        warnings: warnings(job, planned, slowed.as_ref(), &delivered),
         flatten: FlattenFigures {
             method: match job.flatten {
                 FlattenMethod::Abf => "abf".into(),
@@ -283,13 +300,17 @@ fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> Report {
             scale_max: planned.quality.max_s,
             flips: planned.quality.flips as u64,
         },
-        rings: RingFigures {
-            count: planned.rings.len() as u64,
+        passes: PassFigures {
+            pattern: job.path.pattern.name().into(),
+            count: planned.passes.len() as u64,
             tree_depth: planned.ring_depth as u64,
             closed_cores: planned.closing.cores as u64,
             spurs: planned.closing.spurs as u64,
             spur_length_mm: planned.closing.length,
             widest_gap_passes: planned.closing.widest_gap,
+            length_floor_mm: planned.length_floor,
+            length_mm: length,
+            length_over_floor: length / planned.length_floor,
         },
         stepover: StepoverFigures {
             nominal_mm: job.nominal_side_step(),
@@ -303,7 +324,7 @@ fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> Report {
             },
             limit_mm3_per_min: 60.0 * limit,
             straight_pass_mm3_per_min: 60.0 * job.nominal_mrr(),
-            over_limit_intervals: intervals_above(&planned.plain, limit),
+            over_limit_intervals: planned.plain.as_ref().map(|path| intervals_above(path, limit)),
             trochoid_loops: planned.counts.loops as u64,
         },
         plain,
@@ -380,7 +401,7 @@ fn without_stage(message: &str) -> String {
 fn warnings(
     job: &Job,
     planned: &Planned,
-    slowed: &PathFigures,
+    slowed: Option<&PathFigures>,
     delivered: &PathFigures,
 ) -> Vec<Warning> {
     let about_surface = planned.warnings.iter().filter(|w| w.repair().is_none());
@@ -423,10 +444,10 @@ fn warnings(
         );
         out.push(warning("flatten", message, "select a smaller, flatter piece (surface.select)"));
     }
-    if delivered.peak_over_limit > 1.0 {
+    if let Some(rate) = delivered.rate.filter(|rate| rate.peak_over_limit > 1.0) {
         out.push(warning(
             "force",
-            format!("the removal rate reaches {:.2} of the limit", delivered.peak_over_limit),
+            format!("the removal rate reaches {:.2} of the limit", rate.peak_over_limit),
             "set force.control to \"trochoid\" or \"feed\"",
         ));
     }
@@ -442,11 +463,12 @@ fn warnings(
             "raise force.relative or force.mrr_limit",
         ));
     }
-    if job.force.control == ForceControl::Trochoid
+    if let Some(slowed) = slowed
+        && job.force.control == ForceControl::Trochoid
         && delivered.machine_time_s.total > slowed.machine_time_s.total
     {
         let message = format!(
-            "the plain rings, slowed throughout, would take {:.0} s instead of {:.0} s",
+            "the plain passes, slowed throughout, would take {:.0} s instead of {:.0} s",
             slowed.machine_time_s.total, delivered.machine_time_s.total
         );
         out.push(warning("force", message, "try force.control = \"feed\""));

@@ -254,6 +254,7 @@ impl<'a> Walk<'a> {
             alpha,
             length,
             heading: self.heading,
+            overrun: 0.0,
         });
     }
 

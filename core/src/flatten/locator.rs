@@ -137,8 +137,9 @@ impl<'a> Locator<'a> {
                 return Ok(SurfacePoint { face, weights });
             }
             let Some((side, t)) = self.exit(face, from, way, done) else { break };
+            done = t;
             let Some(next) = self.connectivity.opposite(side) else { break };
-            (face, done) = (next.face(), t);
+            face = next.face();
             cross(side, t);
         }
         // What is left of the way is within rounding of the chart's coordinates: its end decides.

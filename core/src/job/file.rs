@@ -10,8 +10,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    AnalyticKind, Boundary, CutDirection, FeedComponent, FlattenMethod, ForceControl, Links,
-    Picture, RingOrder, TooTight,
+    AnalyticKind, Boundary, CutDirection, FeedComponent, FirstPass, FlattenMethod, ForceControl,
+    Links, Parameter, Pattern, Picture, RingOrder, StartKey, TooTight, Traverse,
 };
 use crate::machine::Axes;
 use crate::tool::ToolKind;
@@ -270,6 +270,26 @@ pub struct PathTable {
     /// Pattern of the passes.
     #[schemars(extend("default" = "contour"))]
     pub pattern: Option<Pattern>,
+    /// Where iso-scallop passes begin.
+    #[schemars(extend("default" = "shortest"))]
+    pub start: Option<StartKey>,
+    /// Points of a curve at which iso-scallop passes begin, each taken to the nearest point of the
+    /// surface; it is lengthened to the boundary.
+    #[schemars(extend("x-default" = "`start` counts", "minItems" = 2, "maxItems" = 1000, "items" = { "type": "array", "minItems": 3, "maxItems": 3, "items": { "type": "number", "x-unit": "mm", "minimum": -1e6, "maximum": 1e6 } }))]
+    pub curve: Option<Vec<[f64; 3]>>,
+    /// Surface parameter along which iso-parametric passes run: of a NURBS surface its own, of a mesh
+    /// the conformal coordinate along (u) or across (v) the longest extent of its flat image.
+    #[schemars(extend("x-default" = "the one with the shorter path"))]
+    pub along: Option<Parameter>,
+    /// Direction of iso-planar passes seen from above, from X toward Y.
+    #[schemars(extend("x-unit" = "deg", "x-default" = "the one with the shortest path, by steps of 15 degrees", "minimum" = -180.0, "maximum" = 180.0))]
+    pub angle: Option<f64>,
+    /// How open passes follow each other.
+    #[schemars(extend("default" = "zigzag"))]
+    pub traverse: Option<Traverse>,
+    /// Where the outermost passes run on an open boundary.
+    #[schemars(extend("x-default" = "edge for rings, else half-strip"))]
+    pub first: Option<FirstPass>,
     /// Order of the rings.
     #[schemars(extend("default" = "outside-in"))]
     pub order: Option<RingOrder>,
@@ -279,14 +299,6 @@ pub struct PathTable {
     /// What lies outside of the surface's boundary, for engagement.
     #[schemars(extend("default" = "open"))]
     pub boundary: Option<Boundary>,
-}
-
-/// Pattern of the passes.
-#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Pattern {
-    /// Rings parallel to the boundary.
-    Contour,
 }
 
 /// `[force]`.
@@ -302,7 +314,7 @@ pub struct ForceTable {
     #[schemars(extend("x-default" = "1.5 where `mrr_limit` is not given", "minimum" = 0.01, "maximum" = 1000.0))]
     pub relative: Option<f64>,
     /// What is done where the limit would be exceeded.
-    #[schemars(extend("default" = "trochoid"))]
+    #[schemars(extend("x-default" = "trochoid for pattern contour, else off"))]
     pub control: Option<ForceControl>,
     /// Which feed component the removal rate is formed with.
     #[schemars(extend("default" = "mean"))]

@@ -25,7 +25,10 @@ pub use fault::{Fault, Faults, Severity, line_and_column};
 pub use file::JobFile;
 pub use force::{FeedComponent, Force, ForceControl, MrrLimit, TrochoidOptions};
 pub use output::{OutputOptions, Picture, Post};
-pub use path::{Boundary, Links, PathOptions, RingOrder};
+pub use path::{
+    Boundary, FirstPass, Links, Parameter, PathOptions, Pattern, RingOrder, Start, StartKey,
+    Traverse,
+};
 pub use reference::reference;
 pub use schema::schema;
 pub use surface::{

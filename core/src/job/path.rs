@@ -3,6 +3,126 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::geometry::DVec3;
+
+/// Pattern of the passes.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Pattern {
+    /// Rings parallel to the boundary.
+    Contour,
+    /// Passes at the distance of one strip from each other, beginning at a curve (`start`).
+    IsoScallop,
+    /// Passes along a surface parameter, or a conformal coordinate of a mesh.
+    IsoParametric,
+    /// Passes in parallel vertical planes.
+    IsoPlanar,
+    /// Passes across the direction in which the strip is widest, as nearly as one field can.
+    DirectionField,
+    /// Rings joined to one continuous path.
+    Spiral,
+}
+
+impl Pattern {
+    /// All patterns, in the order in which they are compared.
+    pub const ALL: [Self; 6] = [
+        Self::Contour,
+        Self::IsoScallop,
+        Self::IsoParametric,
+        Self::IsoPlanar,
+        Self::DirectionField,
+        Self::Spiral,
+    ];
+
+    /// Its name in the job file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Contour => "contour",
+            Self::IsoScallop => "iso-scallop",
+            Self::IsoParametric => "iso-parametric",
+            Self::IsoPlanar => "iso-planar",
+            Self::DirectionField => "direction-field",
+            Self::Spiral => "spiral",
+        }
+    }
+
+    /// Keys of `[path]` that belong to some patterns only.
+    pub const KEYS: [&str; 6] = ["start", "curve", "along", "angle", "traverse", "order"];
+
+    /// Whether one of [`KEYS`](Self::KEYS) says anything about it.
+    pub fn uses(self, key: &str) -> bool {
+        match key {
+            "start" | "curve" => self == Self::IsoScallop,
+            "along" => self == Self::IsoParametric,
+            "angle" => self == Self::IsoPlanar,
+            "order" => self.has_rings(),
+            _ => !self.has_rings(),
+        }
+    }
+
+    /// Whether its passes are closed rings about the middle of the surface.
+    pub fn has_rings(self) -> bool {
+        matches!(self, Self::Contour | Self::Spiral)
+    }
+}
+
+/// Where iso-scallop passes begin.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Start {
+    /// Wherever the path is the shortest: at a side of the boundary, a straight line through the middle of
+    /// the flat image, or the curve of the widest strip.
+    Shortest,
+    /// The curve through the place of the widest strip, across the direction in which it is widest.
+    Widest,
+    /// The side of the boundary from which the path is shortest.
+    Boundary,
+    /// A curve through these points, mm, each taken to the nearest point of the surface.
+    Curve(Vec<DVec3>),
+}
+
+/// Where iso-scallop passes begin, by name.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum StartKey {
+    /// Wherever the path is the shortest: at a side of the boundary, a straight line through the middle of
+    /// the flat image, or the curve of the widest strip.
+    Shortest,
+    /// The curve through the place of the widest strip, across the direction in which it is widest.
+    Widest,
+    /// The side of the boundary from which the path is shortest.
+    Boundary,
+}
+
+/// Surface parameter along which iso-parametric passes run.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Parameter {
+    /// The first.
+    U,
+    /// The second.
+    V,
+}
+
+/// How open passes follow each other.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Traverse {
+    /// To and fro.
+    Zigzag,
+    /// All in the direction that the cut direction asks for, with a retract between them.
+    OneWay,
+}
+
+/// Where the outermost passes run on an open boundary.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FirstPass {
+    /// On the boundary.
+    Edge,
+    /// Half a strip inside: the fewest passes.
+    HalfStrip,
+}
+
 /// Order of the rings.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -34,8 +154,20 @@ pub enum Links {
 }
 
 /// Passes and links.
-#[derive(Copy, Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PathOptions {
+    /// Pattern of the passes.
+    pub pattern: Pattern,
+    /// Where iso-scallop passes begin.
+    pub start: Start,
+    /// Parameter of iso-parametric passes; `None`: the one with the shorter path.
+    pub along: Option<Parameter>,
+    /// Direction of iso-planar passes from X, rad; `None`: the one with the shortest path.
+    pub angle: Option<f64>,
+    /// How open passes follow each other.
+    pub traverse: Traverse,
+    /// Where the outermost passes run.
+    pub first: FirstPass,
     /// Order of the rings.
     pub order: RingOrder,
     /// Joining of passes.

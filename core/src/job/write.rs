@@ -2,14 +2,14 @@
 
 use super::file::{
     AnalyticTable, ComponentKey, ComponentRule, CutTable, FlattenTable, ForceTable, GcodeTable,
-    JobFile, MachineTable, OutputTable, PathTable, Pattern, PostKey, RegionMethod, RegionsTable,
+    JobFile, MachineTable, OutputTable, PathTable, PostKey, RegionMethod, RegionsTable,
     SelectTable, SurfaceTable, ToolTable, TravelTable, TrochoidTable, Units, VERSION,
 };
 use super::resolve::uses;
 use super::units::{to_degrees, to_per_minute};
 use super::{
-    AnalyticOptions, Component, Cut, Job, MrrLimit, Post, Selection, Stepover, SurfaceOptions,
-    SurfaceSource,
+    AnalyticOptions, Component, Cut, Job, MrrLimit, PathOptions, Post, Selection, Start, StartKey,
+    Stepover, SurfaceOptions, SurfaceSource,
 };
 use crate::machine::Machine;
 
@@ -35,12 +35,7 @@ impl Job {
             tool: self.tool_table(),
             cut: cut_table(&self.cut),
             regions: RegionsTable { method: Some(RegionMethod::Single) },
-            path: PathTable {
-                pattern: Some(Pattern::Contour),
-                order: Some(self.path.order),
-                links: Some(self.path.links),
-                boundary: Some(self.path.boundary),
-            },
+            path: path_table(&self.path),
             force: self.force_table(),
             trochoid: TrochoidTable {
                 max_step: Some(self.trochoid.max_step),
@@ -80,6 +75,28 @@ impl Job {
             gcode: Some(GcodeTable { post: Some(post) }),
             svg: Some(self.output.pictures.clone()),
         }
+    }
+}
+
+fn path_table(path: &PathOptions) -> PathTable {
+    let (start, curve) = match &path.start {
+        Start::Shortest => (Some(StartKey::Shortest), None),
+        Start::Widest => (Some(StartKey::Widest), None),
+        Start::Boundary => (Some(StartKey::Boundary), None),
+        Start::Curve(points) => (None, Some(points.iter().map(|p| p.to_array()).collect())),
+    };
+    let uses = |key: &str| path.pattern.uses(key);
+    PathTable {
+        pattern: Some(path.pattern),
+        start: start.filter(|_| uses("start")),
+        curve,
+        along: path.along,
+        angle: path.angle.map(to_degrees),
+        traverse: uses("traverse").then_some(path.traverse),
+        first: Some(path.first),
+        order: uses("order").then_some(path.order),
+        links: Some(path.links),
+        boundary: Some(path.boundary),
     }
 }
 

@@ -23,7 +23,7 @@ mod passes;
 mod spur;
 mod tree;
 
-use super::{DistanceField, PassMesh, Ring};
+use super::{Pass, PassField, PassMesh};
 use crate::flat_path::Terrain;
 use crate::geometry::DVec2;
 use crate::job::RingOrder;
@@ -43,6 +43,8 @@ const ROUNDS: usize = 6;
 pub struct ClosingOptions {
     /// Order of the rings.
     pub order: RingOrder,
+    /// Whether there is a pass at every whole level.
+    pub on_levels: bool,
     /// Threads to use; the spurs do not depend on it.
     pub threads: usize,
 }
@@ -66,14 +68,14 @@ pub struct ClosingReport {
 
 /// Gives the rings the spurs that close the gaps between them.
 pub fn close(
-    rings: &mut [Ring],
+    rings: &mut [Pass],
     mesh: &PassMesh,
-    field: &DistanceField,
+    field: &PassField,
     terrain: &dyn Terrain,
     options: &ClosingOptions,
 ) -> ClosingReport {
     let mut passes = Passes::new(rings, mean_pass(mesh));
-    let found = gaps(mesh, field, passes.rings(), options.threads);
+    let found = gaps(mesh, field, passes.without_spurs(), options);
     let mut places = found.places;
     for _ in 0..ROUNDS {
         let chooser = Chooser { passes: &passes, terrain, order: options.order };

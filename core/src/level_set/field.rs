@@ -1,21 +1,40 @@
-//! Distance from the boundary in passes, by fast marching over triangles given by edge lengths.
+//! Fields whose level curves are the passes.
 
+use super::front::{Accuracy, Front};
+use super::strip_metric::FlatMetric;
 use super::{LevelSetError, PassMesh};
-use crate::mesh::{Connectivity, HalfEdgeId, VertexId};
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use crate::flatten::Locator;
+use crate::geometry::DVec2;
+use crate::mesh::{FaceId, HalfEdgeId, VertexId};
 
-/// A value per vertex of a [`PassMesh`]: 0 on ring 0, growing by 1 per pass.
+/// Most passes that a paced field may ask for.
+const MOST_PASSES: f64 = 20_000.0;
+/// Intervals per pass in which a field is paced. More: slower; fewer: the tightest place of an
+/// interval counts for more than its pass.
+const INTERVALS: f64 = 4.0;
+/// A vertex nearer to a curve than this, passes, is on it.
+const ON_CURVE: f64 = 1e-6;
+/// A field that grows by less than this per pass leaves gaps.
+const FLAT: f64 = 0.97;
+/// A stretch of a pass whose neighbour is farther by at most this part of the side step needs no spur.
+const SLACK: f64 = 0.01;
+/// Length of a spur for each length of the stretch it closes.
+const OUT_AND_BACK: f64 = 2.0;
+/// Most intervals.
+const MOST_INTERVALS: f64 = 4.0e5;
+
+/// A value per vertex of a [`PassMesh`] that grows by at least 1 per pass.
 #[derive(Clone, Debug)]
-pub struct DistanceField {
+pub struct PassField {
     values: Vec<f64>,
+    inside: f64,
 }
 
-impl DistanceField {
+impl PassField {
     /// Distance in passes from the boundary.
     pub fn from_boundary(mesh: &PassMesh) -> Self {
-        let front = Front::new(mesh.connectivity(), |h| mesh.pass_length(h));
-        Self { values: front.march(boundary_sources(mesh), |_| true) }
+        let values = Front::solve(mesh, &boundary_sources(mesh), Accuracy::Full, |_| true);
+        Self { values, inside: 0.0 }
     }
 
     /// Distance in passes from the curve that runs `radius` mm inside of the boundary.
@@ -27,7 +46,7 @@ impl DistanceField {
     pub fn from_inset(mesh: &PassMesh, radius: f64) -> Result<Self, LevelSetError> {
         let connectivity = mesh.connectivity();
         let front = Front::new(connectivity, |h| mesh.length(h));
-        let distance = front.march(boundary_sources(mesh), |_| true);
+        let distance = front.march(&boundary_sources(mesh), |_| true);
         let widest = distance.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
         if widest <= radius {
             return Err(LevelSetError::NoRoom { radius, widest });
@@ -51,20 +70,146 @@ impl DistanceField {
         }
         sources.sort_unstable();
         sources.dedup();
-        let sources = sources.iter().map(|&v| (v, beside(v.index()))).collect();
-        let front = Front::new(connectivity, |h| mesh.pass_length(h));
-        let mut values = front.march(sources, |v| distance[v.index()] > radius);
+        let sources: Vec<_> = sources.iter().map(|&v| (v, beside(v.index()))).collect();
+        let mut values =
+            Front::solve(mesh, &sources, Accuracy::Full, |v| distance[v.index()] > radius);
         for (v, value) in values.iter_mut().enumerate() {
             if distance[v] <= radius {
                 *value = beside(v);
             }
         }
-        Ok(Self { values })
+        Ok(Self { values, inside: 0.0 })
     }
 
-    /// `#V` values.
+    /// Distance in passes from some vertices, between neighbours of which the front starts straight.
+    pub fn from_vertices(mesh: &PassMesh, vertices: &[VertexId], accuracy: Accuracy) -> Self {
+        let sources: Vec<_> = vertices.iter().map(|&v| (v, 0.0)).collect();
+        let values = Front::solve(mesh, &sources, accuracy, |_| true);
+        Self { values, inside: f64::NEG_INFINITY }
+    }
+
+    /// Signed distance in passes from a flat curve: positive on its left.
+    ///
+    /// Where the curve does not part the surface in two, as beside a hole, the distance without sign.
+    ///
+    /// # Errors
+    /// [`LevelSetError::NoCurve`] when the curve crosses no face.
+    pub fn from_curve(
+        mesh: &PassMesh,
+        locator: &Locator,
+        curve: &[DVec2],
+        accuracy: Accuracy,
+    ) -> Result<Self, LevelSetError> {
+        let near = beside_curve(mesh, locator, curve);
+        if near.is_empty() {
+            return Err(LevelSetError::NoCurve);
+        }
+        let mut side = vec![0i8; mesh.uv().len()];
+        for &(v, d) in &near {
+            side[v.index()] = if d < 0.0 { -1 } else { 1 };
+        }
+        let sources = |sign: f64| -> Vec<(VertexId, f64)> {
+            let on_side = near.iter().filter(|(_, d)| (*d < 0.0) == (sign < 0.0));
+            on_side.map(|&(v, d)| (v, d.abs())).collect()
+        };
+        let left = Front::solve(mesh, &sources(1.0), accuracy, |v| side[v.index()] >= 0);
+        let right = Front::solve(mesh, &sources(-1.0), accuracy, |v| side[v.index()] <= 0);
+        let is_parted = left.iter().zip(&right).all(|(l, r)| l.is_infinite() || r.is_infinite());
+        let signed = |(l, r): (&f64, &f64)| match (is_parted, l <= r) {
+            (_, true) => *l,
+            (true, false) => -*r,
+            (false, false) => *r,
+        };
+        let values = left.iter().zip(&right).map(signed).collect();
+        Ok(Self { values, inside: f64::NEG_INFINITY })
+    }
+
+    /// Any function on the surface, one value per vertex, stretched so that it grows by at least 1 per
+    /// pass: by 1 at the tightest place of every pass, but for short stretches whose gaps are cheaper to
+    /// close by spurs than by passes that are closer everywhere.
+    ///
+    /// # Errors
+    /// [`LevelSetError::Uneven`] when that takes thousands of passes: somewhere the function hardly
+    /// changes.
+    pub fn paced(mesh: &PassMesh, raw: &[f64]) -> Result<Self, LevelSetError> {
+        let low = raw.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = raw.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let paces = paces(mesh, raw);
+        if paces.is_empty() {
+            return Err(LevelSetError::Uneven { passes: f64::INFINITY });
+        }
+        let mut sorted: Vec<f64> = paces.iter().map(|p| p.passes).collect();
+        sorted.sort_by(f64::total_cmp);
+        let typical = sorted.get(sorted.len() / 2).copied().unwrap_or(1.0) * (high - low);
+        let count = (INTERVALS * typical).ceil().clamp(1.0, MOST_INTERVALS) as usize;
+        let step = (high - low) / count as f64;
+        let interval = |value: f64| (((value - low) / step) as usize).min(count - 1);
+        let mut of_interval: Vec<Vec<Pace>> = vec![Vec::new(); count];
+        for pace in paces {
+            let (from, to) = (interval(pace.low), interval(pace.high));
+            let length = pace.length / (to - from + 1) as f64;
+            for list in &mut of_interval[from..=to] {
+                list.push(Pace { length, ..pace });
+            }
+        }
+        let mut sums = vec![0.0];
+        for list in &mut of_interval {
+            sums.push(sums[sums.len() - 1] + cheapest_pace(list) * step);
+        }
+        let total = sums[count];
+        if !(total <= MOST_PASSES) {
+            return Err(LevelSetError::Uneven { passes: total });
+        }
+        let stretched = |value: &f64| {
+            let i = interval(*value);
+            sums[i] + ((value - low) / step - i as f64) * (sums[i + 1] - sums[i])
+        };
+        Ok(Self { values: raw.iter().map(stretched).collect(), inside: f64::NEG_INFINITY })
+    }
+
+    /// The same field with another origin and unit: `origin` becomes 0, `origin + unit` 1.
+    pub fn rescaled(mut self, origin: f64, unit: f64) -> Self {
+        self.values.iter_mut().for_each(|v| *v = (*v - origin) / unit);
+        self.inside = (self.inside - origin) / unit;
+        self
+    }
+
+    /// `#V` values; infinite where no front arrives.
     pub fn values(&self) -> &[f64] {
         &self.values
+    }
+
+    /// What lies below this value is not machined.
+    pub fn inside(&self) -> f64 {
+        self.inside
+    }
+
+    /// Least and greatest finite value.
+    pub fn range(&self) -> (f64, f64) {
+        let finite = self.values.iter().copied().filter(|v| v.is_finite());
+        finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)))
+    }
+
+    /// Length of all level curves one apart, mean over their origin, on the surface, mm: the integral
+    /// of the gradient's length (coarea formula). Where the field grows by less than a pass per pass, what
+    /// is missing is counted as if gone along out and back.
+    pub fn length(&self, mesh: &PassMesh) -> f64 {
+        let of_face = |(f, face): (usize, &[VertexId; 3])| {
+            let value = face.map(|v| self.values[v.index()]);
+            let [a, b, c] = face.map(|v| mesh.positions()[v.index()]);
+            let twice_area = (b - a).cross(c - a).length();
+            // |grad| A = |sum of value times opposite side| / 2.
+            let sum = (c - b) * value[0] + (a - c) * value[1] + (b - a) * value[2];
+            let Some(metric) = mesh.flat_metric(FaceId(f as u32)) else { return 0.0 };
+            let slope = gradient(face.map(|v| mesh.uv()[v.index()]), value)
+                .map_or(1.0, |gradient| metric.slope(gradient));
+            if !value.iter().all(|v| v.is_finite()) || !(twice_area > 0.0) {
+                return 0.0;
+            }
+            let missing = if slope < FLAT { (1.0 / slope - 1.0).min(1.0) } else { 0.0 };
+            0.5 * sum.length() * (1.0 + OUT_AND_BACK * missing)
+        };
+        mesh.connectivity().faces().iter().enumerate().map(of_face).sum()
     }
 }
 
@@ -72,154 +217,125 @@ fn boundary_sources(mesh: &PassMesh) -> Vec<(VertexId, f64)> {
     mesh.connectivity().boundary_loops().iter().flatten().map(|&v| (v, 0.0)).collect()
 }
 
-/// Fast marching with planar fronts, one triangle or an unfolded pair of triangles at a time.
-struct Front<'a> {
-    connectivity: &'a Connectivity,
-    lengths: Vec<f64>,
-}
-
-/// State of a march.
-struct March {
-    value: Vec<f64>,
-    settled: Vec<bool>,
-}
-
-/// Bits that order non-negative numbers, and negative ones before them in reverse.
-fn order(value: f64) -> u64 {
-    let bits = value.to_bits();
-    if bits >> 63 == 0 { bits | (1 << 63) } else { !bits }
-}
-
-impl<'a> Front<'a> {
-    fn new(connectivity: &'a Connectivity, length: impl Fn(HalfEdgeId) -> f64) -> Self {
-        let sides = 3 * connectivity.face_count() as u32;
-        let lengths = (0..sides).map(|h| length(HalfEdgeId(h))).collect();
-        Self { connectivity, lengths }
-    }
-
-    fn length(&self, side: HalfEdgeId) -> f64 {
-        self.lengths[side.index()]
-    }
-
-    /// Values at all vertices that `allowed` lets the front reach; infinite elsewhere.
-    fn march(&self, sources: Vec<(VertexId, f64)>, allowed: impl Fn(VertexId) -> bool) -> Vec<f64> {
-        let count = self.connectivity.vertex_count();
-        let mut state = March { value: vec![f64::INFINITY; count], settled: vec![false; count] };
-        let mut heap = BinaryHeap::new();
-        for (v, d) in sources {
-            state.value[v.index()] = d;
-            heap.push(Reverse((order(d), v)));
-        }
-        let mut candidates = Vec::new();
-        while let Some(Reverse((k, v))) = heap.pop() {
-            if state.settled[v.index()] || k != order(state.value[v.index()]) {
-                continue;
-            }
-            state.settled[v.index()] = true;
-            candidates.clear();
-            self.candidates(v, &state, &mut candidates);
-            for &(target, d) in &candidates {
-                let t = target.index();
-                if !state.settled[t] && d < state.value[t] && allowed(target) {
-                    state.value[t] = d;
-                    heap.push(Reverse((order(d), target)));
-                }
-            }
-        }
-        state.value
-    }
-
-    /// What settling `v` offers its neighbours and the vertices across its opposite edges.
-    fn candidates(&self, v: VertexId, state: &March, out: &mut Vec<(VertexId, f64)>) {
-        let Some(first) = self.connectivity.leaving(v) else { return };
-        let mut side = first;
-        loop {
-            self.candidates_in_face(v, side, state, out);
-            match self.connectivity.opposite(side.prev()) {
-                Some(next) if next != first => side = next,
-                _ => return,
-            }
-        }
-    }
-
-    fn candidates_in_face(
-        &self,
-        v: VertexId,
-        side: HalfEdgeId,
-        state: &March,
-        out: &mut Vec<(VertexId, f64)>,
-    ) {
-        let (p, q) = self.connectivity.ends(side.next());
-        let (vp, pq, qv) = (self.length(side), self.length(side.next()), self.length(side.prev()));
-        let at = |w: VertexId| state.settled[w.index()].then_some(state.value[w.index()]);
-        let here = state.value[v.index()];
-        out.push((p, here + vp));
-        out.push((q, here + qv));
-        if let Some(there) = at(q) {
-            out.extend(planar_front(here, there, [qv, vp, pq]).map(|f| (p, f.value)));
-        }
-        if let Some(there) = at(p) {
-            out.extend(planar_front(here, there, [vp, qv, pq]).map(|f| (q, f.value)));
-        }
-        let Some(across) = self.connectivity.opposite(side.next()) else { return };
-        let (_, w) = self.connectivity.ends(across.next());
-        if state.settled[w.index()] {
-            return;
-        }
-        // Unfold: p at the origin, q on the x axis, w above, v below.
-        let (qx, wp, wq) = (pq, self.length(across.next()), self.length(across.prev()));
-        let (Some(below), Some(above)) = (apex(qx, vp, qv), apex(qx, wp, wq)) else { return };
-        let (vx, vy) = (below.0, -below.1);
-        let reach = ((above.0 - vx) * (above.0 - vx) + (above.1 - vy) * (above.1 - vy)).sqrt();
-        let through = |x: f64, y: f64| {
-            let crossing = above.0 + (x - above.0) * above.1 / (above.1 - y);
-            (0.0..=qx).contains(&crossing)
+/// Signed distances in passes of the vertices of all faces that a flat curve crosses or touches.
+fn beside_curve(mesh: &PassMesh, locator: &Locator, curve: &[DVec2]) -> Vec<(VertexId, f64)> {
+    let connectivity = mesh.connectivity();
+    let mut near: Vec<(VertexId, f64)> = Vec::new();
+    for (a, b) in curve.windows(2).map(|w| (w[0], w[1])) {
+        let Ok(start) = locator.locate(a) else { continue };
+        let mut faces = vec![start.face];
+        let _ = locator.walk(start.face, a, b, |side, _| {
+            faces.push(side.face());
+            faces.extend(connectivity.opposite(side).map(HalfEdgeId::face));
+        });
+        let distance = |face: FaceId, v: VertexId| {
+            let p = mesh.uv()[v.index()];
+            let sign = if (b - a).perp_dot(p - a) < 0.0 { -1.0 } else { 1.0 };
+            Some((v, sign * mesh.flat_metric(face)?.nearest_on(p, a, b).0))
         };
-        if through(vx, vy) {
-            out.push((w, here + reach));
+        let touched = |faces: &[FaceId]| -> Vec<(VertexId, f64)> {
+            let corners = faces.iter().flat_map(|&f| connectivity.face(f).map(|v| (f, v)));
+            corners.filter_map(|(f, v)| distance(f, v)).collect()
+        };
+        // A vertex on the curve: all faces around it are touched, else fronts would pass through it.
+        let on_curve = touched(&faces).into_iter().filter(|(_, d)| d.abs() < ON_CURVE);
+        let around: Vec<FaceId> = on_curve
+            .flat_map(|(v, _)| mesh.sides_around(v).map(HalfEdgeId::face).collect::<Vec<_>>())
+            .collect();
+        near.extend(touched(&faces));
+        near.extend(touched(&around));
+    }
+    near.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.abs().total_cmp(&b.1.abs())));
+    near.dedup_by_key(|n| n.0);
+    near
+}
+
+/// What a face asks of the pace of a function.
+#[derive(Copy, Clone)]
+struct Pace {
+    /// Range of the function on the face.
+    low: f64,
+    high: f64,
+    /// Passes that the unit of the function is.
+    passes: f64,
+    /// Length of the level curves on the face, integrated over its range.
+    length: f64,
+}
+
+/// The pace that makes passes and the spurs beside them the shortest: stretches that ask for more than it
+/// are gone along once more, out and back.
+fn cheapest_pace(list: &mut [Pace]) -> f64 {
+    list.sort_by(|a, b| b.passes.total_cmp(&a.passes));
+    let whole: f64 = list.iter().map(|p| p.length).sum();
+    let (mut best, mut faster, mut ahead) = ((f64::INFINITY, 0.0), 0.0, 0);
+    for p in list.iter() {
+        while list[ahead].passes > (1.0 + SLACK) * p.passes {
+            faster += list[ahead].length;
+            ahead += 1;
         }
-        for (corner, corner_x, from_v, to_w) in [(p, 0.0, vp, wp), (q, qx, qv, wq)] {
-            if let Some(there) = at(corner)
-                && let Some(front) = planar_front(here, there, [from_v, reach, to_w])
-                && through(vx + (corner_x - vx) * front.foot, vy * (1.0 - front.foot))
-            {
-                out.push((w, front.value));
-            }
+        let cost = p.passes * (whole + OUT_AND_BACK * faster);
+        if cost < best.0 {
+            best = (cost, p.passes);
         }
     }
+    best.1
 }
 
-/// Apex `(x, y >= 0)` over the base from 0 to `base` at the given distances from its ends.
-fn apex(base: f64, from_start: f64, from_end: f64) -> Option<(f64, f64)> {
-    if base <= 0.0 {
-        return None;
+/// The paces of all faces, by the mean slope of the faces around their corners.
+fn paces(mesh: &PassMesh, raw: &[f64]) -> Vec<Pace> {
+    let faces = mesh.connectivity().faces();
+    let mut sums = vec![(0.0, 0.0); raw.len()];
+    let mut lengths = vec![0.0; faces.len()];
+    for (f, face) in faces.iter().enumerate() {
+        let Some(metric) = mesh.flat_metric(FaceId(f as u32)) else { continue };
+        let corners = face.map(|v| mesh.uv()[v.index()]);
+        let Some(gradient) = gradient(corners, face.map(|v| raw[v.index()])) else { continue };
+        let area = 0.5 * (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]).abs();
+        let scale = face.map(|v| mesh.scale()[v.index()]).into_iter().sum::<f64>() / 3.0;
+        lengths[f] = gradient.length() * area * scale;
+        for v in face {
+            sums[v.index()].0 += area * metric.slope(gradient);
+            sums[v.index()].1 += area;
+        }
     }
-    let x = (base * base + from_start * from_start - from_end * from_end) / (2.0 * base);
-    let y = (from_start * from_start - x * x).max(0.0).sqrt();
-    (y > 0.0).then_some((x, y))
+    let slope = |v: VertexId| sums[v.index()].0 / sums[v.index()].1;
+    let pace = |(f, face): (usize, &[VertexId; 3])| {
+        let values = face.map(|v| raw[v.index()]);
+        Pace {
+            low: values.into_iter().fold(f64::INFINITY, f64::min),
+            high: values.into_iter().fold(f64::NEG_INFINITY, f64::max),
+            passes: 1.0 / face.map(slope).into_iter().fold(f64::INFINITY, f64::min),
+            length: lengths[f],
+        }
+    };
+    let all = faces.iter().enumerate().map(pace);
+    all.filter(|p| p.passes.is_finite() && p.length > 0.0).collect()
 }
 
-/// A planar front over an edge, at the apex of its triangle.
-struct PlanarFront {
-    value: f64,
-    /// Where on the edge (0 start, 1 end) the ray through the apex comes from.
-    foot: f64,
+/// Gradient of the linear function with these values at the corners; `None` without area.
+pub(super) fn gradient([a, b, c]: [DVec2; 3], [u, v, w]: [f64; 3]) -> Option<DVec2> {
+    let twice_area = (b - a).perp_dot(c - a);
+    let gradient = ((b - a).perp() * (w - u) - (c - a).perp() * (v - u)) / twice_area;
+    gradient.is_finite().then_some(gradient)
 }
 
-/// The front that passes the ends of an edge at `start` and `end`, at the third corner.
+/// Shortest length that passes on the surface can have, mm: the integral of `1 / w_max`.
 ///
-/// Lengths: edge, start to apex, end to apex. `None` when the ray through the apex misses the edge.
-fn planar_front(
-    start: f64,
-    end: f64,
-    [edge, from_start, from_end]: [f64; 3],
-) -> Option<PlanarFront> {
-    let (x, y) = apex(edge, from_start, from_end)?;
-    let along = (end - start) / edge;
-    if along.abs() >= 1.0 {
-        return None;
-    }
-    let up = (1.0 - along * along).sqrt();
-    let foot = (x - y * along / up) / edge;
-    (0.0..=1.0).contains(&foot).then_some(PlanarFront { value: start + along * x + up * y, foot })
+/// # Source
+/// Kim 2001; spec 02, length floor.
+pub fn length_floor(mesh: &PassMesh) -> f64 {
+    let of_face = |f: usize| {
+        let face = FaceId(f as u32);
+        let [a, b, c] = mesh.connectivity().face(face).map(|v| mesh.positions()[v.index()]);
+        let [p, q, r] = mesh.connectivity().face(face).map(|v| mesh.uv()[v.index()]);
+        let flat = (q - p).perp_dot(r - p).abs();
+        let area = (b - a).cross(c - a).length();
+        // Conformal: flat lengths count by the root of the area's scale.
+        let per_mm = |m: FlatMetric| m.least() * (flat / area).sqrt();
+        if area > 0.0 { 0.5 * area * mesh.flat_metric(face).map_or(0.0, per_mm) } else { 0.0 }
+    };
+    (0..mesh.connectivity().face_count()).map(of_face).sum()
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,26 +1,30 @@
-//! Contour-parallel rings as level sets of a distance field.
+//! Passes as level sets of a field on the surface.
 //!
 //! - *Strip metric*: lengths measured in passes; one side step is one unit.
-//! - *Field*: distance from the boundary in that metric, at the vertices of a refined mesh.
-//! - *Ring*: a closed level curve in the flat plane; *level* its value of the field.
-//! - *Spur*: a detour of a ring, where fronts meet and the rings alone would leave a place farther
+//! - *Field*: a value at the vertices of a refined mesh that grows by at least 1 per pass: the distance
+//!   from the boundary or from a curve in that metric, or another function paced to it.
+//! - *Pass*: a level curve in the flat plane, closed (a *ring*) or open; *level* its value.
+//! - *Spur*: a detour of a pass, where fronts meet and the passes alone would leave a place farther
 //!   than half a pass from any of them.
 //!
 //! Source: spec 02; Kimmel and Sethian 1998 for the distance on a triangle mesh.
 
+mod bend;
 mod closing;
 mod field;
+mod front;
+mod passes;
 mod refine;
-mod rings;
 pub mod strip_metric;
 mod terrain;
 
 pub use closing::{ClosingOptions, ClosingReport, close};
-pub use field::DistanceField;
+pub use field::{PassField, length_floor};
+pub use front::Accuracy;
+pub use passes::{Outermost, Pass, Spur, half_levels, open_levels, passes, ring_levels};
 pub use refine::PassMesh;
-pub use rings::{Ring, Spur, rings};
 pub use strip_metric::StripMetric;
-pub use terrain::RingTerrain;
+pub use terrain::FieldTerrain;
 
 use thiserror::Error;
 
@@ -45,6 +49,20 @@ pub enum LevelSetError {
     )]
     TooSmall {
         /// Largest distance from the boundary, passes.
+        passes: f64,
+    },
+    /// The start curve lies beside the surface.
+    #[error(
+        "passes: the start curve crosses no face of the surface; give path.curve points near it"
+    )]
+    NoCurve,
+    /// Passes along a function would lie far too close.
+    #[error(
+        "passes: {passes:.0} of them would be needed, since somewhere they would run apart by hardly \
+         any of their side step; choose another path.pattern, path.angle or path.along"
+    )]
+    Uneven {
+        /// Passes needed.
         passes: f64,
     },
     /// The cutter does not fit between the walls anywhere.

@@ -7,11 +7,19 @@ use crate::geometry::{DVec2, DVec3};
 use crate::mesh::{Connectivity, FaceId, HalfEdgeId, VertexId};
 use crate::surface::Surface;
 
-/// Edges longer than this many passes are split. Longer: corners of rings and summits of the field
-/// are blunted; shorter: more triangles, quadratically.
-const LONGEST_EDGE: f64 = 1.0;
+/// Edges longer than this many passes are split in a fine mesh. Longer: corners of rings and summits of
+/// the field are blunted; shorter: more triangles, quadratically.
+const FINE: f64 = 1.0;
+/// Edges longer than this many passes are split in a coarse mesh: good enough to compare fields.
+const COARSE: f64 = 6.0;
 /// Refinement stops with an error beyond this many triangles.
 const MOST_FACES: usize = 2_500_000;
+
+/// Area of a triangle with these sides.
+fn heron([a, b, c]: [f64; 3]) -> f64 {
+    let s = 0.5 * (a + b + c);
+    (s * (s - a) * (s - b) * (s - c)).max(0.0).sqrt()
+}
 
 /// Flat and spatial mesh with edge lengths measured in passes and in mm.
 #[derive(Clone, Debug)]
@@ -24,7 +32,8 @@ pub struct PassMesh {
 }
 
 impl PassMesh {
-    /// Refines the chart's mesh; `metric` is the strip metric at each of the `#V` vertices.
+    /// Refines the chart's mesh as far as it carries a field of passes; `metric` is the strip metric at
+    /// each of the `#V` vertices, which keep their indices.
     ///
     /// # Errors
     /// [`LevelSetError::TooFine`] when millions of triangles would be needed.
@@ -33,7 +42,19 @@ impl PassMesh {
         chart: &Chart,
         metric: Vec<StripMetric>,
     ) -> Result<Self, LevelSetError> {
-        let mut mesh = Self {
+        Self::coarse(surface, chart, metric)?.refined()
+    }
+
+    /// A mesh on which fields can be compared, but no passes be laid.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), which would not succeed either.
+    pub fn coarse(
+        surface: &Surface,
+        chart: &Chart,
+        metric: Vec<StripMetric>,
+    ) -> Result<Self, LevelSetError> {
+        let mesh = Self {
             connectivity: surface.connectivity().clone(),
             uv: chart.uv().to_vec(),
             scale: chart.vertex_scale().to_vec(),
@@ -41,7 +62,20 @@ impl PassMesh {
             metric,
         };
         mesh.check_size()?;
-        while let Some(finer) = mesh.split_long_edges()? {
+        mesh.with_edges_below(COARSE)
+    }
+
+    /// The mesh refined as far as it carries a field of passes; its vertices keep their indices.
+    ///
+    /// # Errors
+    /// [`LevelSetError::TooFine`] when millions of triangles would be needed.
+    pub fn refined(self) -> Result<Self, LevelSetError> {
+        self.with_edges_below(FINE)
+    }
+
+    fn with_edges_below(self, longest: f64) -> Result<Self, LevelSetError> {
+        let mut mesh = self;
+        while let Some(finer) = mesh.split_long_edges(longest)? {
             mesh = finer;
         }
         Ok(mesh)
@@ -57,9 +91,25 @@ impl PassMesh {
         &self.uv
     }
 
+    /// `#V` positions, mm.
+    pub fn positions(&self) -> &[DVec3] {
+        &self.positions
+    }
+
     /// `#V` linear scales, mm on the surface per flat mm.
     pub fn scale(&self) -> &[f64] {
         &self.scale
+    }
+
+    /// Mean size of a pass on the surface, mm.
+    pub fn mean_pass(&self) -> f64 {
+        let (mut passes, mut area) = (0.0, 0.0);
+        for f in 0..self.connectivity.face_count() as u32 {
+            let sides = [0, 1, 2].map(|i| FaceId(f).half_edge(i));
+            passes += heron(sides.map(|h| self.pass_length(h)));
+            area += heron(sides.map(|h| self.length(h)));
+        }
+        (area / passes).sqrt()
     }
 
     /// Length of a side in passes.
@@ -90,6 +140,15 @@ impl PassMesh {
         core::iter::successors(first, next)
     }
 
+    /// The vertices that share a side with a vertex.
+    pub fn neighbours(&self, v: VertexId) -> impl Iterator<Item = VertexId> + '_ {
+        let c = &self.connectivity;
+        self.sides_around(v).flat_map(move |h| {
+            let last = c.opposite(h.prev()).is_none().then(|| c.ends(h.prev()).0);
+            core::iter::once(c.ends(h).1).chain(last)
+        })
+    }
+
     fn passes_between(&self, a: usize, b: usize) -> f64 {
         let e = self.positions[b] - self.positions[a];
         let square = 0.5 * (square_of(&self.metric[a], e) + square_of(&self.metric[b], e));
@@ -98,43 +157,34 @@ impl PassMesh {
 
     /// Refuses before refining what could not end below [`MOST_FACES`].
     fn check_size(&self) -> Result<(), LevelSetError> {
-        let (mut passes, mut area) = (0.0, 0.0);
-        for f in 0..self.connectivity.face_count() {
-            let [a, b, c] = [0, 1, 2].map(|i| self.pass_length(FaceId(f as u32).half_edge(i)));
-            let s = 0.5 * (a + b + c);
-            passes += (s * (s - a) * (s - b) * (s - c)).max(0.0).sqrt();
-            let [a, b, c] = [0, 1, 2].map(|i| self.length(FaceId(f as u32).half_edge(i)));
-            let s = 0.5 * (a + b + c);
-            area += (s * (s - a) * (s - b) * (s - c)).max(0.0).sqrt();
-        }
+        let passes: f64 = (0..self.connectivity.face_count() as u32)
+            .map(|f| heron([0, 1, 2].map(|i| self.pass_length(FaceId(f).half_edge(i)))))
+            .sum();
         // An equilateral triangle of the longest side allowed covers 0.433 passes².
         if passes / 0.433 > MOST_FACES as f64 {
-            return Err(LevelSetError::TooFine {
-                side_step: (area / passes).sqrt(),
-                limit: MOST_FACES,
-            });
+            return Err(LevelSetError::TooFine { side_step: self.mean_pass(), limit: MOST_FACES });
         }
         Ok(())
     }
 
     /// Whether a side is too long, or joins two boundary vertices through the interior: along such
     /// a side the distance is not what its ends say.
-    fn is_split(&self, side: HalfEdgeId) -> bool {
+    fn is_split(&self, side: HalfEdgeId, longest: f64) -> bool {
         let (a, b) = self.connectivity.ends(side);
         let is_chord = self.connectivity.opposite(side).is_some()
             && self.connectivity.is_boundary(a)
             && self.connectivity.is_boundary(b);
-        is_chord || self.pass_length(side) > LONGEST_EDGE
+        is_chord || self.pass_length(side) > longest
     }
 
     /// One round of splitting at mid-edges; `None` when there is nothing to split.
-    fn split_long_edges(&self) -> Result<Option<Self>, LevelSetError> {
+    fn split_long_edges(&self, longest: f64) -> Result<Option<Self>, LevelSetError> {
         let sides = 3 * self.connectivity.face_count();
         let mut middle = vec![u32::MAX; sides];
         let mut next = self.clone();
         for h in 0..sides {
             let side = HalfEdgeId(h as u32);
-            if middle[h] != u32::MAX || !self.is_split(side) {
+            if middle[h] != u32::MAX || !self.is_split(side, longest) {
                 continue;
             }
             let (a, b) = self.connectivity.ends(side);

@@ -1,5 +1,6 @@
 //! The strip metric: how many passes a step across the surface counts.
 
+use crate::geometry::math::{atan2, cos, sin};
 use crate::geometry::{DVec2, DVec3};
 use crate::surface::ShapeOperator;
 
@@ -12,22 +13,21 @@ pub fn even(side_step: f64) -> StripMetric {
     [m, m, m, 0.0, 0.0, 0.0]
 }
 
-/// `M = (k_tool I + K) / (8 h)`: the side step whose cusp is `scallop` mm high.
+/// The strip metric whose unit in every principal direction is the strip there: `weight` is `1/w²` for a
+/// normal curvature, passes² per mm².
 ///
-/// `widest`: side step, mm, that is not exceeded where the surface is as concave as the tool is
-/// convex. Along the normal, where no step goes, the tensor is that of a plane.
+/// To second order `M = (k_tool I + K) / (8 h)`. Along the normal, where no step goes, the tensor is that
+/// of a plane.
 ///
 /// # Source
 /// Kim 2007; spec 02.
-pub fn of_scallop(k_tool: f64, shape: &ShapeOperator, scallop: f64, widest: f64) -> StripMetric {
+pub fn of_scallop(shape: &ShapeOperator, weight: impl Fn(f64) -> f64) -> StripMetric {
     let (k_min, k_max, along_max) = shape.principal();
     let normal = shape.normal();
     let along_min = normal.cross(along_max);
-    let floor = 1.0 / (widest * widest);
-    let weight = |k: f64| ((k_tool + k) / (8.0 * scallop)).max(floor);
     let mut metric = [0.0; 6];
-    for (w, d) in [(weight(k_min), along_min), (weight(k_max), along_max), (weight(0.0), normal)] {
-        add_square(&mut metric, d, w);
+    for (k, d) in [(k_min, along_min), (k_max, along_max), (0.0, normal)] {
+        add_square(&mut metric, d, weight(k));
     }
     metric
 }
@@ -100,6 +100,24 @@ impl FlatMetric {
         (mean - (half * half + self.xy * self.xy).sqrt()).max(0.0).sqrt()
     }
 
+    /// Passes per flat mm in the direction that counts the most.
+    pub fn most(&self) -> f64 {
+        let (mean, half) = (0.5 * (self.xx + self.yy), 0.5 * (self.xx - self.yy));
+        (mean + (half * half + self.xy * self.xy).sqrt()).sqrt()
+    }
+
+    /// The flat unit vector in the direction that counts the most passes: the best feed direction, since
+    /// strips across it are the widest.
+    pub fn direction_of_most(&self) -> DVec2 {
+        let angle = 0.5 * atan2(2.0 * self.xy, self.xx - self.yy);
+        DVec2::new(cos(angle), sin(angle))
+    }
+
+    /// How much wider the widest strip is than the narrowest, as a part of it: 0 for all alike.
+    pub fn anisotropy(&self) -> f64 {
+        1.0 - self.least() / self.most()
+    }
+
     /// Steepest slope per pass of a field with that flat gradient, per flat mm.
     pub fn slope(&self, gradient: DVec2) -> f64 {
         let DVec2 { x, y } = gradient;
@@ -125,7 +143,7 @@ mod tests {
     fn cylinder_has_two_widths() {
         let (r, rho, h) = (5.0, 40.0, 0.01);
         let shape = ShapeOperator { frame: [DVec3::X, DVec3::Y], k: [1.0 / rho, 0.0, 0.0] };
-        let m = of_scallop(1.0 / r, &shape, h, 10.0);
+        let m = of_scallop(&shape, |k| (1.0 / r + k) / (8.0 * h));
         let width = |d: DVec3| 1.0 / square_of(&m, d).sqrt();
         assert!((width(DVec3::X) - (8.0 * h / (1.0 / r + 1.0 / rho)).sqrt()).abs() < 1e-12);
         assert!((width(DVec3::Y) - (8.0 * h * r).sqrt()).abs() < 1e-12);
@@ -146,12 +164,5 @@ mod tests {
         assert!((distance - 1.0).abs() < 1e-12 && (t - 0.25).abs() < 1e-12);
         let line = [DVec2::ZERO, DVec2::X, DVec2::X * 2.0];
         assert_eq!(FlatMetric::of_triangle(&even(2.0), positions, line), None);
-    }
-
-    #[test]
-    fn too_concave_is_capped() {
-        let shape = ShapeOperator { frame: [DVec3::X, DVec3::Y], k: [-1.0, 0.0, -1.0] };
-        let m = of_scallop(0.2, &shape, 0.01, 3.0);
-        assert!((square_of(&m, DVec3::X).sqrt() - 1.0 / 3.0).abs() < 1e-12);
     }
 }

@@ -1,6 +1,6 @@
 //! The refined mesh and its field, asked at flat points.
 
-use super::{DistanceField, PassMesh};
+use super::{PassField, PassMesh};
 use crate::flat_path::Terrain;
 use crate::flatten::Locator;
 use crate::geometry::DVec2;
@@ -9,17 +9,17 @@ use crate::surface::SurfacePoint;
 use core::cell::Cell;
 
 /// Scale and room at flat points, interpolated on a [`PassMesh`].
-pub struct RingTerrain<'a> {
+pub struct FieldTerrain<'a> {
     mesh: &'a PassMesh,
-    field: &'a DistanceField,
+    field: &'a PassField,
     locator: &'a Locator<'a>,
     /// Where the last question was answered: the next one is mostly near.
     last: Cell<FaceId>,
 }
 
-impl<'a> RingTerrain<'a> {
+impl<'a> FieldTerrain<'a> {
     /// `locator` is over the mesh's flat triangles.
-    pub fn new(mesh: &'a PassMesh, field: &'a DistanceField, locator: &'a Locator) -> Self {
+    pub fn new(mesh: &'a PassMesh, field: &'a PassField, locator: &'a Locator) -> Self {
         Self { mesh, field, locator, last: Cell::new(FaceId(0)) }
     }
 
@@ -36,13 +36,14 @@ impl<'a> RingTerrain<'a> {
     }
 }
 
-impl Terrain for RingTerrain<'_> {
+impl Terrain for FieldTerrain<'_> {
     fn scale(&self, at: DVec2) -> Option<f64> {
         self.interpolate(at, self.mesh.scale())
     }
 
     fn room(&self, at: DVec2) -> Option<f64> {
-        self.interpolate(at, self.field.values())
+        // Open passes leave nothing out: everything is as far inside as can be.
+        self.interpolate(at, self.field.values()).map(|value| value - self.field.inside())
     }
 
     fn joins(&self, from: DVec2, to: DVec2) -> bool {

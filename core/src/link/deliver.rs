@@ -331,6 +331,7 @@ mod tests {
                 alpha: 0.0,
                 length: 1.0,
                 heading: None,
+                overrun: 0.0,
             })
             .collect();
         let point = |source| LiftedPoint { uv: DVec2::new(source as f64, 0.0), source };

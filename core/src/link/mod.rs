@@ -6,10 +6,12 @@
 //!   again with trochoids on the stretches that exceed it.
 
 mod deliver;
+mod lay;
 mod order;
 mod touch_up;
 
 pub use deliver::{DeliverError, DeliverOptions, Delivered, deliver};
+pub use lay::{LayOptions, lay};
 pub use order::Precedence;
 pub use touch_up::{TouchUp, touch_up};
 
@@ -17,7 +19,7 @@ use crate::engagement::Walk;
 use crate::flat_path::FlatPoint;
 use crate::geometry::DVec2;
 use crate::job::{ForceControl, Links, RingOrder};
-use crate::level_set::{Ring, Spur};
+use crate::level_set::{Pass, Spur};
 use crate::toolpath::MoveKind;
 use crate::trochoid::{self, Branch, Loops, Span};
 use order::Sequence;
@@ -35,7 +37,7 @@ const SLANT: f64 = 2.0;
 
 /// How rings are cut and joined.
 #[derive(Copy, Clone, Debug, PartialEq)]
-pub struct RingOptions {
+pub struct CutOptions {
     /// Order of the rings.
     pub order: RingOrder,
     /// How they are joined.
@@ -48,7 +50,7 @@ pub struct RingOptions {
 
 /// What was done.
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
-pub struct RingCounts {
+pub struct CutCounts {
     /// Stretches that were taken by trochoids.
     pub intervals: usize,
     /// Trochoid loops.
@@ -58,29 +60,33 @@ pub struct RingCounts {
 }
 
 /// Cuts all rings. `progress` is called with the part done.
-pub fn cut_rings(
+pub fn cut_passes(
     walk: &mut Walk,
-    rings: &[Ring],
+    rings: &[Pass],
     precedence: &Precedence,
-    options: &RingOptions,
+    options: &CutOptions,
     mut progress: impl FnMut(f64),
-) -> RingCounts {
-    let mut counts = RingCounts::default();
+) -> CutCounts {
+    let mut counts = CutCounts::default();
     let mut sequence = Sequence::new(precedence);
     let mut last = None;
     let mut done = 0;
+    // Rings come with higher values on their right; turned so that the stock is on the side that the
+    // cut direction asks for.
+    let stock_is_higher = options.order == RingOrder::OutsideIn;
+    let reverse = stock_is_higher != (options.loops.hand > 0.0);
     let distance = |walk: &Walk, r: usize| {
         let from = walk.at();
         let points = rings[r].points.iter();
         points.map(|p| (*p - from).length_squared()).fold(f64::INFINITY, f64::min)
     };
     while let Some(index) = sequence.next_nearest(last, |r| distance(walk, r)) {
-        let task = RingTask {
+        let task = PassTask {
             options,
             has_cleared_side: !precedence.before(index).is_empty(),
             is_last: precedence.after(index).is_empty(),
         };
-        task.cut(walk, &oriented(&rings[index], options), &mut counts);
+        task.cut(walk, &oriented(&rings[index], reverse), &mut counts);
         walk.next_pass();
         last = Some(index);
         done += 1;
@@ -89,15 +95,13 @@ pub fn cut_rings(
     counts
 }
 
-/// Rings come with higher values on their right; turned so that the stock is on the side that the
-/// cut direction asks for.
-fn oriented(ring: &Ring, options: &RingOptions) -> Ring {
-    let stock_is_higher = options.order == RingOrder::OutsideIn;
-    let stock_on_right = options.loops.hand > 0.0;
-    let mut turned = ring.clone();
-    if stock_is_higher != stock_on_right {
+/// A pass, the other way round if asked for.
+fn oriented(pass: &Pass, reverse: bool) -> Pass {
+    let mut turned = pass.clone();
+    if reverse {
         turned.points.reverse();
-        turned.spurs.iter_mut().for_each(|s| s.at = ring.points.len() - 1 - s.at);
+        turned.overrun.reverse();
+        turned.spurs.iter_mut().for_each(|s| s.at = pass.points.len() - 1 - s.at);
     }
     turned
 }
@@ -145,14 +149,14 @@ impl Course<'_> {
 }
 
 /// One ring to be cut.
-struct RingTask<'a> {
-    options: &'a RingOptions,
+struct PassTask<'a> {
+    options: &'a CutOptions,
     has_cleared_side: bool,
     is_last: bool,
 }
 
-impl RingTask<'_> {
-    fn cut(&self, walk: &mut Walk, ring: &Ring, counts: &mut RingCounts) {
+impl PassTask<'_> {
+    fn cut(&self, walk: &mut Walk, ring: &Pass, counts: &mut CutCounts) {
         let start = start_index(walk, &ring.points);
         let (before, from) = ring.points.split_at(start);
         let closed: Vec<DVec2> = from.iter().chain(before).chain(&from[..1]).copied().collect();
@@ -162,13 +166,16 @@ impl RingTask<'_> {
         let mut course = Course { start: closed[0], moves: Vec::new(), spurs: Vec::new() };
         for (i, &p) in closed.iter().enumerate().skip(1) {
             let made = walk.since(&mark).len();
-            self.step(walk, p);
+            walk.cut_limited(p, MoveKind::Cut);
             course.moves.extend_from_slice(&walk.since(&mark)[made..]);
             let index = (start + i) % ring.points.len();
             for spur in ring.spurs.iter().filter(|s| s.at == index) {
                 course.spurs.push((course.moves.len().saturating_sub(1), spur));
                 walk.facing_on(|walk| {
-                    spur.points.iter().chain([&p]).for_each(|&q| self.step(walk, q));
+                    spur.points
+                        .iter()
+                        .chain([&p])
+                        .for_each(|&q| walk.cut_limited(q, MoveKind::Cut));
                 });
             }
         }
@@ -186,20 +193,12 @@ impl RingTask<'_> {
         self.cut_with_trochoids(walk, course, &over, counts);
     }
 
-    /// A move along the ring itself.
-    fn step(&self, walk: &mut Walk, to: DVec2) {
-        match self.options.control {
-            ForceControl::Off => walk.cut(to, MoveKind::Cut),
-            ForceControl::Feed | ForceControl::Trochoid => walk.cut_limited(to, MoveKind::Cut),
-        }
-    }
-
     fn cut_with_trochoids(
         &self,
         walk: &mut Walk,
         course: Course,
         over: &[bool],
-        counts: &mut RingCounts,
+        counts: &mut CutCounts,
     ) {
         let (course, over) = course.begun_outside(over);
         let moves = &course.moves;
@@ -241,7 +240,7 @@ impl RingTask<'_> {
     }
 
     /// Goes to where the first loop of a span starts.
-    fn reach_loop(&self, walk: &mut Walk, span: &[DVec2], toward: f64, counts: &mut RingCounts) {
+    fn reach_loop(&self, walk: &mut Walk, span: &[DVec2], toward: f64, counts: &mut CutCounts) {
         let loops = &self.options.loops;
         let (back, center, radius) = trochoid::entry(walk, span, loops, toward);
         if radius > 0.0 && !walk.is_clear(back) && !self.can_link(walk, back) {
@@ -273,13 +272,9 @@ impl RingTask<'_> {
     }
 
     /// Goes to a point of the surface, by link or by retract.
-    fn reach(&self, walk: &mut Walk, to: DVec2, counts: &mut RingCounts) {
+    fn reach(&self, walk: &mut Walk, to: DVec2, counts: &mut CutCounts) {
         if self.can_link(walk, to) {
-            match self.options.control {
-                ForceControl::Off => walk.cut(to, MoveKind::Link),
-                ForceControl::Feed | ForceControl::Trochoid => walk.cut_limited(to, MoveKind::Link),
-            }
-            return;
+            return walk.cut_limited(to, MoveKind::Link);
         }
         if walk.has_begun() {
             counts.retracts += 1;
@@ -288,8 +283,7 @@ impl RingTask<'_> {
             walk.arrive(to, walk.cutting.depth, MoveKind::Link);
         }
         let loops = &self.options.loops;
-        let limited = self.options.control != ForceControl::Off;
-        if limited && !walk.is_clear(to) {
+        if !walk.is_clear(to) {
             let (back, center) = helix_place(walk, to, loops);
             walk.arrive(back, walk.cutting.depth, MoveKind::Link);
             trochoid::enter(walk, back, center, loops);

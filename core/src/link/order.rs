@@ -2,7 +2,7 @@
 
 use crate::geometry::DVec2;
 use crate::job::RingOrder;
-use crate::level_set::Ring;
+use crate::level_set::Pass;
 
 /// Points of a ring that are asked for the nearest ring of the level before.
 const PROBES: usize = 24;
@@ -17,7 +17,7 @@ pub struct Precedence {
 impl Precedence {
     /// From the rings' levels and nearness: a ring follows the rings one level out that are
     /// nearest to it.
-    pub fn new(rings: &[Ring], order: RingOrder) -> Self {
+    pub fn new(rings: &[Pass], order: RingOrder) -> Self {
         let mut outer = vec![Vec::new(); rings.len()];
         for (i, ring) in rings.iter().enumerate() {
             let below = (ring.level.ceil() - 1.0).max(0.0);
@@ -69,7 +69,7 @@ impl Precedence {
 }
 
 /// Squared distance of `p` from the nearest vertex of a ring.
-fn distance_squared(ring: &Ring, p: DVec2) -> f64 {
+fn distance_squared(ring: &Pass, p: DVec2) -> f64 {
     ring.points.iter().map(|q| (*q - p).length_squared()).fold(f64::INFINITY, f64::min)
 }
 

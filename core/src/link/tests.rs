@@ -36,12 +36,14 @@ impl Plate {
         [(a, a), (a, b), (b, b), (b, a)].map(|(x, y)| DVec2::new(x, y)).to_vec()
     }
 
-    fn rings(&self) -> Vec<Ring> {
+    fn rings(&self) -> Vec<Pass> {
         let count = ((0.5 * self.side - self.radius) / self.step).ceil() as usize;
         (0..count)
-            .map(|k| Ring {
+            .map(|k| Pass {
                 level: if k == 0 { 1e-3 } else { k as f64 },
                 points: dense(&self.corners(self.radius + self.step * k as f64)),
+                is_closed: true,
+                overrun: [0.0; 2],
                 spurs: Vec::new(),
             })
             .collect()
@@ -52,7 +54,7 @@ impl Plate {
         control: ForceControl,
         limit: f64,
         hand: f64,
-    ) -> (Vec<FlatPoint>, Stock, RingCounts) {
+    ) -> (Vec<FlatPoint>, Stock, CutCounts) {
         let mut outline = self.corners(0.0);
         outline.reverse();
         let stock = Stock::new(&Region::from_loops(vec![outline]));
@@ -72,11 +74,11 @@ impl Plate {
             hand,
         };
         let options =
-            RingOptions { order: RingOrder::OutsideIn, links: Links::Surface, control, loops };
+            CutOptions { order: RingOrder::OutsideIn, links: Links::Surface, control, loops };
         let rings = self.rings();
         let precedence = Precedence::new(&rings, options.order);
         let mut walk = Walk::new(cutting, self, stock);
-        let counts = cut_rings(&mut walk, &rings, &precedence, &options, |_| {});
+        let counts = cut_passes(&mut walk, &rings, &precedence, &options, |_| {});
         let (points, stock) = walk.finish();
         (points, stock, counts)
     }
@@ -111,7 +113,7 @@ const PLATE: Plate = Plate { side: 60.0, radius: 5.0, step: 1.5 };
 
 #[test]
 fn plain_rings_cut_a_slot_first() {
-    let (points, stock, _) = PLATE.run(ForceControl::Off, f64::INFINITY, 1.0);
+    let (points, stock, _) = PLATE.run(ForceControl::Feed, f64::INFINITY, 1.0);
     let slot = 2.0 * 5.0 * 0.5 * 20.0;
     assert!((peak(&points) - slot).abs() < 1e-6 * slot);
     assert_eq!(left_inside(&stock, &PLATE), 0.0);

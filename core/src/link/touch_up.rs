@@ -56,6 +56,7 @@ pub fn touch_up(left: &[DVec2], terrain: &dyn Terrain, options: &TouchUp) -> Vec
                 alpha: 0.0,
                 length: 0.0,
                 heading: None,
+                overrun: 0.0,
             };
             points.push(point(from, options.height, MoveKind::Rapid));
             points.push(point(from, 0.0, MoveKind::Link));

@@ -48,8 +48,6 @@ pub struct TooSlow {
 /// What the feeds are to follow.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub enum Feeds {
-    /// Those that the path has.
-    Kept(Limit),
     /// Those that the path has, but links and plunges follow the limit, as far as they can.
     LinksLimited(Limit),
     /// The limit.
@@ -69,7 +67,7 @@ pub fn rated(
     feeds: Feeds,
     radius: f64,
 ) -> Result<Toolpath, TooSlow> {
-    let (Feeds::Kept(limit) | Feeds::LinksLimited(limit) | Feeds::Limited(limit)) = feeds;
+    let (Feeds::LinksLimited(limit) | Feeds::Limited(limit)) = feeds;
     let nominal = nominal_feeds(path, removed, feeds);
     let travel = running(removed.pieces.iter().map(|p| p.length));
     let per_mm = worst_windows(&removed.pieces, &travel, WINDOW * radius);
@@ -124,7 +122,6 @@ fn follow_limit(path: &Toolpath, removed: &Removed, feeds: Feeds) -> Vec<bool> {
     let mut out = Vec::with_capacity(removed.pieces.len());
     for (i, p) in path.points.iter().enumerate().skip(1) {
         let follows = match feeds {
-            Feeds::Kept(_) => false,
             Feeds::LinksLimited(_) => p.kind == MoveKind::Link,
             Feeds::Limited(_) => p.kind != MoveKind::Rapid,
         };

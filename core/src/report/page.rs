@@ -1,6 +1,6 @@
 //! The report as a page.
 
-use super::summary::{MEASURED, comparison, facts};
+use super::summary::{MEASURED, compared, comparison, facts};
 use super::{ByKind, FileRecord, PathFigures, Report};
 use std::fmt::Write;
 
@@ -86,19 +86,25 @@ fn verification(html: &mut String, report: &Report) {
 }
 
 fn comparison_table(html: &mut String, report: &Report) {
-    html.push_str(
-        "<h2>Plain, slowed, delivered</h2>\n\
-         <p>Plain: the rings at the nominal feed. Slowed: the same at the one feed that respects \
-         the limit.</p>\n<div class=\"scroll\"><table>\n<thead><tr><th></th>\
-         <th class=\"number\">plain</th><th class=\"number\">slowed</th>\
-         <th class=\"number\">delivered</th></tr></thead>\n",
-    );
-    for (label, [plain, slowed, delivered]) in comparison(report) {
-        let _ = writeln!(
-            html,
-            "<tr><th>{label}</th><td class=\"number\">{plain}</td><td class=\"number\">{slowed}</td>\
-             <td class=\"number delivered\">{delivered}</td></tr>"
-        );
+    html.push_str(match report.plain {
+        Some(_) => {
+            "<h2>Plain, slowed, delivered</h2>\n<p>Plain: the passes at the nominal feed. Slowed: the \
+             same at the one feed that respects the limit.</p>\n"
+        }
+        None => "<h2>Delivered path</h2>\n",
+    });
+    html.push_str("<div class=\"scroll\"><table>\n<thead><tr><th></th>");
+    for (name, _) in compared(report) {
+        let _ = write!(html, "<th class=\"number\">{name}</th>");
+    }
+    html.push_str("</tr></thead>\n");
+    for (label, values) in comparison(report) {
+        let _ = write!(html, "<tr><th>{label}</th>");
+        for (i, value) in values.iter().enumerate() {
+            let class = if i + 1 == values.len() { "number delivered" } else { "number" };
+            let _ = write!(html, "<td class=\"{class}\">{value}</td>");
+        }
+        html.push_str("</tr>\n");
     }
     html.push_str("</table></div>\n");
 }

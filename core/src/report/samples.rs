@@ -16,10 +16,12 @@ fn figures(feed: f64, peak: f64, time: f64) -> PathFigures {
         length_mm: by_kind(7_400.0),
         time_s: by_kind(time),
         machine_time_s: by_kind(1.08 * time),
-        peak_mm3_per_min: peak,
-        mean_mm3_per_min: 0.6 * peak,
-        variation: 0.21,
-        peak_over_limit: peak / 2880.0,
+        rate: Some(RateFigures {
+            peak_mm3_per_min: peak,
+            mean_mm3_per_min: 0.6 * peak,
+            variation: 0.21,
+            peak_over_limit: peak / 2880.0,
+        }),
     }
 }
 
@@ -55,24 +57,28 @@ pub(super) fn report() -> Report {
             scale_max: 1.124,
             flips: 0,
         },
-        rings: RingFigures {
+        passes: PassFigures {
+            pattern: "contour".into(),
             count: 34,
             tree_depth: 33,
             closed_cores: 1,
             spurs: 130,
             spur_length_mm: 86.5,
             widest_gap_passes: 0.508,
+            length_floor_mm: 9_500.0,
+            length_mm: 9_975.0,
+            length_over_floor: 1.05,
         },
         stepover: StepoverFigures { nominal_mm: 1.6, over_radius: 0.4 },
         force: ForceFigures {
             control: "trochoid".to_owned(),
             limit_mm3_per_min: 2880.0,
             straight_pass_mm3_per_min: 1920.0,
-            over_limit_intervals: 17,
+            over_limit_intervals: Some(17),
             trochoid_loops: 412,
         },
-        plain: figures(1500.0, 9_600.0, 296.0),
-        slowed: figures(450.0, 2_880.0, 987.0),
+        plain: Some(figures(1500.0, 9_600.0, 296.0)),
+        slowed: Some(figures(450.0, 2_880.0, 987.0)),
         delivered: figures(1500.0, 2_879.0, 402.0),
         coverage: CoverageFigures {
             cusp_limit_mm: 0.0125,

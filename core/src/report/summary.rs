@@ -1,6 +1,6 @@
 //! The report on one screen.
 
-use super::{PathFigures, Report, Warning};
+use super::{PathFigures, RateFigures, Report, Warning};
 use std::fmt::Write;
 
 /// Labels of the four lines of a verification.
@@ -17,10 +17,10 @@ pub fn summary(report: &Report) -> String {
         let _ = writeln!(text, "  {label:<10}{value}");
     }
     text.push('\n');
-    let _ = writeln!(text, "  {:<22}{:>12}{:>12}{:>12}", "", "plain", "slowed", "delivered");
-    for (label, values) in comparison(report) {
-        let [plain, slowed, delivered] = values;
-        let _ = writeln!(text, "  {label:<22}{plain:>12}{slowed:>12}{delivered:>12}");
+    let headings = compared(report).into_iter().map(|(name, _)| name.to_owned()).collect();
+    for (label, values) in core::iter::once(("", headings)).chain(comparison(report)) {
+        let values: String = values.iter().map(|value| format!("{value:>12}")).collect();
+        let _ = writeln!(text, "  {label:<22}{values}");
     }
     if let Some(verification) = &report.verification {
         let _ = writeln!(text, "\n  measured by simulation");
@@ -34,7 +34,7 @@ pub fn summary(report: &Report) -> String {
 
 /// A label and what is told under it.
 pub fn facts(report: &Report) -> Vec<(&'static str, String)> {
-    let (s, f, r, c) = (&report.surface, &report.flatten, &report.rings, &report.coverage);
+    let (s, f, r, c) = (&report.surface, &report.flatten, &report.passes, &report.coverage);
     let holes = s.boundary_loops.saturating_sub(1);
     let mut facts = vec![
         (
@@ -53,10 +53,14 @@ pub fn facts(report: &Report) -> Vec<(&'static str, String)> {
             ),
         ),
         (
-            "rings",
+            "passes",
             format!(
-                "{}, side step {:.3} mm ({:.2} R)",
-                r.count, report.stepover.nominal_mm, report.stepover.over_radius
+                "{} {}, side step {:.3} mm ({:.2} R), {:.3} of the shortest length",
+                r.count,
+                r.pattern,
+                report.stepover.nominal_mm,
+                report.stepover.over_radius,
+                r.length_over_floor
             ),
         ),
         ("limit", limit(report)),
@@ -76,10 +80,13 @@ pub fn facts(report: &Report) -> Vec<(&'static str, String)> {
 fn limit(report: &Report) -> String {
     let f = &report.force;
     let ratio = f.limit_mm3_per_min / f.straight_pass_mm3_per_min;
+    let Some(intervals) = f.over_limit_intervals else {
+        return "the removal rate is not limited (force.control = \"off\")".into();
+    };
     format!(
         "{:.0} mm³/min ({ratio:.2} x straight pass), {} above it, {}",
         f.limit_mm3_per_min,
-        counted(f.over_limit_intervals, "interval"),
+        counted(intervals, "interval"),
         counted(f.trochoid_loops, "trochoid loop"),
     )
 }
@@ -93,20 +100,34 @@ fn counted(count: u64, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { plural })
 }
 
-/// A label with its unit and the values of the plain, slowed and delivered paths.
-pub fn comparison(report: &Report) -> Vec<(&'static str, [String; 3])> {
-    let paths = [&report.plain, &report.slowed, &report.delivered];
-    let row = |value: fn(&PathFigures) -> String| paths.map(value);
-    vec![
-        ("feed, mm/min", row(|p| format!("{:.0}", p.feed_mm_per_min))),
-        ("peak / limit", row(|p| format!("{:.3}", p.peak_over_limit))),
-        ("peak, mm³/min", row(|p| format!("{:.0}", p.peak_mm3_per_min))),
-        ("mean cut, mm³/min", row(|p| format!("{:.0}", p.mean_mm3_per_min))),
-        ("variation", row(|p| format!("{:.3}", p.variation))),
+/// Headings of the paths that are compared: plain, slowed and delivered, or the last alone.
+pub fn compared(report: &Report) -> Vec<(&'static str, &PathFigures)> {
+    let (plain, slowed) = (report.plain.as_ref(), report.slowed.as_ref());
+    let all = [("plain", plain), ("slowed", slowed), ("delivered", Some(&report.delivered))];
+    all.into_iter().filter_map(|(name, path)| Some((name, path?))).collect()
+}
+
+/// A label with its unit and the values of the paths that are [`compared`].
+pub fn comparison(report: &Report) -> Vec<(&'static str, Vec<String>)> {
+    let paths = compared(report);
+    let row = |value: fn(&PathFigures) -> String| paths.iter().map(|(_, p)| value(p)).collect();
+    let rate = |value: fn(&RateFigures) -> String| {
+        paths.iter().map(|(_, p)| p.rate.as_ref().map(value)).collect::<Option<Vec<String>>>()
+    };
+    let mut rows = vec![("feed, mm/min", row(|p| format!("{:.0}", p.feed_mm_per_min)))];
+    let rates = [
+        ("peak / limit", rate(|r| format!("{:.3}", r.peak_over_limit))),
+        ("peak, mm³/min", rate(|r| format!("{:.0}", r.peak_mm3_per_min))),
+        ("mean cut, mm³/min", rate(|r| format!("{:.0}", r.mean_mm3_per_min))),
+        ("variation", rate(|r| format!("{:.3}", r.variation))),
+    ];
+    rows.extend(rates.into_iter().filter_map(|(label, values)| Some((label, values?))));
+    rows.extend([
         ("length, m", row(|p| format!("{:.3}", p.length_mm.total / 1000.0))),
         ("time, min:s", row(|p| clock(p.time_s.total))),
         ("on the machine, min:s", row(|p| clock(p.machine_time_s.total))),
-    ]
+    ]);
+    rows
 }
 
 fn clock(seconds: f64) -> String {

@@ -15,8 +15,9 @@ use super::fault::{Fault, Faults};
 use super::file::{AnalyticTable, JobFile, PostKey, Units};
 use super::units::{INCH, per_second, radians};
 use super::{
-    Boundary, FeedComponent, FlattenMethod, Force, ForceControl, Job, Links, MrrLimit,
-    OutputOptions, PathOptions, Picture, Post, Resolved, RingOrder, Stepover,
+    Boundary, FeedComponent, FirstPass, FlattenMethod, Force, ForceControl, Job, Links, MrrLimit,
+    OutputOptions, PathOptions, Pattern, Picture, Post, Resolved, RingOrder, Start, StartKey,
+    Stepover, Traverse,
 };
 use crate::geometry::DVec3;
 use crate::machine::{Axes, Machine, Travel};
@@ -183,23 +184,83 @@ impl Resolver<'_> {
             let message = format!("given beside {}", self.named("force.mrr_limit"));
             self.fault("force.relative", message, "keep one of the two");
         }
+        let pattern = self.file.path.pattern.unwrap_or(Pattern::Contour);
+        let default = match pattern {
+            Pattern::Contour => ForceControl::Trochoid,
+            _ => ForceControl::Off,
+        };
+        let control = table.control.unwrap_or(default);
+        if control == ForceControl::Trochoid && pattern != Pattern::Contour {
+            let message =
+                format!("trochoids are put into contour passes only, not {:?}", pattern.name());
+            let help = "give `control = \"feed\"` or `\"off\"`, or `pattern = \"contour\"`";
+            self.fault("force.control", message, help);
+        }
         let cubic = self.unit * self.unit * self.unit;
         Force {
             limit: match table.mrr_limit {
                 Some(limit) => MrrLimit::Absolute(per_second(limit * cubic)),
                 None => MrrLimit::Relative(table.relative.unwrap_or(1.5)),
             },
-            control: table.control.unwrap_or(ForceControl::Trochoid),
+            control,
             vfc: table.vfc.unwrap_or(FeedComponent::Mean),
         }
     }
 
-    fn path(&self) -> PathOptions {
+    fn path(&mut self) -> PathOptions {
         let table = &self.file.path;
-        PathOptions {
+        let pattern = table.pattern.unwrap_or(Pattern::Contour);
+        let boundary = table.boundary.unwrap_or(Boundary::Open);
+        let first = match pattern.has_rings() {
+            true => FirstPass::Edge,
+            false => FirstPass::HalfStrip,
+        };
+        let start = match (&table.curve, table.start) {
+            (Some(points), _) => Start::Curve(points.iter().map(|&p| self.point(p)).collect()),
+            (None, Some(StartKey::Boundary)) => Start::Boundary,
+            (None, Some(StartKey::Widest)) => Start::Widest,
+            (None, Some(StartKey::Shortest) | None) => Start::Shortest,
+        };
+        let path = PathOptions {
+            pattern,
+            start,
+            along: table.along,
+            angle: table.angle.map(radians),
+            traverse: table.traverse.unwrap_or(Traverse::Zigzag),
+            first: table.first.unwrap_or(first),
             order: table.order.unwrap_or(RingOrder::OutsideIn),
             links: table.links.unwrap_or(Links::Surface),
-            boundary: table.boundary.unwrap_or(Boundary::Open),
+            boundary,
+        };
+        self.check_path(&path);
+        path
+    }
+
+    /// Keys of [path] that say nothing about the pattern chosen are refused.
+    fn check_path(&mut self, path: &PathOptions) {
+        if self.places.has("path.curve") && self.places.has("path.start") {
+            let message = format!("given beside {}", self.named("path.start"));
+            self.fault("path.curve", message, "keep one of the two");
+        }
+        let pattern = self.named("path.pattern");
+        for key in Pattern::KEYS {
+            let owners = Pattern::ALL.into_iter().filter(|p| p.uses(key));
+            let path_key = format!("path.{key}");
+            if self.places.has(&path_key) && !path.pattern.uses(key) {
+                let names: Vec<_> = owners.map(|p| format!("{:?}", p.name())).collect();
+                let message = format!("says nothing about {pattern} = {:?}", path.pattern.name());
+                let help = format!("leave it out; it belongs to {}", names.join(", "));
+                self.fault(&path_key, message, help);
+            }
+        }
+        let is_wall = path.boundary == Boundary::Wall;
+        if is_wall && path.pattern != Pattern::Contour {
+            let message = format!("only contour passes keep off walls, not {pattern}");
+            self.fault("path.boundary", message, "give `boundary = \"open\"` or contour");
+        }
+        if is_wall && self.file.path.first == Some(FirstPass::HalfStrip) {
+            let message = "between walls the first pass runs along the wall";
+            self.fault("path.first", message, "leave it out, or give `boundary = \"open\"`");
         }
     }
 

@@ -5,10 +5,12 @@
 //! 2. Faces near ridges are split until a piece is either close enough to a pass as a whole or
 //!    smaller than the raster; the small pieces that are too far are the places.
 
+use super::ClosingOptions;
 use super::tree::Tree;
 use crate::geometry::DVec2;
+use crate::level_set::field::gradient;
 use crate::level_set::strip_metric::FlatMetric;
-use crate::level_set::{DistanceField, PassMesh};
+use crate::level_set::{PassField, PassMesh};
 use crate::mesh::{FaceId, HalfEdgeId};
 use crate::parallel;
 use core::cell::Cell;
@@ -58,11 +60,13 @@ pub struct Gaps {
 }
 
 /// Finds the gaps between the passes in `tree`.
-pub fn gaps(mesh: &PassMesh, field: &DistanceField, tree: &Tree, threads: usize) -> Gaps {
-    let faces = near_ridges(mesh, field.values());
+pub fn gaps(mesh: &PassMesh, field: &PassField, tree: &Tree, options: &ClosingOptions) -> Gaps {
+    let faces = near_ridges(mesh, field);
     let chunks: Vec<&[FaceId]> = faces.chunks(CHUNK).collect();
-    let parts = parallel::map(threads, &chunks, |faces| {
-        let mut search = Search { tree, hint: Cell::new(None), found: Gaps::default() };
+    let parts = parallel::map(options.threads, &chunks, |faces| {
+        let (inside, hint) = (field.inside(), Cell::new(None));
+        let on_levels = options.on_levels;
+        let mut search = Search { tree, inside, on_levels, hint, found: Gaps::default() };
         faces.iter().for_each(|&face| search.face(mesh, field.values(), face));
         search.found
     });
@@ -79,18 +83,20 @@ pub fn gaps(mesh: &PassMesh, field: &DistanceField, tree: &Tree, threads: usize)
 fn gradients(mesh: &PassMesh, values: &[f64]) -> Vec<Option<(DVec2, FlatMetric)>> {
     let of_face = |(f, face): (usize, &[crate::mesh::VertexId; 3])| {
         let metric = mesh.flat_metric(FaceId(f as u32))?;
-        let [a, b, c] = face.map(|v| mesh.uv()[v.index()]);
-        let [u, v, w] = face.map(|v| values[v.index()]);
-        let twice_area = (b - a).perp_dot(c - a);
-        let gradient = ((b - a).perp() * (w - u) - (c - a).perp() * (v - u)) / twice_area;
-        gradient.is_finite().then_some((gradient, metric))
+        let corners = face.map(|v| mesh.uv()[v.index()]);
+        Some((gradient(corners, face.map(|v| values[v.index()]))?, metric))
     };
     mesh.connectivity().faces().iter().enumerate().map(of_face).collect()
 }
 
-/// The faces within [`REACH`] of a ridge of the field, in order.
-fn near_ridges(mesh: &PassMesh, values: &[f64]) -> Vec<FaceId> {
-    let connectivity = mesh.connectivity();
+/// The faces within [`REACH`] of a ridge of the field, in order. Where passes end on the boundary, it is
+/// like one.
+fn near_ridges(mesh: &PassMesh, field: &PassField) -> Vec<FaceId> {
+    let (values, connectivity) = (field.values(), mesh.connectivity());
+    let ends_there = field.inside() == f64::NEG_INFINITY;
+    let is_at_end = |f: usize| {
+        ends_there && (0..3).any(|c| connectivity.opposite(FaceId(f as u32).half_edge(c)).is_none())
+    };
     let gradients = gradients(mesh, values);
     let bends = |h: HalfEdgeId, (gradient, metric): &(DVec2, FlatMetric)| {
         let across = connectivity.opposite(h).and_then(|o| gradients[o.face().index()]);
@@ -98,7 +104,9 @@ fn near_ridges(mesh: &PassMesh, values: &[f64]) -> Vec<FaceId> {
     };
     let is_ridge = |f: usize| {
         let Some(here) = &gradients[f] else { return true };
-        here.1.slope(here.0) < FLATTER || (0..3).any(|c| bends(FaceId(f as u32).half_edge(c), here))
+        is_at_end(f)
+            || here.1.slope(here.0) < FLATTER
+            || (0..3).any(|c| bends(FaceId(f as u32).half_edge(c), here))
     };
     let mut distance = vec![f64::INFINITY; values.len()];
     let mut open = VecDeque::new();
@@ -132,6 +140,9 @@ fn near_ridges(mesh: &PassMesh, values: &[f64]) -> Vec<FaceId> {
 /// A search through some faces.
 struct Search<'a> {
     tree: &'a Tree,
+    /// Places of a lower level are not machined.
+    inside: f64,
+    on_levels: bool,
     /// The pass that was nearest to the last place: mostly near to the next one.
     hint: Cell<Option<u32>>,
     found: Gaps,
@@ -150,12 +161,11 @@ impl Piece {
         ((a + b + c) / 3.0, self.values.iter().sum::<f64>() / 3.0)
     }
 
-    /// Whether the field says that the ring below is near everywhere, or that it is outside of
-    /// ring 0.
-    fn is_kept(&self) -> bool {
+    /// Whether the field says that the ring below is near everywhere, or that it is not machined.
+    fn is_kept(&self, inside: f64, on_levels: bool) -> bool {
         let low = self.values.iter().copied().fold(f64::INFINITY, f64::min);
         let high = self.values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        high < 0.0 || (low >= 0.0 && high - low.floor() < NEAR_BELOW)
+        high < inside || (on_levels && low >= 0.0 && high - low.floor() < NEAR_BELOW)
     }
 
     fn quarters(&self) -> [Self; 4] {
@@ -187,7 +197,7 @@ impl Search<'_> {
     }
 
     fn piece(&mut self, piece: &Piece, metric: &FlatMetric, depth: u32) {
-        if piece.is_kept() {
+        if piece.is_kept(self.inside, self.on_levels) {
             return;
         }
         let (at, level) = piece.middle();
@@ -200,11 +210,11 @@ impl Search<'_> {
         let is_small = radius <= RASTER / 3.0_f64.sqrt() || depth >= DEEPEST;
         if gap + radius > LIMIT && !is_small {
             piece.quarters().iter().for_each(|q| self.piece(q, metric, depth + 1));
-        } else if gap > LIMIT && level >= 0.0 {
+        } else if gap > LIMIT && level >= self.inside {
             let [a, b, c] = piece.corners;
             let area = 0.5 * (b - a).perp_dot(c - a).abs();
             self.found.places.push(Place { at, metric: *metric, level, gap, area });
-        } else if gap <= LIMIT && gap > self.found.widest_kept.0 && level >= 0.0 {
+        } else if gap <= LIMIT && gap > self.found.widest_kept.0 && level >= self.inside {
             self.found.widest_kept = (gap, at);
         }
     }

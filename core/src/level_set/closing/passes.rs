@@ -4,7 +4,7 @@ use super::gaps::Place;
 use super::spur::{Detour, closed};
 use super::tree::Tree;
 use crate::geometry::DVec2;
-use crate::level_set::{Ring, Spur};
+use crate::level_set::{Pass, Spur};
 
 /// Pieces into which long segments are cut for the search, mean passes.
 const LONGEST_PIECE: f64 = 2.0;
@@ -13,7 +13,7 @@ const LONGEST_PIECE: f64 = 2.0;
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum Line {
     /// By index.
-    Ring(usize),
+    Pass(usize),
     /// By index, in the order in which they were added.
     Spur(usize),
 }
@@ -49,9 +49,25 @@ struct Layer {
     ends: Vec<[DVec2; 2]>,
 }
 
+/// The straight ways of an open pass beyond its ends.
+fn overruns(pass: &Pass) -> impl Iterator<Item = [DVec2; 2]> {
+    let ends = match pass.points[..] {
+        [a, b, ..] if !pass.is_closed => {
+            let n = pass.points.len();
+            vec![(b, a, pass.overrun[0]), (pass.points[n - 2], pass.points[n - 1], pass.overrun[1])]
+        }
+        _ => Vec::new(),
+    };
+    let beyond = |(from, end, by): (DVec2, DVec2, f64)| {
+        (by > 0.0).then(|| [end, end + (end - from).normalize_or_zero() * by])
+    };
+    ends.into_iter().filter_map(beyond)
+}
+
 /// All passes.
 pub struct Passes {
     layers: Vec<Layer>,
+    with_overruns: Option<Tree>,
     ring_levels: Vec<f64>,
     spurs: Vec<Detour>,
     longest_piece: f64,
@@ -59,25 +75,31 @@ pub struct Passes {
 
 impl Passes {
     /// The rings; `mean_pass`: mean size of a pass, flat mm.
-    pub fn new(rings: &[Ring], mean_pass: f64) -> Self {
+    pub fn new(rings: &[Pass], mean_pass: f64) -> Self {
         let longest_piece = LONGEST_PIECE * mean_pass;
         let mut passes = Self {
             layers: Vec::new(),
+            with_overruns: None,
             ring_levels: rings.iter().map(|r| r.level).collect(),
             spurs: Vec::new(),
             longest_piece,
         };
-        let lines = rings.iter().enumerate().map(|(i, ring)| {
-            let around = ring.points.iter().chain(ring.points.first()).copied().collect();
-            (Line::Ring(i), ring.level, around)
-        });
+        let lines = rings
+            .iter()
+            .enumerate()
+            .map(|(i, ring)| (Line::Pass(i), ring.level, ring.line().collect()));
         passes.push_layer(lines.collect());
+        let beyond: Vec<[DVec2; 2]> = rings.iter().flat_map(overruns).collect();
+        if !beyond.is_empty() {
+            let ends: Vec<_> = passes.layers[0].ends.iter().copied().chain(beyond).collect();
+            passes.with_overruns = Some(Tree::new(&ends));
+        }
         passes
     }
 
-    /// The tree of the rings.
-    pub fn rings(&self) -> &Tree {
-        &self.layers[0].tree
+    /// The tree of the passes without spurs, but with their overruns: what is near to it is machined.
+    pub fn without_spurs(&self) -> &Tree {
+        self.with_overruns.as_ref().unwrap_or(&self.layers[0].tree)
     }
 
     /// The spurs so far.
@@ -102,7 +124,7 @@ impl Passes {
     fn level(&self, mut line: Line) -> f64 {
         loop {
             match line {
-                Line::Ring(i) => return self.ring_levels[i],
+                Line::Pass(i) => return self.ring_levels[i],
                 Line::Spur(i) => line = self.spurs[i].anchor.line,
             }
         }
@@ -151,12 +173,12 @@ impl Passes {
     }
 
     /// Gives the rings their spurs.
-    pub fn attach(&self, rings: &mut [Ring]) {
+    pub fn attach(&self, rings: &mut [Pass]) {
         let mut children: Vec<Vec<usize>> = vec![Vec::new(); rings.len()];
         let mut nested: Vec<Vec<usize>> = vec![Vec::new(); self.spurs.len()];
         for (i, spur) in self.spurs.iter().enumerate() {
             match spur.anchor.line {
-                Line::Ring(r) => children[r].push(i),
+                Line::Pass(r) => children[r].push(i),
                 Line::Spur(s) => nested[s].push(i),
             }
         }
@@ -171,11 +193,13 @@ impl Passes {
         }
     }
 
-    fn attach_to(&self, ring: &mut Ring, spurs: &[usize], nested: &[Vec<usize>]) {
+    fn attach_to(&self, ring: &mut Pass, spurs: &[usize], nested: &[Vec<usize>]) {
         let mut next = spurs.iter().copied().peekable();
         let mut points: Vec<DVec2> = Vec::new();
         for (segment, &point) in ring.points.iter().enumerate() {
-            points.push(point);
+            if points.last() != Some(&point) {
+                points.push(point);
+            }
             while let Some(s) = next.next_if(|&s| self.spurs[s].anchor.segment == segment) {
                 let at = self.spurs[s].anchor.at;
                 if points[points.len() - 1] != at {
@@ -184,8 +208,8 @@ impl Passes {
                 ring.spurs.push(Spur { at: points.len() - 1, points: self.whole(s, nested) });
             }
         }
-        // A spur that leaves from the end of the last segment leaves from the first point.
-        if points.len() > 1 && points[points.len() - 1] == points[0] {
+        // A spur that leaves from the end of a ring's last segment leaves from the first point.
+        if ring.is_closed && points.len() > 1 && points[points.len() - 1] == points[0] {
             points.pop();
             let end = points.len();
             ring.spurs.iter_mut().filter(|s| s.at == end).for_each(|s| s.at = 0);

@@ -4,7 +4,7 @@ use super::*;
 use crate::flatten::{Chart, Locator, bff};
 use crate::geometry::{DVec3, math};
 use crate::job::{Component, Selection, SurfaceOptions, SurfaceSource};
-use crate::level_set::{RingTerrain, rings, strip_metric};
+use crate::level_set::{FieldTerrain, passes, ring_levels, strip_metric};
 use crate::mesh::{Connectivity, VertexId};
 use crate::surface::{AnalyticSurface, Surface, build};
 use core::f64::consts::TAU;
@@ -56,7 +56,7 @@ fn rectangle(width: f64, height: f64) -> (Surface, Chart) {
 
 /// Closed rings and how wide their gaps are.
 struct Closed {
-    rings: Vec<Ring>,
+    rings: Vec<Pass>,
     plain: f64,
     report: ClosingReport,
     widest: f64,
@@ -73,19 +73,19 @@ fn closed(
     let metric = vec![strip_metric::even(step); chart.uv().len()];
     let mesh = PassMesh::new(surface, chart, metric).unwrap();
     let field = match inset {
-        Some(radius) => DistanceField::from_inset(&mesh, radius).unwrap(),
-        None => DistanceField::from_boundary(&mesh),
+        Some(radius) => PassField::from_inset(&mesh, radius).unwrap(),
+        None => PassField::from_boundary(&mesh),
     };
     let locator = Locator::new(mesh.connectivity(), mesh.uv());
-    let terrain = RingTerrain::new(&mesh, &field, &locator);
-    let mut rings = rings(&mesh, &field);
+    let terrain = FieldTerrain::new(&mesh, &field, &locator);
+    let mut rings = passes(&mesh, &field, &ring_levels(&field));
     for ring in &mut rings {
         ring.points = crate::geometry::polyline::simplify_closed(&ring.points, 0.002 * step);
     }
     let on_chart = Locator::new(surface.connectivity(), chart.uv());
-    let measure = |rings: &[Ring]| widest(surface, chart, &on_chart, rings, &terrain, step);
+    let measure = |rings: &[Pass]| widest(surface, chart, &on_chart, rings, &terrain, step);
     let plain = measure(&rings);
-    let options = ClosingOptions { order, threads: 2 };
+    let options = ClosingOptions { order, on_levels: true, threads: 2 };
     let report = close(&mut rings, &mesh, &field, &terrain, &options);
     let widest = measure(&rings);
     Closed { rings, plain, report, widest }
@@ -97,7 +97,7 @@ fn widest(
     surface: &Surface,
     chart: &Chart,
     locator: &Locator,
-    rings: &[Ring],
+    rings: &[Pass],
     terrain: &dyn Terrain,
     step: f64,
 ) -> f64 {
@@ -150,8 +150,8 @@ fn widest(
     widest / step
 }
 
-fn ring_length(rings: &[Ring]) -> f64 {
-    let of = |r: &Ring| {
+fn ring_length(rings: &[Pass]) -> f64 {
+    let of = |r: &Pass| {
         (0..r.points.len())
             .map(|i| (r.points[(i + 1) % r.points.len()] - r.points[i]).length())
             .sum::<f64>()

@@ -34,11 +34,15 @@ fn pass_mesh(surface: &Surface, chart: &Chart, step: f64) -> PassMesh {
     PassMesh::new(surface, chart, metric).unwrap()
 }
 
+fn rings(mesh: &PassMesh, field: &PassField) -> Vec<Pass> {
+    passes(mesh, field, &ring_levels(field))
+}
+
 #[test]
 fn rings_of_a_square_are_squares() {
     let (surface, chart) = plate(20, 1.0, |_| true);
     let mesh = pass_mesh(&surface, &chart, 1.0);
-    let rings = rings(&mesh, &DistanceField::from_boundary(&mesh));
+    let rings = rings(&mesh, &PassField::from_boundary(&mesh));
     let whole: Vec<_> = rings.iter().collect();
     assert_eq!(whole.len(), 10);
     for (k, ring) in whole.iter().enumerate() {
@@ -53,14 +57,14 @@ fn rings_of_a_square_are_squares() {
 fn inset_rings_start_a_radius_inside() {
     let (surface, chart) = plate(30, 1.0, |_| true);
     let mesh = pass_mesh(&surface, &chart, 2.0);
-    let field = DistanceField::from_inset(&mesh, 3.3).unwrap();
+    let field = PassField::from_inset(&mesh, 3.3).unwrap();
     let rings = rings(&mesh, &field);
     for (k, ring) in rings.iter().enumerate() {
         let side = 30.0 - 6.6 - 4.0 * k as f64;
         let area = -signed_area(&ring.points);
         assert!((area.sqrt() - side).abs() < 0.25, "ring {k}: {area} {}", side * side);
     }
-    assert!(matches!(DistanceField::from_inset(&mesh, 15.1), Err(LevelSetError::NoRoom { .. })));
+    assert!(matches!(PassField::from_inset(&mesh, 15.1), Err(LevelSetError::NoRoom { .. })));
 }
 
 /// On a disk the field is the radius minus the distance from the centre, up to the staircase of
@@ -71,7 +75,7 @@ fn rings_of_a_disk_are_circles() {
     let centre = DVec2::splat(30.0);
     let (surface, chart) = plate(n, 0.5, |p| (p - centre).length() < 29.0);
     let mesh = pass_mesh(&surface, &chart, 2.0);
-    let field = DistanceField::from_boundary(&mesh);
+    let field = PassField::from_boundary(&mesh);
     for ring in rings(&mesh, &field).iter().filter(|r| r.level > 5.0) {
         let radii = || ring.points.iter().map(|p| (*p - centre).length());
         let (low, high) = (radii().fold(f64::MAX, f64::min), radii().fold(0.0, f64::max));
@@ -85,9 +89,9 @@ fn annulus_has_rings_from_both_sides() {
     let (surface, chart) =
         plate(30, 1.0, |p| (p - centre).length() < 14.0 && (p - centre).abs().max_element() > 4.0);
     let mesh = pass_mesh(&surface, &chart, 2.0);
-    let field = DistanceField::from_boundary(&mesh);
+    let field = PassField::from_boundary(&mesh);
     let rings = rings(&mesh, &field);
-    let first: Vec<_> = rings.iter().filter(|r| r.level == FIRST_LEVEL).collect();
+    let first: Vec<_> = rings.iter().filter(|r| r.level == INSIDE).collect();
     assert_eq!(first.len(), 2);
     let areas = first.iter().map(|r| signed_area(&r.points));
     assert!(areas.clone().any(|a| a > 0.0) && areas.clone().any(|a| a < 0.0));
@@ -98,7 +102,7 @@ fn annulus_has_rings_from_both_sides() {
 fn planar_fronts_are_close() {
     let (surface, chart) = plate(24, 1.0, |_| true);
     let mesh = pass_mesh(&surface, &chart, 3.0);
-    let field = DistanceField::from_boundary(&mesh);
+    let field = PassField::from_boundary(&mesh);
     for (p, v) in mesh.uv().iter().zip(field.values()) {
         let mut sides = [p.x, p.y, 24.0 - p.x, 24.0 - p.y];
         sides.sort_by(f64::total_cmp);

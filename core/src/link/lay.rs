@@ -1,0 +1,211 @@
+//! Passes → one flat path at the nominal feed, without regard to the removal rate.
+//!
+//! Rings are cut one after the other as their precedence asks; open passes to and fro or all one way.
+//! Consecutive passes are joined on the surface where the straight flat way between them is short and
+//! stays on it, else by a retract.
+
+use super::order::Sequence;
+use super::{CutCounts, LONGEST_LINK, Precedence, SLANT, oriented};
+use crate::flat_path::{FlatPoint, Terrain};
+use crate::geometry::DVec2;
+use crate::job::{CutDirection, Links, RingOrder, Traverse};
+use crate::level_set::Pass;
+use crate::toolpath::MoveKind;
+
+/// How passes are laid.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct LayOptions {
+    /// Order of rings.
+    pub order: RingOrder,
+    /// How open passes follow each other.
+    pub traverse: Traverse,
+    /// How passes are joined.
+    pub links: Links,
+    /// On which side the material lies.
+    pub direction: CutDirection,
+    /// Cutter radius, mm.
+    pub radius: f64,
+    /// Height over the surface at which the cutter arrives, mm.
+    pub height: f64,
+    /// Feed, mm/s.
+    pub feed: f64,
+}
+
+/// Lays passes one after the other; returns the path and how it is joined.
+pub fn lay(
+    passes: &[Pass],
+    precedence: &Precedence,
+    terrain: &dyn Terrain,
+    options: &LayOptions,
+) -> (Vec<FlatPoint>, CutCounts) {
+    let mut layer = Layer { terrain, options, points: Vec::new(), pass: 0, retracts: 0 };
+    if passes.iter().all(|p| p.is_closed) {
+        layer.rings(passes, precedence);
+    } else {
+        layer.open(passes);
+    }
+    let counts = CutCounts { retracts: layer.retracts, ..CutCounts::default() };
+    (layer.points, counts)
+}
+
+struct Layer<'a> {
+    terrain: &'a dyn Terrain,
+    options: &'a LayOptions,
+    points: Vec<FlatPoint>,
+    pass: u32,
+    retracts: usize,
+}
+
+impl Layer<'_> {
+    fn at(&self) -> Option<DVec2> {
+        self.points.last().map(|p| p.at)
+    }
+
+    fn rings(&mut self, rings: &[Pass], precedence: &Precedence) {
+        let stock_is_higher = self.options.order == RingOrder::OutsideIn;
+        let stock_on_right = self.options.direction == CutDirection::Climb;
+        let mut sequence = Sequence::new(precedence);
+        let mut last = None;
+        loop {
+            let from = self.at();
+            let distance = |r: usize| from.map_or(0.0, |from| nearest(&rings[r].points, from).1);
+            let Some(index) = sequence.next_nearest(last, distance) else { break };
+            let mut ring = oriented(&rings[index], stock_is_higher != stock_on_right);
+            self.begin_ring(&mut ring);
+            self.pass(&ring);
+            last = Some(index);
+        }
+    }
+
+    /// Turns a ring so that it begins a slant ahead of the point nearest to where the cutter is.
+    fn begin_ring(&self, ring: &mut Pass) {
+        let Some(from) = self.at() else { return };
+        let disc = self.options.radius / self.terrain.scale(from).unwrap_or(1.0);
+        let n = ring.points.len();
+        let (mut start, _) = nearest(&ring.points, from);
+        let step = |i: usize| ring.points[i].distance(ring.points[(i + 1) % n]);
+        let mut left = (SLANT * disc).min(0.25 * (0..n).map(step).sum::<f64>());
+        while left > 0.0 {
+            left -= step(start);
+            start = (start + 1) % n;
+        }
+        ring.points.rotate_left(start);
+        ring.spurs.iter_mut().for_each(|s| s.at = (s.at + n - start) % n);
+    }
+
+    /// Open passes, always the nearest end next; whatever rings are among them as they come.
+    fn open(&mut self, passes: &[Pass]) {
+        let mut left: Vec<usize> = (0..passes.len()).collect();
+        let reverse_all = self.options.direction != CutDirection::Climb;
+        while let Some((slot, reverse)) = self.next_open(passes, &left) {
+            let pass = &passes[left.remove(slot)];
+            let reverse = match self.options.traverse {
+                Traverse::Zigzag if !pass.is_closed => reverse,
+                _ => reverse_all,
+            };
+            let mut pass = oriented(pass, reverse);
+            if pass.is_closed {
+                self.begin_ring(&mut pass);
+            }
+            self.pass(&pass);
+        }
+    }
+
+    /// The next pass and whether its end is nearer than its start. The first is the first; one way, they
+    /// come in their order.
+    fn next_open(&self, passes: &[Pass], left: &[usize]) -> Option<(usize, bool)> {
+        let from = self.at().filter(|_| self.options.traverse == Traverse::Zigzag);
+        let Some(from) = from else { return (!left.is_empty()).then_some((0, false)) };
+        let rate = |i: usize| {
+            let points = &passes[i].points;
+            let start = points[0].distance_squared(from);
+            let end = points[points.len() - 1].distance_squared(from);
+            (start.min(end), end < start)
+        };
+        let rated = left.iter().enumerate().map(|(slot, &i)| (slot, rate(i)));
+        let best = rated.min_by(|a, b| a.1.0.total_cmp(&b.1.0).then(a.0.cmp(&b.0)));
+        best.map(|(slot, (_, reverse))| (slot, reverse))
+    }
+
+    /// One pass from where it begins, with the way to it.
+    fn pass(&mut self, pass: &Pass) {
+        let feed = self.options.feed;
+        let start = pass.points[0];
+        self.reach(start);
+        if let Some(arrived) = self.points.last_mut() {
+            arrived.overrun = -pass.overrun[0];
+        }
+        let n = pass.points.len();
+        let last = if pass.is_closed { n } else { n - 1 };
+        let mut spurs: Vec<_> = pass.spurs.iter().collect();
+        spurs.sort_by_key(|s| s.at);
+        let spurs_at = |i: usize| spurs.iter().filter(move |s| s.at == i);
+        for i in 0..=last {
+            let p = pass.points[i % n];
+            if i > 0 {
+                self.push(p, 0.0, MoveKind::Cut, None);
+            }
+            // A ring's first point is come by twice.
+            if i == last && pass.is_closed {
+                break;
+            }
+            let towards = pass.points[(i + 1) % n] - p;
+            let behind = if i > 0 { p - pass.points[i - 1] } else { towards };
+            for spur in spurs_at(i) {
+                let heading = behind.try_normalize();
+                for &q in spur.points.iter().chain([&p]) {
+                    self.push(q, 0.0, MoveKind::Cut, heading);
+                }
+            }
+        }
+        if let Some(end) = self.points.last_mut().filter(|p| p.feed == feed) {
+            end.overrun = pass.overrun[1];
+        }
+        self.pass += 1;
+    }
+
+    /// Goes to a point of the surface, by link or by retract.
+    fn reach(&mut self, to: DVec2) {
+        let height = self.options.height;
+        match self.at() {
+            Some(from) if self.can_link(from, to) => {
+                return self.push(to, 0.0, MoveKind::Link, None);
+            }
+            Some(_) => {
+                self.retracts += 1;
+                self.push(to, height, MoveKind::Rapid, None);
+            }
+            None => self.push(to, height, MoveKind::Link, None),
+        }
+        self.push(to, 0.0, MoveKind::Link, None);
+    }
+
+    fn can_link(&self, from: DVec2, to: DVec2) -> bool {
+        let scale = self.terrain.scale(from).unwrap_or(1.0);
+        self.options.links == Links::Surface
+            && self.options.traverse == Traverse::Zigzag
+            && from.distance(to) * scale <= LONGEST_LINK * self.options.radius
+            && self.terrain.joins(from, to)
+    }
+
+    fn push(&mut self, at: DVec2, height: f64, kind: MoveKind, heading: Option<DVec2>) {
+        self.points.push(FlatPoint {
+            at,
+            height,
+            kind,
+            pass: self.pass,
+            feed: self.options.feed,
+            mrr: 0.0,
+            alpha: 0.0,
+            length: 0.0,
+            heading,
+            overrun: 0.0,
+        });
+    }
+}
+
+/// The point nearest to `from`: its index and squared distance.
+fn nearest(points: &[DVec2], from: DVec2) -> (usize, f64) {
+    let rated = points.iter().map(|p| p.distance_squared(from)).enumerate();
+    rated.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::INFINITY))
+}

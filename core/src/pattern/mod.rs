@@ -1,0 +1,211 @@
+//! Patterns: which field the passes are level curves of.
+//!
+//! | pattern | field |
+//! |---|---|
+//! | `contour` | distance from the boundary |
+//! | `iso-scallop` | signed distance from a start curve ([`start`]) |
+//! | `iso-parametric` | surface parameter or conformal coordinate, paced |
+//! | `iso-planar` | distance from a vertical plane, paced |
+//! | `direction-field` | least-squares potential of the best cross directions ([`direction`]), paced |
+//! | `spiral` | the rings of `contour`, joined ([`spiral`]) |
+//!
+//! Where a pattern leaves a choice open, the one is taken whose level curves are the shortest.
+//!
+//! Source: spec 02, "Pass fields".
+
+mod direction;
+mod spiral;
+mod start;
+
+pub use spiral::spiral;
+
+use crate::flatten::Locator;
+use crate::geometry::math::{cos, sin};
+use crate::geometry::{DVec2, DVec3};
+use crate::job::{Boundary, FirstPass, Parameter, PathOptions, Pattern};
+use crate::level_set::Pass;
+use crate::level_set::{
+    Accuracy, LevelSetError, Outermost, PassField, PassMesh, half_levels, open_levels,
+    passes as level_curves, ring_levels,
+};
+use direction::{STRENGTHS, potential};
+use start::Source;
+
+/// What a pass in one more piece is as bad as: path of this many cutter radii.
+const PIECE: f64 = 4.0;
+/// Directions in which iso-planar passes are tried, evenly over half a turn.
+const ANGLES: u32 = 12;
+
+/// The passes of a pattern.
+#[derive(Clone, Debug)]
+pub struct Laid {
+    /// Their field; levels are one apart.
+    pub field: PassField,
+    /// The passes, without spurs.
+    pub passes: Vec<Pass>,
+}
+
+/// Lays the passes of the pattern that the options ask for on a mesh and on the coarse mesh from which it
+/// was refined. `locator` is over the fine mesh's flat faces;
+/// `radius`: cutter radius, mm; `parameters`: the surface's own, two per vertex of the mesh, if any.
+///
+/// # Errors
+/// [`LevelSetError`]: no pass can be laid.
+pub fn lay_out(
+    coarse: &PassMesh,
+    mesh: &PassMesh,
+    locator: &Locator,
+    options: &PathOptions,
+    radius: f64,
+    parameters: Option<&[DVec2]>,
+) -> Result<Laid, LevelSetError> {
+    let sketch = Sketch { coarse, mesh, locator, options, radius };
+    let field = match options.pattern {
+        Pattern::Contour | Pattern::Spiral => match options.boundary {
+            Boundary::Open => PassField::from_boundary(mesh),
+            Boundary::Wall => PassField::from_inset(mesh, radius)?,
+        },
+        Pattern::IsoScallop => sketch.iso_scallop()?,
+        Pattern::IsoParametric => sketch.iso_parametric(parameters)?,
+        Pattern::IsoPlanar => sketch.iso_planar()?,
+        Pattern::DirectionField => sketch.direction_field()?,
+    };
+    Ok(laid(mesh, field, options))
+}
+
+/// The level curves of a field.
+fn laid(mesh: &PassMesh, field: PassField, options: &PathOptions) -> Laid {
+    let outermost = match options.first {
+        FirstPass::Edge => Outermost::Edge,
+        FirstPass::HalfStrip => Outermost::HalfStrip,
+    };
+    let has_rings = field.inside() == 0.0;
+    let levels = match (has_rings, outermost) {
+        (true, Outermost::Edge) => {
+            let levels = ring_levels(&field);
+            let passes = level_curves(mesh, &field, &levels);
+            return Laid { field, passes };
+        }
+        (true, Outermost::HalfStrip) => half_levels(&field),
+        (false, _) => open_levels(&field, outermost),
+    };
+    // Passes at whole levels.
+    let unit = if let [first, second, ..] = levels[..] { second - first } else { 1.0 };
+    let field = field.rescaled(levels[0], unit);
+    let levels: Vec<f64> = (0..levels.len() as u32).map(f64::from).collect();
+    let passes = level_curves(mesh, &field, &levels);
+    Laid { field, passes }
+}
+
+struct Sketch<'a> {
+    coarse: &'a PassMesh,
+    mesh: &'a PassMesh,
+    locator: &'a Locator<'a>,
+    options: &'a PathOptions,
+    radius: f64,
+}
+
+impl Sketch<'_> {
+    fn iso_scallop(&self) -> Result<PassField, LevelSetError> {
+        self.source()?.field(self.mesh, self.locator, Accuracy::Full)
+    }
+
+    /// Where iso-scallop passes begin: of several starts the one with the shortest level curves.
+    fn source(&self) -> Result<Source, LevelSetError> {
+        let locator = Locator::new(self.coarse.connectivity(), self.coarse.uv());
+        let mut candidates = Source::candidates(self.coarse, &locator, &self.options.start);
+        if candidates.len() == 1 {
+            return candidates.pop().ok_or(LevelSetError::NoCurve);
+        }
+        let mut best = (f64::INFINITY, None);
+        for source in candidates {
+            let Ok(field) = source.field(self.coarse, &locator, Accuracy::Sketch) else { continue };
+            let length = self.cost(field);
+            if length < best.0 {
+                best = (length, Some(source));
+            }
+        }
+        best.1.ok_or(LevelSetError::NoCurve)
+    }
+
+    /// Followed as closely as makes the level curves the shortest, on the coarse mesh.
+    fn direction_field(&self) -> Result<PassField, LevelSetError> {
+        let source = self.source()?;
+        let locator = Locator::new(self.coarse.connectivity(), self.coarse.uv());
+        let like = source.field(self.coarse, &locator, Accuracy::Sketch)?;
+        let mut best = (f64::INFINITY, f64::INFINITY);
+        for half in STRENGTHS {
+            let raw = potential(self.coarse, &like, half)?;
+            let length = PassField::paced(self.coarse, &raw).map(|f| self.cost(f));
+            if let Ok(length) = length
+                && length < best.0
+            {
+                best = (length, half);
+            }
+        }
+        let like = source.field(self.mesh, self.locator, Accuracy::Sketch)?;
+        PassField::paced(self.mesh, &potential(self.mesh, &like, best.1)?)
+    }
+
+    /// About how long the passes of a field on the coarse mesh are, mm, pieces and gaps counted.
+    fn cost(&self, field: PassField) -> f64 {
+        let Laid { passes, field } = laid(self.coarse, field, self.options);
+        let pieces = passes.len() as f64 - field.range().1.max(0.0);
+        field.length(self.coarse) + PIECE * self.radius * pieces.max(0.0)
+    }
+
+    fn iso_parametric(&self, parameters: Option<&[DVec2]>) -> Result<PassField, LevelSetError> {
+        let along = self.options.along;
+        let (u, v): (Vec<f64>, Vec<f64>) = match parameters {
+            Some(parameters) => parameters.iter().map(|p| (p.x, p.y)).unzip(),
+            None => {
+                let axis = start::long_side(self.mesh);
+                self.mesh.uv().iter().map(|p| (p.dot(axis), axis.perp_dot(*p))).unzip()
+            }
+        };
+        // Passes along u are curves of constant v.
+        let mut candidates = Vec::new();
+        if along != Some(Parameter::V) {
+            candidates.push(v);
+        }
+        if along != Some(Parameter::U) {
+            candidates.push(u);
+        }
+        self.shortest(candidates)
+    }
+
+    fn iso_planar(&self) -> Result<PassField, LevelSetError> {
+        let across = |angle: f64| -> Vec<f64> {
+            let normal = DVec3::new(-sin(angle), cos(angle), 0.0);
+            self.mesh.positions().iter().map(|p| p.dot(normal)).collect()
+        };
+        match self.options.angle {
+            Some(angle) => PassField::paced(self.mesh, &across(angle)),
+            None => {
+                let step = core::f64::consts::PI / f64::from(ANGLES);
+                self.shortest((0..ANGLES).map(|i| across(step * f64::from(i))))
+            }
+        }
+    }
+
+    /// The function whose paced level curves are the shortest.
+    fn shortest(
+        &self,
+        functions: impl IntoIterator<Item = Vec<f64>>,
+    ) -> Result<PassField, LevelSetError> {
+        let mut best: Option<(f64, PassField)> = None;
+        let mut refused = LevelSetError::NoCurve;
+        for raw in functions {
+            match PassField::paced(self.mesh, &raw) {
+                Ok(field) => {
+                    let length = field.length(self.mesh);
+                    if best.as_ref().is_none_or(|(shortest, _)| length < *shortest) {
+                        best = Some((length, field));
+                    }
+                }
+                Err(error) => refused = error,
+            }
+        }
+        best.map(|(_, field)| field).ok_or(refused)
+    }
+}

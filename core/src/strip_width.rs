@@ -1,0 +1,194 @@
+//! Machining strip width: the side step at which the cusp between two passes is exactly `h`.
+//!
+//! - *Profile*: the cutter's outline seen along the feed. For a ball a circle; for a flat end with
+//!   lead `lambda` an ellipse with semi-axes `R` and `R sin(lambda)`; for a bull end that of the flat
+//!   bottom, `R - r_c` and `(R - r_c) sin(lambda)`, offset by `r_c`.
+//! - *Section*: the surface across the feed, a circle of curvature `k`, positive where convex.
+//!
+//! Second order, `w = sqrt(8 h / (k_tool + k))` (Kim 2001, eq. of the strip width; spec 02). Exactly,
+//! the cusp stands where the profile has risen to the height `h` over the section; the width is the
+//! arc of the section between two such places.
+
+use crate::geometry::math::{atan2, cos, sin};
+use crate::tool::Tool;
+use core::f64::consts::FRAC_PI_2;
+
+/// Halvings of the profile's parameter: beyond rounding.
+const HALVINGS: usize = 52;
+/// Nodes of a table. Fewer: `1/w²` is interpolated with an error above 1e-6 of it.
+const NODES: usize = 1025;
+/// Strips are no wider than this part of the diameter, so that passes overlap.
+const WIDEST: f64 = 0.9;
+
+/// A cutter at a lead that leaves cusps of a height.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Strip {
+    tool: Tool,
+    sin_lead: f64,
+    scallop: f64,
+}
+
+impl Strip {
+    /// `sin_lead`: sine of the lead (or of the angle between axis and normal in the plane of the
+    /// feed); `scallop`: cusp height `h`, mm.
+    pub fn new(tool: Tool, sin_lead: f64, scallop: f64) -> Self {
+        Self { tool, sin_lead, scallop }
+    }
+
+    /// Effective curvature `k_tool` across the feed, 1/mm.
+    pub fn k_tool(&self) -> f64 {
+        self.tool.effective_curvature(self.sin_lead)
+    }
+
+    /// The widest side step, mm: nine tenths of the diameter.
+    pub fn widest(&self) -> f64 {
+        2.0 * WIDEST * self.tool.radius()
+    }
+
+    /// `sqrt(8 h / (k_tool + k))`, mm, at most [`widest`](Self::widest), which also stands for
+    /// sections as concave as the cutter is convex.
+    pub fn second_order(&self, k: f64) -> f64 {
+        let sum = self.k_tool() + k;
+        if sum <= 0.0 {
+            return self.widest();
+        }
+        (8.0 * self.scallop / sum).sqrt().min(self.widest())
+    }
+
+    /// The exact width on a section of curvature `k`, mm, at most [`widest`](Self::widest), which
+    /// also stands for sections on which the cutter leaves no such cusp.
+    pub fn exact(&self, k: f64) -> f64 {
+        let rises = |t: f64| {
+            let (x, z) = self.profile(t);
+            let outward = 1.0 + k * z;
+            // Height over the circle of curvature k, without dividing by k.
+            let height = (k * (x * x + z * z) + 2.0 * z)
+                / (1.0 + (k * k * x * x + outward * outward).sqrt());
+            outward <= 0.0 || height >= self.scallop
+        };
+        if !rises(FRAC_PI_2) {
+            return self.widest();
+        }
+        let (mut low, mut high) = (0.0, FRAC_PI_2);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if rises(middle) { high = middle } else { low = middle }
+        }
+        let (x, z) = self.profile(high);
+        let half = if k == 0.0 { x } else { atan2(k * x, 1.0 + k * z) / k };
+        (2.0 * half).clamp(0.0, self.widest())
+    }
+
+    /// The profile at parameter `t`, 0 at the contact: distance across the feed and height, mm.
+    fn profile(&self, t: f64) -> (f64, f64) {
+        let corner = self.tool.corner_radius();
+        let across = self.tool.radius() - corner;
+        let up = across * self.sin_lead;
+        let (s, c) = (sin(t), cos(t));
+        // Outward normal of the ellipse; a ball's profile is the offset of a point.
+        let (nx, nz) = if across > 0.0 { (up * s, -across * c) } else { (s, -c) };
+        let length = (nx * nx + nz * nz).sqrt();
+        let (nx, nz) = if length > 0.0 { (nx / length, nz / length) } else { (1.0, 0.0) };
+        (across * s + corner * nx, up * (1.0 - c) + corner * (1.0 + nz))
+    }
+}
+
+/// Exact widths for a range of curvatures: `1/w²` by linear interpolation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StripTable {
+    least: f64,
+    step: f64,
+    weights: Vec<f64>,
+}
+
+impl StripTable {
+    /// For curvatures between `least` and `greatest`, 1/mm.
+    pub fn new(strip: &Strip, least: f64, greatest: f64) -> Self {
+        let step = (greatest - least) / (NODES - 1) as f64;
+        let weight = |i: usize| {
+            let w = strip.exact(least + step * i as f64);
+            1.0 / (w * w)
+        };
+        let nodes = if step > 0.0 { NODES } else { 1 };
+        Self { least, step, weights: (0..nodes).map(weight).collect() }
+    }
+
+    /// `1/w²` at curvature `k`, 1/mm²; that of the end of the range beyond it.
+    pub fn weight(&self, k: f64) -> f64 {
+        let last = self.weights.len() - 1;
+        if last == 0 {
+            return self.weights[0];
+        }
+        let at = ((k - self.least) / self.step).clamp(0.0, last as f64);
+        let i = (at as usize).min(last - 1);
+        let t = at - i as f64;
+        self.weights[i] * (1.0 - t) + self.weights[i + 1] * t
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::math::asin;
+
+    fn strip(radius: f64, corner: f64, lead: f64, h: f64) -> Strip {
+        Strip::new(Tool::new(radius, corner).unwrap(), sin(lead), h)
+    }
+
+    /// Circle against circle: `w = 4/k asin(k s)`, `s² = h (2R - h) / (4 (1 + k R)(1 + k h))`.
+    #[test]
+    fn ball_on_a_circle() {
+        let (r, h) = (5.0, 0.2_f64);
+        for k in [-0.15, -0.05, 1e-9, 0.02, 0.1, 0.5] {
+            let s = (h * (2.0 * r - h) / (4.0 * (1.0 + k * r) * (1.0 + k * h))).sqrt();
+            let exact = 4.0 / k * asin(k * s);
+            let found = strip(r, r, 0.0, h).exact(k);
+            assert!((found - exact.min(9.0)).abs() < 1e-6, "{k}: {found} is not {exact}");
+        }
+    }
+
+    #[test]
+    fn flat_end_on_a_plane_is_the_ellipse() {
+        let (r, lead, h) = (2.5, 5.0f64.to_radians(), 0.05);
+        let b = r * sin(lead);
+        let exact = 2.0 * r * (2.0 * h / b - h * h / (b * b)).sqrt();
+        assert!((strip(r, 0.0, lead, h).exact(0.0) - exact.min(1.8 * r)).abs() < 1e-9);
+        let fine = strip(r, 0.0, lead, 0.001);
+        let exact = 2.0 * r * (2.0 * 0.001 / b - 1e-6 / (b * b)).sqrt();
+        assert!((fine.exact(0.0) - exact).abs() < 1e-9);
+    }
+
+    /// All profiles come to the second order as the cusps get low.
+    #[test]
+    fn low_cusps_are_of_second_order() {
+        for (corner, lead) in [(5.0, 0.0), (5.0, 0.3), (0.0, 0.2), (1.0, 0.1), (2.0, 0.6)] {
+            for k in [-0.01, 0.0, 0.05] {
+                let error = |h: f64| {
+                    let s = strip(5.0, corner, lead, h);
+                    (s.exact(k) / s.second_order(k) - 1.0).abs()
+                };
+                assert!(error(1e-5) < 1e-4, "{corner} {lead} {k}: {}", error(1e-5));
+                assert!(error(1e-5) < 0.3 * error(1e-3), "{corner} {lead} {k}");
+            }
+        }
+    }
+
+    #[test]
+    fn tables_are_close() {
+        let s = strip(5.0, 1.0, 0.1, 0.02);
+        let table = StripTable::new(&s, -0.015, 0.3);
+        for i in 0..200 {
+            let k = -0.015 + 0.315 * (f64::from(i) + 0.37) / 200.0;
+            let w = 1.0 / table.weight(k).sqrt();
+            assert!((w / s.exact(k) - 1.0).abs() < 1e-5, "{k}: {w} is not {}", s.exact(k));
+        }
+        let even = StripTable::new(&s, 0.0, 0.0);
+        assert_eq!(even.weight(1.0), even.weight(0.0));
+    }
+
+    #[test]
+    fn what_does_not_fit_is_as_wide_as_allowed() {
+        assert_eq!(strip(5.0, 5.0, 0.0, 0.01).exact(-0.2), 9.0);
+        assert_eq!(strip(5.0, 5.0, 0.0, 0.01).second_order(-0.3), 9.0);
+    }
+}
