@@ -64,6 +64,16 @@ impl Body {
         self.radius
     }
 
+    /// Radius of the rounded rim, mm.
+    pub fn corner(&self) -> f64 {
+        self.corner
+    }
+
+    /// Radius of the core, mm.
+    pub fn bottom(&self) -> f64 {
+        self.bottom
+    }
+
     /// Height of the top above the tip, mm.
     pub fn length(&self) -> f64 {
         self.length

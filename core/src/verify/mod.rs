@@ -19,7 +19,9 @@
 //! controlled machining of sculptured surfaces", IEEE CG&A 9(1) (1989).
 
 mod body;
+mod bound;
 mod figures;
+mod lanes;
 mod motion;
 mod rate;
 mod samples;
