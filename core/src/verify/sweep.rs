@@ -124,8 +124,7 @@ struct Cells {
 pub fn sweep(tile: &Tile, motion: &Motion, body: &Body, material: Material) -> SweptTile {
     let start = |sample: &Sample| if sample.machined { material.height } else { 0.0 };
     let walled = body.has_wall_below(material.height);
-    let cell =
-        |sample: &Sample| if walled && sample.machined { Cell::Open } else { Cell::Line };
+    let cell = |sample: &Sample| if walled && sample.machined { Cell::Open } else { Cell::Line };
     let samples = tile.samples(material.spacing).into_iter().map(|sample| Swept {
         sample,
         height: start(&sample),
@@ -310,10 +309,14 @@ fn lowest_entry(s: &Swept, step: &Step, body: &Body) -> Option<(f64, Placed)> {
             return end;
         }
     }
-    let (start, middle) = (entry(step.from), entry(step.middle));
-    let between = if body.is_ball() && step.half_turn == 0.0 {
-        body.ball_sweep_entry(&step.from, &step.to, position, normal)
-    } else {
+    // The start is the end of the step before, or where the path begins.
+    let start = entry(step.from);
+    if body.is_ball() && step.half_turn == 0.0 {
+        let between = body.ball_sweep_entry(&step.from, &step.to, position, normal);
+        return [between, start, end].into_iter().flatten().reduce(lower);
+    }
+    let middle = entry(step.middle);
+    let between = {
         start.zip(middle).zip(end).and_then(|((a, b), c)| {
             let at = vertex(a.0, b.0, c.0)?;
             let tip = step.middle.tip + step.half_way * at;
@@ -321,8 +324,11 @@ fn lowest_entry(s: &Swept, step: &Step, body: &Body) -> Option<(f64, Placed)> {
             entry(Placed { tip, axis: axis.normalize_or(step.middle.axis) })
         })
     };
-    let all = [between, start, middle, end].into_iter().flatten();
-    all.reduce(|a, b| if b.0 < a.0 { b } else { a })
+    [between, start, middle, end].into_iter().flatten().reduce(lower)
+}
+
+fn lower(a: (f64, Placed), b: (f64, Placed)) -> (f64, Placed) {
+    if b.0 < a.0 { b } else { a }
 }
 
 /// Where, from -1 to 1, the parabola through the values at -1, 0 and 1 is least, if between them.
@@ -364,7 +370,8 @@ impl Block {
         let Sample { position, centroid, normal, .. } = s.sample;
         self.tops.set(lane, position + normal * (s.height - NOTHING));
         self.cells.tops.set(lane, centroid + normal * (s.left - NOTHING));
-        let mark = |set: &mut u32, is_in: bool| *set = *set & !(1 << lane) | u32::from(is_in) << lane;
+        let mark =
+            |set: &mut u32, is_in: bool| *set = *set & !(1 << lane) | u32::from(is_in) << lane;
         mark(&mut self.cells.open, s.cell == Cell::Open);
         mark(&mut self.cells.covered, s.cell == Cell::Covered);
     }
