@@ -117,6 +117,7 @@ fn verification() -> VerificationFigures {
             above_percent: 0.005,
             spots: vec![SpotFigures { height_mm: 0.13, at_mm: at, line: Some(12) }],
         },
+        cusps: None,
         by_slope: [0.0, 15.0, 30.0, 45.0, 60.0]
             .map(|from_deg| SlopeFigures {
                 from_deg,

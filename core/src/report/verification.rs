@@ -3,7 +3,7 @@
 use super::json;
 use super::summary::MEASURED;
 use crate::geometry::DVec3;
-use crate::verify::{Band, Broken, Fault, Spot, Verification, VerifyOptions, Window};
+use crate::verify::{Band, Broken, Crests, Fault, Spot, Verification, VerifyOptions, Window};
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -28,6 +28,8 @@ pub struct VerificationFigures {
     pub spacing_mm: f64,
     /// What is left above the surface along its normal.
     pub scallop: ScallopFigures,
+    /// The cusps between neighbouring passes, from sections across these; null where none was found.
+    pub cusps: Option<CuspFigures>,
     /// The same by slope of the surface against the Z axis.
     pub by_slope: Vec<SlopeFigures>,
     /// The same by region of the path.
@@ -90,6 +92,30 @@ pub struct ScallopFigures {
     pub above_percent: f64,
     /// Worst places above limit and tolerance: height and place, mm.
     pub spots: Vec<SpotFigures>,
+}
+
+/// Heights of the cusps between neighbouring passes; each stands for as much of the passes' length.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct CuspFigures {
+    /// Number of cusps that were measured.
+    pub count: u64,
+    /// Share of the passes' sides that have none: no next pass, or the boundary.
+    pub share_left_out: f64,
+    /// Height that 5 % stay below, mm.
+    pub p5_mm: f64,
+    /// Height that half stay below, mm.
+    pub p50_mm: f64,
+    /// Height that 95 % stay below, mm.
+    pub p95_mm: f64,
+    /// Largest height, mm.
+    pub largest_mm: f64,
+    /// Where, mm.
+    pub largest_at_mm: Option<[f64; 3]>,
+    /// Share between 0.9 of the limit on the scallop and the limit; null where there is none.
+    pub share_within: Option<f64>,
+    /// Share above the limit.
+    pub share_above: Option<f64>,
 }
 
 /// A place and the residual there.
@@ -228,6 +254,7 @@ impl VerificationFigures {
             samples: f.samples as u64,
             spacing_mm: f.spacing,
             scallop: scallop(verification, options, &lines),
+            cusps: cusps(&verification.crests, options.scallop),
             by_slope: SLOPES.iter().zip(&f.by_slope).map(|(&from, b)| slope(from, b)).collect(),
             by_region: f.by_region.iter().map(|(region, b)| of_region(*region, b)).collect(),
             gouge_mm: f.gouge.map_or(0.0, |g| g.height),
@@ -329,6 +356,9 @@ impl VerificationFigures {
             let _ = writeln!(text, "  {label:<10}{line}");
         }
         let s = &self.scallop;
+        if let Some(cusps) = &self.cusps {
+            let _ = writeln!(text, "  {:<10}{}", "cusps", cusps.line());
+        }
         let _ = writeln!(
             text,
             "  {:<10}{} samples, {:.3} mm apart; between them up to {} µm more",
@@ -409,6 +439,40 @@ fn scallop(v: &Verification, options: &VerifyOptions, lines: &Lines) -> ScallopF
         above_mm2: f.above,
         above_percent: percent(f.above, f.area),
         spots: f.spots.iter().map(spot).collect(),
+    }
+}
+
+fn cusps(crests: &Crests, limit: Option<f64>) -> Option<CuspFigures> {
+    let shares = limit.map(|limit| crests.shares(limit));
+    Some(CuspFigures {
+        count: crests.heights.len() as u64,
+        share_left_out: 1.0 - crests.told(),
+        p5_mm: crests.percentile(0.05)?,
+        p50_mm: crests.percentile(0.5)?,
+        p95_mm: crests.percentile(0.95)?,
+        largest_mm: crests.percentile(1.0)?,
+        largest_at_mm: place(crests.highest_at),
+        share_within: shares.map(|s| s[0]),
+        share_above: shares.map(|s| s[1]),
+    })
+}
+
+impl CuspFigures {
+    fn line(&self) -> String {
+        let [low, half, high] = [self.p5_mm, self.p50_mm, self.p95_mm].map(micrometres);
+        let mut line = format!(
+            "P5 {low}, P50 {half}, P95 {high}, largest {} µm",
+            micrometres(self.largest_mm)
+        );
+        if let (Some(within), Some(above)) = (self.share_within, self.share_above) {
+            let _ = write!(
+                line,
+                "; {:.0} % from 0.9 of the limit to it, {:.1} % above",
+                100.0 * within,
+                100.0 * above
+            );
+        }
+        line
     }
 }
 

@@ -120,33 +120,50 @@ struct Cells {
     reach: [f64; BLOCK],
 }
 
+/// Samples on their way along the path, and what bounds them.
+struct Sweep {
+    out: SweptTile,
+    groups: Vec<Group>,
+    bounds: Vec<Bounds<GROUPS>>,
+}
+
 /// Sweeps a tile.
 pub fn sweep(tile: &Tile, motion: &Motion, body: &Body, material: Material) -> SweptTile {
-    let start = |sample: &Sample| if sample.machined { material.height } else { 0.0 };
-    let walled = body.has_wall_below(material.height);
-    let cell = |sample: &Sample| if walled && sample.machined { Cell::Open } else { Cell::Line };
-    let samples = tile.samples(material.spacing).into_iter().map(|sample| Swept {
-        sample,
-        height: start(&sample),
-        left: start(&sample),
-        cell: cell(&sample),
-        by: None,
-        opened_by: None,
-        rapid: None,
-    });
-    let mut out = SweptTile { samples: samples.collect(), ..SweptTile::default() };
-    let groups = out.samples.chunks(BLOCKS * BLOCK);
-    let mut bounds: Vec<Bounds<GROUPS>> = Vec::new();
-    for (i, group) in groups.clone().enumerate() {
-        if i % GROUPS == 0 {
-            bounds.push(Bounds::EMPTY);
-        }
-        bounds[i / GROUPS].add(group, material);
-    }
-    let mut groups: Vec<Group> = groups.map(|g| Group::new(g, body, material)).collect();
+    let mut sweep = Sweep::new(tile.samples(material.spacing), body, material);
     let reach = tile.radius + material.height.max(material.deepest);
     motion.near(body, tile.centre, reach, &mut |step| {
-        let rapid = motion.moves()[step.of as usize].rapid;
+        sweep.take(step, motion.moves()[step.of as usize].rapid, body, material);
+    });
+    sweep.out
+}
+
+/// Sweeps scattered samples by some steps, in their order. Samples without area count for no volume.
+pub fn swept(samples: Vec<Sample>, steps: &[Step], body: &Body, material: Material) -> Vec<Swept> {
+    let mut sweep = Sweep::new(samples, body, material);
+    steps.iter().for_each(|step| sweep.take(step, false, body, material));
+    sweep.out.samples
+}
+
+impl Sweep {
+    fn new(samples: Vec<Sample>, body: &Body, material: Material) -> Self {
+        let walled = body.has_wall_below(material.height);
+        let samples: Vec<Swept> =
+            samples.into_iter().map(|s| Swept::new(s, walled, material)).collect();
+        let out = SweptTile { samples, ..SweptTile::default() };
+        let groups = out.samples.chunks(BLOCKS * BLOCK);
+        let mut bounds: Vec<Bounds<GROUPS>> = Vec::new();
+        for (i, group) in groups.clone().enumerate() {
+            if i % GROUPS == 0 {
+                bounds.push(Bounds::EMPTY);
+            }
+            bounds[i / GROUPS].add(group, material);
+        }
+        let groups = groups.map(|g| Group::new(g, body, material)).collect();
+        Self { out, groups, bounds }
+    }
+
+    fn take(&mut self, step: &Step, rapid: bool, body: &Body, material: Material) {
+        let Self { out, groups, bounds } = self;
         let mut cut = StepCut { step, body, material, rapid, volume: 0.0, worst: None };
         for (set, bounds) in bounds.iter_mut().enumerate() {
             for lane in each(bounds.reached(step, body)) {
@@ -163,8 +180,16 @@ pub fn sweep(tile: &Tile, motion: &Motion, body: &Body, material: Material) -> S
             out.removed.push((step.index, cut.volume));
         }
         out.touched.extend(cut.worst);
-    });
-    out
+    }
+}
+
+impl Swept {
+    fn new(sample: Sample, walled: bool, material: Material) -> Self {
+        let height = if sample.machined { material.height } else { 0.0 };
+        let by_parts = walled && sample.machined && sample.area > 0.0;
+        let cell = if by_parts { Cell::Open } else { Cell::Line };
+        Self { sample, height, left: height, cell, by: None, opened_by: None, rapid: None }
+    }
 }
 
 /// A step taking what it reaches.
