@@ -110,6 +110,7 @@ fn verification() -> VerificationFigures {
             largest_mm: 0.108,
             largest_at_mm: Some(at),
             sampling_bound_mm: 0.001,
+            kept_within_sampling_bound: false,
             p99_mm: 0.1,
             p50_mm: 0.03,
             mean_mm: 0.035,

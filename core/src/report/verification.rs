@@ -80,6 +80,8 @@ pub struct ScallopFigures {
     pub largest_at_mm: Option<[f64; 3]>,
     /// What the largest residual may lie above the largest sample at most, mm.
     pub sampling_bound_mm: f64,
+    /// Whether the limit is kept by the samples, but what may stand between them could break it.
+    pub kept_within_sampling_bound: bool,
     /// Residual that 99 % of the area stay below, mm.
     pub p99_mm: f64,
     /// Residual that half of the area stays below, mm.
@@ -291,6 +293,10 @@ impl VerificationFigures {
                 micrometres(s.tolerance_mm)
             );
         }
+        if self.scallop.kept_within_sampling_bound {
+            let bound = micrometres(s.sampling_bound_mm);
+            let _ = write!(line, ", kept but for {bound} µm that may stand between samples");
+        }
         let _ = write!(line, ", P99 {}, mean {}", micrometres(s.p99_mm), micrometres(s.mean_mm));
         line
     }
@@ -367,17 +373,22 @@ impl VerificationFigures {
             self.spacing_mm,
             micrometres(s.sampling_bound_mm)
         );
+        let limited = s.limit_mm.is_some();
         let _ = writeln!(
             text,
             "\n  {:<14}{:>12}{:>14}{:>14}",
-            "slope, deg", "area, mm²", "above, %", "largest, µm"
+            "slope, deg",
+            "area, mm²",
+            if limited { "above, %" } else { "" },
+            "largest, µm"
         );
         for (i, band) in self.by_slope.iter().enumerate() {
             let ends = match self.by_slope.get(i + 1) {
                 Some(next) => format!("{:.0} to {:.0}", band.from_deg, next.from_deg),
                 None => format!("{:.0} and above", band.from_deg),
             };
-            row(&mut text, &ends, band.area_mm2, band.above_percent, band.largest_mm);
+            let above = limited.then_some(band.above_percent);
+            row(&mut text, &ends, band.area_mm2, above, band.largest_mm);
         }
         if self.by_region.len() > 1 {
             for r in &self.by_region {
@@ -385,7 +396,7 @@ impl VerificationFigures {
                     &mut text,
                     &format!("region {}", r.region),
                     r.area_mm2,
-                    r.above_percent,
+                    limited.then_some(r.above_percent),
                     r.largest_mm,
                 );
             }
@@ -398,16 +409,14 @@ impl VerificationFigures {
                 let _ = writeln!(text, "    {height} µm at {at}{line}");
             }
         }
-        for sentence in &self.broken {
-            let _ = writeln!(text, "\n  broken: {sentence}");
-        }
         text
     }
 }
 
-fn row(text: &mut String, name: &str, area: f64, above: f64, largest: f64) {
+fn row(text: &mut String, name: &str, area: f64, above: Option<f64>, largest: f64) {
+    let above = above.map_or_else(String::new, |above| format!("{above:.3}"));
     let largest = if area > 0.0 { micrometres(largest) } else { "-".to_owned() };
-    let _ = writeln!(text, "  {name:<14}{area:>12.2}{above:>14.3}{largest:>14}");
+    let _ = writeln!(text, "  {name:<14}{area:>12.2}{above:>14}{largest:>14}");
 }
 
 /// A length in µm with one decimal.
@@ -433,6 +442,7 @@ fn scallop(v: &Verification, options: &VerifyOptions, lines: &Lines) -> ScallopF
         largest_mm: f.largest.map_or(0.0, |l| l.height),
         largest_at_mm: place(f.largest.map(|l| l.place)),
         sampling_bound_mm: f.sampling_bound,
+        kept_within_sampling_bound: is_doubtful(v, options),
         p99_mm: f.p99,
         p50_mm: f.p50,
         mean_mm: f.mean,
@@ -522,6 +532,18 @@ fn mrr(v: &Verification, options: &VerifyOptions, lines: &Lines) -> Option<MrrFi
     })
 }
 
+/// Whether the largest residual is within limit and tolerance, but not with the sampling bound added.
+fn is_doubtful(v: &Verification, options: &VerifyOptions) -> bool {
+    let most = options.scallop.map_or(f64::INFINITY, |limit| limit + options.tolerance);
+    let largest = v.figures.largest.map_or(0.0, |l| l.height);
+    largest <= most && largest + v.figures.sampling_bound > most
+}
+
+/// A number of things, in words that fit it.
+fn counted(count: usize, thing: &str) -> String {
+    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
+}
+
 /// A broken limit as a sentence.
 fn told(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String {
     let at = |p: DVec3| spelled(p.to_array());
@@ -554,13 +576,15 @@ fn told(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String {
             line(worst.of)
         ),
         Broken::Rapid { count, worst } => format!(
-            "{count} rapids through stock or part, {} µm deep at {}{}",
+            "{} through stock or part, {} µm deep at {}{}",
+            counted(*count, "rapid"),
             micrometres(worst.depth),
             at(worst.place),
             line(worst.of)
         ),
         Broken::NoFeed { count, first } => format!(
-            "{count} moves at feed without a feed, the first to {}{}",
+            "{} at feed without a feed, the first to {}{}",
+            counted(*count, "move"),
             at(first.place),
             line(first.of)
         ),

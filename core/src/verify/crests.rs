@@ -21,13 +21,13 @@ use crate::parallel;
 use crate::toolpath::{MoveKind, Toolpath};
 
 /// Places on a path. More: finer shares, more time.
-const PLACES: usize = 800;
+const PLACES: usize = 300;
 /// Mean distances of passes that a section reaches to either side.
-const REACH: f64 = 2.5;
+const REACH: f64 = 1.75;
 /// Samples a mean distance of passes at first.
-const COARSE: f64 = 8.0;
+const COARSE: f64 = 7.0;
 /// Parts into which the ways beside the highest sample are cut, and how often: a crest is then found to
-/// 1/1728 of a pass, where a cusp of straight flanks has lost less than half a percent.
+/// 1/1512 of a pass, where a cusp of straight flanks has lost less than half a percent.
 const FINER: usize = 6;
 const ROUNDS: usize = 3;
 /// A pass is left behind where the residual fell below this part of its crest.
@@ -239,18 +239,20 @@ impl Section<'_> {
         let mut apart = self.distance / COARSE;
         let count = (chain.length() / apart) as usize;
         let ways: Vec<f64> = (0..=count).map(|i| apart * i as f64).collect();
-        let residuals = self.residuals(chain, &ways);
+        let residuals = self.residuals(chain, &ways, self.steps);
         let end = self.next_pass(&residuals)?;
         let mut top = highest(&residuals[..=end]);
         if chain.length() - ways[top] < 0.5 * self.distance {
             return None;
         }
         let mut best = (residuals[top].height, ways[top]);
+        let place = chain.at(best.1);
+        let steps = self.reaching(place.position + place.normal * best.0, 2.0 * apart);
         for _ in 0..ROUNDS {
             let finer = apart / FINER as f64;
             let around = |k: usize| best.1 + finer * (k as f64 - FINER as f64);
             let ways: Vec<f64> = (1..2 * FINER).map(around).filter(|&w| w >= 0.0).collect();
-            let residuals = self.residuals(chain, &ways);
+            let residuals = self.residuals(chain, &ways, &steps);
             top = highest(&residuals);
             best = (residuals[top].height, ways[top]);
             apart = finer;
@@ -273,7 +275,18 @@ impl Section<'_> {
         })
     }
 
-    fn residuals(&self, chain: &Chain, ways: &[f64]) -> Vec<Swept> {
+    /// The steps that come within a distance of a point, or nearer than that to it.
+    fn reaching(&self, point: DVec3, distance: f64) -> Vec<Step> {
+        let body = self.survey.body;
+        let reaches = |step: &&Step| {
+            let turned = 2.0 * step.half_turn * point.distance(step.to.tip);
+            let way = 2.0 * step.half_way.length() + turned;
+            body.nearest(&step.to, point).distance < distance + way
+        };
+        self.steps.iter().filter(reaches).copied().collect()
+    }
+
+    fn residuals(&self, chain: &Chain, ways: &[f64], steps: &[Step]) -> Vec<Swept> {
         let sample = |&way: &f64| {
             let place = chain.at(way);
             Sample {
@@ -285,7 +298,7 @@ impl Section<'_> {
             }
         };
         let samples = ways.iter().map(sample).collect();
-        swept(samples, self.steps, self.survey.body, self.survey.material)
+        swept(samples, steps, self.survey.body, self.survey.material)
     }
 }
 

@@ -31,7 +31,7 @@ mod section;
 mod sweep;
 
 pub use crests::Crests;
-pub use figures::{Band, Broken, Fault, Figures, Spot};
+pub use figures::{Band, Broken, Fault, Figures, MRR_NOISE, Spot};
 pub use rate::{Rate, Window};
 pub use samples::Facets;
 
