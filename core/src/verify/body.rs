@@ -173,13 +173,13 @@ impl Body {
 
     /// Entry of a line that rises into the cutter, if its origin lies outside of it and not far.
     fn entry_from_below(&self, line: &Line) -> Option<f64> {
-        let start = self.from_core(line, 0.0);
+        let start = self.way_to_core(line, 0.0);
         let outside = line.rise > 0.0 && start > self.corner + TOUCH;
         let t = if outside { self.rim_entry(line, 0.0)? } else { return None };
         (line.height_at(t) <= self.length - self.corner).then_some(t)
     }
 
-    fn from_core(&self, line: &Line, t: f64) -> f64 {
+    fn way_to_core(&self, line: &Line, t: f64) -> f64 {
         let out = (line.rho_squared(t).max(0.0).sqrt() - self.bottom).max(0.0);
         let under = (self.corner - line.height_at(t)).max(0.0);
         (out * out + under * under).sqrt()
