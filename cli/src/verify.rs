@@ -53,22 +53,22 @@ pub struct Verify {
     #[arg(long, value_enum, default_value_t = Machine::Three)]
     axes: Machine,
     /// Limit on the scallop height, mm [default: the job's]
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     scallop: Option<f64>,
     /// Tolerance on scallop height and gouges, mm [default: the job's, or 0.005]
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     tolerance: Option<f64>,
     /// Axial depth of the stock, mm, for the removal rate [default: the job's]
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     depth: Option<f64>,
     /// Allowance that is to stay on the surface, mm [default: the job's, or 0]
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     stock: Option<f64>,
     /// Limit on the removal rate, mm³/min [default: the job's]
-    #[arg(long, value_name = "MM3/MIN")]
+    #[arg(long, value_name = "MM3/MIN", allow_hyphen_values = true)]
     mrr_limit: Option<f64>,
     /// Distance of samples, mm [default: a tenth of the job's side step, or R/40]
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     spacing: Option<f64>,
     /// Directory for the report and pictures
     #[arg(short, long, value_name = "DIR")]
@@ -161,7 +161,7 @@ impl Verify {
             _ => Failed::file(exit_of(&error), error, &file),
         })?;
         drop(progress);
-        self.tell(&verdict, &file, streams)
+        self.tell(&verdict, &file, subject.options.spacing, streams)
     }
 
     /// The path's file, and where the plan beside it says that the cutter does not fit.
@@ -172,8 +172,14 @@ impl Verify {
             (self.path.clone(), self.path.parent().unwrap_or(Path::new("")))
         };
         if self.path.is_dir() && !file.exists() {
-            let message = "the directory holds no toolpath.csv; give a directory of results, a \
-                           toolpath.csv or a program";
+            let message = match program_in(&self.path) {
+                Some(name) => format!(
+                    "the directory holds no toolpath.csv, but {name}: name that file to judge it"
+                ),
+                None => "the directory holds no toolpath.csv; give a directory of results, a \
+                         toolpath.csv or a program"
+                    .to_owned(),
+            };
             return Err(Failed::file(Exit::BadJob, message, &self.path));
         }
         let report = directory.join("report.json");
@@ -320,9 +326,16 @@ impl Verify {
         &self,
         verdict: &Verdict,
         file: &Path,
+        asked: f64,
         streams: &mut Streams<'_>,
     ) -> Result<(), Failed> {
         let figures = &verdict.report.verification;
+        if figures.spacing_mm > asked * (1.0 + 1e-9) {
+            streams.message(&format!(
+                "warning: samples {asked} mm apart would be too many; they are {:.4} mm apart\n",
+                figures.spacing_mm
+            ));
+        }
         if self.json {
             streams.data(&verdict.report.to_json());
         } else {
@@ -373,6 +386,14 @@ fn exit_of(error: &VerdictError) -> Exit {
         | VerdictError::BadFace { .. }
         | VerdictError::Surface(_) => Exit::BadSurface,
     }
+}
+
+/// A program of results in a directory.
+fn program_in(directory: &Path) -> Option<String> {
+    let names = std::fs::read_dir(directory)
+        .ok()?
+        .filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    names.filter(|name| name.starts_with("program.")).min()
 }
 
 /// Paths and programs beside a report whose content is not what the report says.

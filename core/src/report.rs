@@ -12,8 +12,8 @@ mod verification;
 pub(crate) use page::escaped;
 pub use profile::Profile;
 pub use verification::{
-    FaultFigures, Lines, MrrFigures, RegionFigures, ScallopFigures, SlopeFigures, SpotFigures,
-    VerificationFigures, VerificationReport,
+    CuspFigures, FaultFigures, Lines, MrrFigures, RegionFigures, ScallopFigures, SlopeFigures,
+    SpotFigures, VerificationFigures, VerificationReport,
 };
 
 use crate::toolpath::{MoveKind, Toolpath};

@@ -214,6 +214,9 @@ impl Toolpath {
     }
 }
 
+/// Largest coordinate of a path, mm; programs are held to the same.
+const LARGEST: f64 = 1e7;
+
 fn read_row(row: &str, line: usize) -> Result<PathPoint, CsvError> {
     let fields: Vec<&str> = row.split(',').map(str::trim).collect();
     if fields.len() != COLUMNS.len() {
@@ -233,6 +236,10 @@ fn read_row(row: &str, line: usize) -> Result<PathPoint, CsvError> {
         _ => Err(wrong(c, "it must be a finite number")),
     };
     let vector = |c: usize| Ok(DVec3::new(number(c)?, number(c + 1)?, number(c + 2)?));
+    let length = |c: usize| match number(c)? {
+        value if value.abs() <= LARGEST => Ok(value),
+        _ => Err(wrong(c, "it must be at most 10 km")),
+    };
     let unit = |c: usize| {
         let v: DVec3 = vector(c)?;
         let length = v.length();
@@ -249,7 +256,7 @@ fn read_row(row: &str, line: usize) -> Result<PathPoint, CsvError> {
         kind,
         pass: count(0)?,
         region: count(1)?,
-        tip: vector(3)?,
+        tip: DVec3::new(length(3)?, length(4)?, length(5)?),
         axis: unit(6)?,
         normal: unit(9)?,
         flat: None,
@@ -362,6 +369,7 @@ mod tests {
         assert_eq!(column(read(&row.replacen("cut", "dig", 1))), "kind");
         assert_eq!(column(read(&row.replacen("cut,0", "cut,inf", 1))), "x");
         assert_eq!(column(read(&row.replacen("0", "-1", 1))), "pass");
+        assert_eq!(column(read(&row.replacen("cut,0", "cut,1e9", 1))), "x");
         let bent = read("0,0,cut,0,0,0,0,0,2,0,0,1,1,1,1,1");
         assert_eq!(bent, CsvError::NotUnit { line: 2, column: "i", length: 2.0 });
     }

@@ -10,7 +10,7 @@ use super::svg::{Anchor, Svg};
 use super::view::{Canvas, Shape, View, triad};
 use crate::geometry::{DVec2, DVec3};
 use crate::toolpath::Toolpath;
-use crate::verify::{Facets, Figures, Outcome, Rate, Spot, Verification};
+use crate::verify::{Facets, Figures, MRR_NOISE, Outcome, Rate, Spot, Verification};
 
 const MARGIN: f64 = 30.0;
 /// Upper left corner of the drawn surface, px.
@@ -26,8 +26,6 @@ const SHOWN: f64 = 1e-3;
 const MOST_PLACES: usize = 10;
 /// Distance of places beyond the judge's list, px.
 const APART_PX: f64 = 60.0;
-/// What windows and samples may add to a removal rate that is at its limit; as the judge has it.
-const RATE_NOISE: f64 = 0.03;
 /// What sums of durations may be off, s.
 const CLOCK: f64 = 1e-6;
 /// mm³/s in mm³/min.
@@ -283,7 +281,7 @@ fn rate_scale(shape: &Shape, measured: &Rate, limit: Option<f64>) -> Scale {
         others.push((PLAIN, "not machined"));
     }
     let per_minute = limit.map(|l| PER_MINUTE * l);
-    let slack = RATE_NOISE * per_minute.unwrap_or(0.0);
+    let slack = (MRR_NOISE - 1.0) * per_minute.unwrap_or(0.0);
     let peak = measured.peak.map_or(0.0, |p| p.measured);
     Scale {
         title: "Measured removal rate",

@@ -116,6 +116,7 @@ fn verification() -> VerificationFigures {
             largest_mm: 0.108,
             largest_at_mm: Some(at),
             sampling_bound_mm: 0.001,
+            kept_within_sampling_bound: false,
             p99_mm: 0.1,
             p50_mm: 0.03,
             mean_mm: 0.035,
@@ -123,6 +124,17 @@ fn verification() -> VerificationFigures {
             above_percent: 0.005,
             spots: vec![SpotFigures { height_mm: 0.13, at_mm: at, line: Some(12) }],
         },
+        cusps: Some(CuspFigures {
+            count: 540,
+            share_left_out: 0.1,
+            p5_mm: 0.08,
+            p50_mm: 0.1,
+            p95_mm: 0.108,
+            largest_mm: 0.112,
+            largest_at_mm: Some(at),
+            share_within: Some(0.6),
+            share_above: Some(0.01),
+        }),
         by_slope: [0.0, 15.0, 30.0, 45.0, 60.0]
             .map(|from_deg| SlopeFigures {
                 from_deg,

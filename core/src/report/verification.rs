@@ -3,7 +3,7 @@
 use super::json;
 use super::summary::MEASURED;
 use crate::geometry::DVec3;
-use crate::verify::{Band, Broken, Fault, Spot, Verification, VerifyOptions, Window};
+use crate::verify::{Band, Broken, Crests, Fault, Spot, Verification, VerifyOptions, Window};
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -28,6 +28,8 @@ pub struct VerificationFigures {
     pub spacing_mm: f64,
     /// What is left above the surface along its normal.
     pub scallop: ScallopFigures,
+    /// The cusps between neighbouring passes, from sections across these; null where none was found.
+    pub cusps: Option<CuspFigures>,
     /// The same by slope of the surface against the Z axis.
     pub by_slope: Vec<SlopeFigures>,
     /// The same by region of the path.
@@ -78,6 +80,8 @@ pub struct ScallopFigures {
     pub largest_at_mm: Option<[f64; 3]>,
     /// What the largest residual may lie above the largest sample at most, mm.
     pub sampling_bound_mm: f64,
+    /// Whether the limit is kept by the samples, but what may stand between them could break it.
+    pub kept_within_sampling_bound: bool,
     /// Residual that 99 % of the area stay below, mm.
     pub p99_mm: f64,
     /// Residual that half of the area stays below, mm.
@@ -90,6 +94,30 @@ pub struct ScallopFigures {
     pub above_percent: f64,
     /// Worst places above limit and tolerance: height and place, mm.
     pub spots: Vec<SpotFigures>,
+}
+
+/// Heights of the cusps between neighbouring passes; each stands for as much of the passes' length.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct CuspFigures {
+    /// Number of cusps that were measured.
+    pub count: u64,
+    /// Share of the passes' sides that have none: no next pass, or the boundary.
+    pub share_left_out: f64,
+    /// Height that 5 % stay below, mm.
+    pub p5_mm: f64,
+    /// Height that half stay below, mm.
+    pub p50_mm: f64,
+    /// Height that 95 % stay below, mm.
+    pub p95_mm: f64,
+    /// Largest height, mm.
+    pub largest_mm: f64,
+    /// Where, mm.
+    pub largest_at_mm: Option<[f64; 3]>,
+    /// Share between 0.9 of the limit on the scallop and the limit; null where there is none.
+    pub share_within: Option<f64>,
+    /// Share above the limit.
+    pub share_above: Option<f64>,
 }
 
 /// A place and the residual there.
@@ -228,6 +256,7 @@ impl VerificationFigures {
             samples: f.samples as u64,
             spacing_mm: f.spacing,
             scallop: scallop(verification, options, &lines),
+            cusps: cusps(&verification.crests, options.scallop),
             by_slope: SLOPES.iter().zip(&f.by_slope).map(|(&from, b)| slope(from, b)).collect(),
             by_region: f.by_region.iter().map(|(region, b)| of_region(*region, b)).collect(),
             gouge_mm: f.gouge.map_or(0.0, |g| g.height),
@@ -263,6 +292,10 @@ impl VerificationFigures {
                 micrometres(limit),
                 micrometres(s.tolerance_mm)
             );
+        }
+        if self.scallop.kept_within_sampling_bound {
+            let bound = micrometres(s.sampling_bound_mm);
+            let _ = write!(line, ", kept but for {bound} µm that may stand between samples");
         }
         let _ = write!(line, ", P99 {}, mean {}", micrometres(s.p99_mm), micrometres(s.mean_mm));
         line
@@ -329,6 +362,9 @@ impl VerificationFigures {
             let _ = writeln!(text, "  {label:<10}{line}");
         }
         let s = &self.scallop;
+        if let Some(cusps) = &self.cusps {
+            let _ = writeln!(text, "  {:<10}{}", "cusps", cusps.line());
+        }
         let _ = writeln!(
             text,
             "  {:<10}{} samples, {:.3} mm apart; between them up to {} µm more",
@@ -337,17 +373,22 @@ impl VerificationFigures {
             self.spacing_mm,
             micrometres(s.sampling_bound_mm)
         );
+        let limited = s.limit_mm.is_some();
         let _ = writeln!(
             text,
             "\n  {:<14}{:>12}{:>14}{:>14}",
-            "slope, deg", "area, mm²", "above, %", "largest, µm"
+            "slope, deg",
+            "area, mm²",
+            if limited { "above, %" } else { "" },
+            "largest, µm"
         );
         for (i, band) in self.by_slope.iter().enumerate() {
             let ends = match self.by_slope.get(i + 1) {
                 Some(next) => format!("{:.0} to {:.0}", band.from_deg, next.from_deg),
                 None => format!("{:.0} and above", band.from_deg),
             };
-            row(&mut text, &ends, band.area_mm2, band.above_percent, band.largest_mm);
+            let above = limited.then_some(band.above_percent);
+            row(&mut text, &ends, band.area_mm2, above, band.largest_mm);
         }
         if self.by_region.len() > 1 {
             for r in &self.by_region {
@@ -355,7 +396,7 @@ impl VerificationFigures {
                     &mut text,
                     &format!("region {}", r.region),
                     r.area_mm2,
-                    r.above_percent,
+                    limited.then_some(r.above_percent),
                     r.largest_mm,
                 );
             }
@@ -368,16 +409,14 @@ impl VerificationFigures {
                 let _ = writeln!(text, "    {height} µm at {at}{line}");
             }
         }
-        for sentence in &self.broken {
-            let _ = writeln!(text, "\n  broken: {sentence}");
-        }
         text
     }
 }
 
-fn row(text: &mut String, name: &str, area: f64, above: f64, largest: f64) {
+fn row(text: &mut String, name: &str, area: f64, above: Option<f64>, largest: f64) {
+    let above = above.map_or_else(String::new, |above| format!("{above:.3}"));
     let largest = if area > 0.0 { micrometres(largest) } else { "-".to_owned() };
-    let _ = writeln!(text, "  {name:<14}{area:>12.2}{above:>14.3}{largest:>14}");
+    let _ = writeln!(text, "  {name:<14}{area:>12.2}{above:>14}{largest:>14}");
 }
 
 /// A length in µm with one decimal.
@@ -403,12 +442,47 @@ fn scallop(v: &Verification, options: &VerifyOptions, lines: &Lines) -> ScallopF
         largest_mm: f.largest.map_or(0.0, |l| l.height),
         largest_at_mm: place(f.largest.map(|l| l.place)),
         sampling_bound_mm: f.sampling_bound,
+        kept_within_sampling_bound: is_doubtful(v, options),
         p99_mm: f.p99,
         p50_mm: f.p50,
         mean_mm: f.mean,
         above_mm2: f.above,
         above_percent: percent(f.above, f.area),
         spots: f.spots.iter().map(spot).collect(),
+    }
+}
+
+fn cusps(crests: &Crests, limit: Option<f64>) -> Option<CuspFigures> {
+    let shares = limit.map(|limit| crests.shares(limit));
+    Some(CuspFigures {
+        count: crests.heights.len() as u64,
+        share_left_out: 1.0 - crests.told(),
+        p5_mm: crests.percentile(0.05)?,
+        p50_mm: crests.percentile(0.5)?,
+        p95_mm: crests.percentile(0.95)?,
+        largest_mm: crests.percentile(1.0)?,
+        largest_at_mm: place(crests.highest_at),
+        share_within: shares.map(|s| s[0]),
+        share_above: shares.map(|s| s[1]),
+    })
+}
+
+impl CuspFigures {
+    fn line(&self) -> String {
+        let [low, half, high] = [self.p5_mm, self.p50_mm, self.p95_mm].map(micrometres);
+        let mut line = format!(
+            "P5 {low}, P50 {half}, P95 {high}, largest {} µm",
+            micrometres(self.largest_mm)
+        );
+        if let (Some(within), Some(above)) = (self.share_within, self.share_above) {
+            let _ = write!(
+                line,
+                "; {:.0} % from 0.9 of the limit to it, {:.1} % above",
+                100.0 * within,
+                100.0 * above
+            );
+        }
+        line
     }
 }
 
@@ -458,6 +532,18 @@ fn mrr(v: &Verification, options: &VerifyOptions, lines: &Lines) -> Option<MrrFi
     })
 }
 
+/// Whether the largest residual is within limit and tolerance, but not with the sampling bound added.
+fn is_doubtful(v: &Verification, options: &VerifyOptions) -> bool {
+    let most = options.scallop.map_or(f64::INFINITY, |limit| limit + options.tolerance);
+    let largest = v.figures.largest.map_or(0.0, |l| l.height);
+    largest <= most && largest + v.figures.sampling_bound > most
+}
+
+/// A number of things, in words that fit it.
+fn counted(count: usize, thing: &str) -> String {
+    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
+}
+
 /// A broken limit as a sentence.
 fn told(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String {
     let at = |p: DVec3| spelled(p.to_array());
@@ -490,13 +576,15 @@ fn told(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String {
             line(worst.of)
         ),
         Broken::Rapid { count, worst } => format!(
-            "{count} rapids through stock or part, {} µm deep at {}{}",
+            "{} through stock or part, {} µm deep at {}{}",
+            counted(*count, "rapid"),
             micrometres(worst.depth),
             at(worst.place),
             line(worst.of)
         ),
         Broken::NoFeed { count, first } => format!(
-            "{count} moves at feed without a feed, the first to {}{}",
+            "{} at feed without a feed, the first to {}{}",
+            counted(*count, "move"),
             at(first.place),
             line(first.of)
         ),

@@ -9,6 +9,8 @@ use crate::tool::Tool;
 
 /// A line whose direction has less than this squared part across the axis runs along it.
 const ALONG_AXIS: f64 = 1e-14;
+/// A line that rises less than this along the axis hardly meets the flat end, mm/mm.
+const FLAT: f64 = 1e-6;
 /// Newton steps on the rounded rim; each doubles the digits, from below.
 const MOST_STEPS: usize = 24;
 /// A point this close to the rim lies on it, mm.
@@ -62,6 +64,16 @@ impl Body {
     /// Cutter radius, mm.
     pub fn radius(&self) -> f64 {
         self.radius
+    }
+
+    /// Radius of the rounded rim, mm.
+    pub fn corner(&self) -> f64 {
+        self.corner
+    }
+
+    /// Radius of the core, mm.
+    pub fn bottom(&self) -> f64 {
+        self.bottom
     }
 
     /// Height of the top above the tip, mm.
@@ -123,18 +135,29 @@ impl Body {
     /// `direction`: unit.
     pub fn entry(&self, at: &Placed, origin: DVec3, direction: DVec3) -> Option<f64> {
         let line = Line::new(at, origin, direction);
+        // Most lines rise through the flat.
+        if line.rise > FLAT && self.bottom > 0.0 {
+            let t = -line.height / line.rise;
+            if line.rho_squared(t) <= self.bottom * self.bottom {
+                return Some(t);
+            }
+        }
         if self.corner == 0.0 {
             return line.entry(self.radius, 0.0, self.length).map(|(t, _)| t);
         }
-        let side = line.entry(self.radius, self.corner, self.length);
         if self.is_ball() {
+            let side = line.entry(self.radius, self.corner, self.length);
             let ball = line.ball_entry(self.radius);
             return match (side, ball) {
                 (Some((a, _)), Some(b)) => Some(a.min(b)),
                 (a, b) => a.map(|(t, _)| t).or(b),
             };
         }
+        if let Some(t) = self.entry_from_below(&line) {
+            return Some(t);
+        }
         // Nothing of the cutter lies outside of its cylinder or below its tip.
+        let side = line.entry(self.radius, self.corner, self.length);
         if let Some((t, Through::Side)) = side {
             return Some(t);
         }
@@ -146,6 +169,20 @@ impl Body {
         }
         let (outer, _) = line.entry(self.radius, 0.0, self.length)?;
         self.rim_entry(&line, outer)
+    }
+
+    /// Entry of a line that rises into the cutter, if its origin lies outside of it and not far.
+    fn entry_from_below(&self, line: &Line) -> Option<f64> {
+        let start = self.way_to_core(line, 0.0);
+        let outside = line.rise > 0.0 && start > self.corner + TOUCH;
+        let t = if outside { self.rim_entry(line, 0.0)? } else { return None };
+        (line.height_at(t) <= self.length - self.corner).then_some(t)
+    }
+
+    fn way_to_core(&self, line: &Line, t: f64) -> f64 {
+        let out = (line.rho_squared(t).max(0.0).sqrt() - self.bottom).max(0.0);
+        let under = (self.corner - line.height_at(t)).max(0.0);
+        (out * out + under * under).sqrt()
     }
 
     /// Entry through the rounded rim, from a place before it on. The distance from the core is convex

@@ -12,7 +12,7 @@ const BANDS: [f64; 4] = [15.0, 30.0, 45.0, 60.0];
 const MOST_SPOTS: usize = 10;
 /// A peak of the removal rate above the limit by this factor breaks it: what windows of a fifth of
 /// the radius leave to the samples' number.
-const MRR_NOISE: f64 = 1.03;
+pub const MRR_NOISE: f64 = 1.03;
 
 /// A place and how much is there.
 #[derive(Copy, Clone, Debug, PartialEq)]

@@ -9,7 +9,8 @@
 //!
 //! Steps: (1) area-uniform samples of the design surface and, for gouges only, of the rest of the
 //! part (`samples`); (2) the path as short steps (`motion`); (3) each tile of samples swept by
-//! the steps that reach it (`sweep`), independently of other tiles; (4) figures.
+//! the steps that reach it (`sweep`), independently of other tiles; (4) figures; (5) sections across
+//! the passes, for the height of every cusp by itself (`crests`).
 //!
 //! Nothing here comes from planning: a path is points and axes, a surface is triangles. It judges
 //! paths made elsewhere alike.
@@ -19,13 +20,18 @@
 //! controlled machining of sculptured surfaces", IEEE CG&A 9(1) (1989).
 
 mod body;
+mod bound;
+mod crests;
 mod figures;
+mod lanes;
 mod motion;
 mod rate;
 mod samples;
+mod section;
 mod sweep;
 
-pub use figures::{Band, Broken, Fault, Figures, Spot};
+pub use crests::Crests;
+pub use figures::{Band, Broken, Fault, Figures, MRR_NOISE, Spot};
 pub use rate::{Rate, Window};
 pub use samples::Facets;
 
@@ -145,6 +151,8 @@ pub struct Outcome {
 pub struct Verification {
     /// What the samples amount to.
     pub figures: Figures,
+    /// The cusps between neighbouring passes.
+    pub crests: Crests,
     /// The removal rate.
     pub rate: Rate,
     /// The samples, for pictures.
@@ -185,8 +193,11 @@ pub fn verify(
     let touches = touches(&swept);
     let samples = outcomes(&swept, options);
     let figures = figures::Figures::of(path, &samples, &touches, &rate, spacing, options);
+    let stock = options.stock;
+    let survey = crests::Survey { path, motion: &motion, body: &body, material, stock };
+    let crests = survey.crests(design, &samples, options.threads);
     progress(1.0);
-    Ok(Verification { figures, rate, samples })
+    Ok(Verification { figures, crests, rate, samples })
 }
 
 /// The distance of samples, once all is found in order.

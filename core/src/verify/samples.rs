@@ -79,7 +79,7 @@ impl Sample {
 }
 
 impl Facets<'_> {
-    fn corners(&self, face: &[u32; 3]) -> [DVec3; 3] {
+    pub(super) fn corners(&self, face: &[u32; 3]) -> [DVec3; 3] {
         face.map(|v| self.positions[v as usize])
     }
 
@@ -90,7 +90,7 @@ impl Facets<'_> {
 
     /// Normals at the corners of every facet: those of the facets around the vertex that meet this
     /// one without a crease, weighted with their area.
-    fn normals(&self) -> Vec<[DVec3; 3]> {
+    pub(super) fn normals(&self) -> Vec<[DVec3; 3]> {
         let areas: Vec<DVec3> = self.faces.iter().map(|f| doubled(self.corners(f))).collect();
         let mut first = vec![0u32; self.positions.len() + 1];
         for face in self.faces {

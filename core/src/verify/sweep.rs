@@ -9,10 +9,11 @@
 //! area. The residual knows no cells.
 //!
 //! Most steps near a tile do not reach what is left of it. A block of samples is left out where a
-//! plane parts it from the cutter: the plane through the cutter's point nearest to the block's
-//! highest point, across the way to it. The cutter is convex, so it lies behind that plane.
+//! plane parts it from the cutter (`bound`).
 
 use super::body::{Body, Placed};
+use super::bound::{Bounds, NOTHING};
+use super::lanes::{Vectors, each, lanes};
 use super::motion::{Motion, Step};
 use super::samples::{BLOCK, Sample, Tile};
 use crate::geometry::DVec3;
@@ -28,9 +29,6 @@ pub struct Material {
     pub spacing: f64,
 }
 
-/// Material thinner than this is none, mm: a flat end slides over what it has cut.
-const NOTHING: f64 = 1e-7;
-
 /// A sample after the sweep.
 #[derive(Copy, Clone, Debug)]
 pub struct Swept {
@@ -40,12 +38,25 @@ pub struct Swept {
     pub height: f64,
     /// Mean height left over its cell, as far as the volume goes, mm.
     pub left: f64,
+    /// What that goes by.
+    cell: Cell,
     /// The move that left it, `None` where none came.
     pub by: Option<u32>,
     /// The move that took the upper half of the stock.
     pub opened_by: Option<u32>,
     /// The last rapid that came, and the height it found, mm.
     rapid: Option<(u32, f64)>,
+}
+
+/// What the mean height over a sample's cell goes by.
+#[derive(Copy, Clone, Debug, PartialEq)]
+enum Cell {
+    /// The sample's line: no wall of the cutter is in the material.
+    Line,
+    /// A wall that has yet to pass over the whole of it.
+    Open,
+    /// The line through its centroid.
+    Covered,
 }
 
 /// A tile after the sweep.
@@ -70,68 +81,115 @@ pub struct Touch {
     pub depth: f64,
 }
 
-/// Samples that lie together and what bounds them.
-struct Block {
-    centre: DVec3,
-    normal: DVec3,
-    /// Farthest sample's line across the mean normal, up to the stock's height.
-    radius: f64,
-    /// Highest material above the centre along the mean normal.
-    top: f64,
-    /// Lowest place of interest there.
-    bottom: f64,
-}
-
 /// Blocks that are looked at together first.
 const BLOCKS: usize = 8;
-/// Steps that lower something of them before their bound is made anew.
+/// Groups of blocks whose bounds are looked at together.
+const GROUPS: usize = 8;
+/// Steps that lower something of a group before its bound is made anew.
 const STALE: u32 = 12;
 
-/// Blocks that lie together and what bounds all of them.
+/// Blocks that lie together.
 struct Group {
-    bound: Block,
+    bounds: Bounds<BLOCKS>,
     blocks: Vec<Block>,
-    /// Steps that lowered something since the bound was made.
+    /// Steps that lowered something since the group's own bound was made.
     stale: u32,
 }
 
-impl Group {
-    fn new(samples: &[Swept], material: Material) -> Self {
-        Self {
-            bound: Block::new(samples, material),
-            blocks: samples.chunks(BLOCK).map(|b| Block::new(b, material)).collect(),
-            stale: 0,
-        }
-    }
+/// A block: what its samples' lines still hold.
+struct Block {
+    /// The samples.
+    all: u32,
+    /// Highest material on each line.
+    tops: Vectors<BLOCK>,
+    normals: Vectors<BLOCK>,
+    cells: Cells,
+}
+
+/// The cells of a block's samples, for cutters whose wall cuts.
+struct Cells {
+    /// Those over which a wall has yet to pass.
+    open: u32,
+    /// Those that it passed over.
+    covered: u32,
+    /// Highest material over each centroid.
+    tops: Vectors<BLOCK>,
+    /// Middle of the stock over each centroid.
+    middles: Vectors<BLOCK>,
+    /// Squared distance from the cutter's axis at which its wall reaches the cell.
+    reach: [f64; BLOCK],
+}
+
+/// Samples on their way along the path, and what bounds them.
+struct Sweep {
+    out: SweptTile,
+    groups: Vec<Group>,
+    bounds: Vec<Bounds<GROUPS>>,
 }
 
 /// Sweeps a tile.
 pub fn sweep(tile: &Tile, motion: &Motion, body: &Body, material: Material) -> SweptTile {
-    let start = |sample: &Sample| if sample.machined { material.height } else { 0.0 };
-    let samples = tile.samples(material.spacing).into_iter().map(|sample| Swept {
-        sample,
-        height: start(&sample),
-        left: start(&sample),
-        by: None,
-        opened_by: None,
-        rapid: None,
-    });
-    let mut out = SweptTile { samples: samples.collect(), ..SweptTile::default() };
-    let mut groups: Vec<Group> =
-        out.samples.chunks(BLOCKS * BLOCK).map(|g| Group::new(g, material)).collect();
+    let mut sweep = Sweep::new(tile.samples(material.spacing), body, material);
     let reach = tile.radius + material.height.max(material.deepest);
     motion.near(body, tile.centre, reach, &mut |step| {
-        let rapid = motion.moves()[step.of as usize].rapid;
+        sweep.take(step, motion.moves()[step.of as usize].rapid, body, material);
+    });
+    sweep.out
+}
+
+/// Sweeps scattered samples by some steps, in their order. Samples without area count for no volume.
+pub fn swept(samples: Vec<Sample>, steps: &[Step], body: &Body, material: Material) -> Vec<Swept> {
+    let mut sweep = Sweep::new(samples, body, material);
+    steps.iter().for_each(|step| sweep.take(step, false, body, material));
+    sweep.out.samples
+}
+
+impl Sweep {
+    fn new(samples: Vec<Sample>, body: &Body, material: Material) -> Self {
+        let walled = body.has_wall_below(material.height);
+        let samples: Vec<Swept> =
+            samples.into_iter().map(|s| Swept::new(s, walled, material)).collect();
+        let out = SweptTile { samples, ..SweptTile::default() };
+        let groups = out.samples.chunks(BLOCKS * BLOCK);
+        let mut bounds: Vec<Bounds<GROUPS>> = Vec::new();
+        for (i, group) in groups.clone().enumerate() {
+            if i % GROUPS == 0 {
+                bounds.push(Bounds::EMPTY);
+            }
+            bounds[i / GROUPS].add(group, material);
+        }
+        let groups = groups.map(|g| Group::new(g, body, material)).collect();
+        Self { out, groups, bounds }
+    }
+
+    fn take(&mut self, step: &Step, rapid: bool, body: &Body, material: Material) {
+        let Self { out, groups, bounds } = self;
         let mut cut = StepCut { step, body, material, rapid, volume: 0.0, worst: None };
-        for (group, samples) in groups.iter_mut().zip(out.samples.chunks_mut(BLOCKS * BLOCK)) {
-            cut.group(group, samples);
+        for (set, bounds) in bounds.iter_mut().enumerate() {
+            for lane in each(bounds.reached(step, body)) {
+                let of = set * GROUPS + lane;
+                let first = of * BLOCKS * BLOCK;
+                let end = (first + BLOCKS * BLOCK).min(out.samples.len());
+                let samples = &mut out.samples[first..end];
+                if cut.group(&mut groups[of], samples) {
+                    bounds.settle(lane, samples);
+                }
+            }
         }
         if cut.volume > 0.0 {
             out.removed.push((step.index, cut.volume));
         }
         out.touched.extend(cut.worst);
-    });
-    out
+    }
+}
+
+impl Swept {
+    fn new(sample: Sample, walled: bool, material: Material) -> Self {
+        let height = if sample.machined { material.height } else { 0.0 };
+        let by_parts = walled && sample.machined && sample.area > 0.0;
+        let cell = if by_parts { Cell::Open } else { Cell::Line };
+        Self { sample, height, left: height, cell, by: None, opened_by: None, rapid: None }
+    }
 }
 
 /// A step taking what it reaches.
@@ -145,47 +203,51 @@ struct StepCut<'a> {
 }
 
 impl StepCut<'_> {
-    fn group(&mut self, group: &mut Group, samples: &mut [Swept]) {
-        if group.bound.is_clear(self.step, self.body) {
-            return;
-        }
+    /// Whether the group's bound is to be made anew.
+    fn group(&mut self, group: &mut Group, samples: &mut [Swept]) -> bool {
         let mut lowered = false;
-        for (block, samples) in group.blocks.iter_mut().zip(samples.chunks_mut(BLOCK)) {
-            if !block.is_clear(self.step, self.body) && self.block(samples) {
-                block.settle(samples);
+        for lane in each(group.bounds.reached(self.step, self.body)) {
+            let first = lane * BLOCK;
+            let end = (first + BLOCK).min(samples.len());
+            let samples = &mut samples[first..end];
+            if self.block(&mut group.blocks[lane], samples) {
+                group.bounds.settle(lane, samples);
                 lowered = true;
             }
         }
-        if lowered {
-            group.stale += 1;
-            if group.stale >= STALE {
-                group.bound.settle(samples);
-                group.stale = 0;
-            }
+        group.stale += u32::from(lowered);
+        let stale = group.stale >= STALE;
+        if stale {
+            group.stale = 0;
         }
+        stale
     }
 
     /// Whether something of a block was lowered.
-    fn block(&mut self, samples: &mut [Swept]) -> bool {
+    fn block(&mut self, block: &mut Block, samples: &mut [Swept]) -> bool {
+        let lines = block.all & self.step.reaches(self.body, &block.tops, &block.normals);
+        let cells = block.cells.reached(self.step, self.body, &block.normals);
         let mut lowered = false;
-        for s in samples {
-            lowered |= self.sample(s);
+        for lane in each(lines | cells) {
+            let s = &mut samples[lane];
+            if self.sample(s, lines >> lane & 1 == 1) {
+                block.note(lane, s);
+                lowered = true;
+            }
         }
         lowered
     }
 
-    fn sample(&mut self, s: &mut Swept) -> bool {
+    /// Whether something was lowered of a sample whose line the step may reach or not.
+    fn sample(&mut self, s: &mut Swept, reached: bool) -> bool {
         let (step, body, material) = (self.step, self.body, self.material);
-        if is_far(s, step, body, material) {
-            return false;
-        }
         let mut lowered = false;
-        let height = lowered_to(s, step, body, material);
+        let height = if reached { lowered_to(s, step, body, material) } else { None };
         if s.sample.machined {
-            let left = left_on_cell(s, height, step, body, material);
+            let (left, cell) = left_on_cell(s, height, step, body, material);
             self.volume += (s.left - left) * s.sample.area;
             lowered = left < s.left;
-            s.left = left;
+            (s.left, s.cell) = (left, cell);
         }
         let Some(height) = height else { return lowered };
         if self.rapid {
@@ -204,25 +266,8 @@ impl StepCut<'_> {
     }
 }
 
-/// Whether a cutter with a wall in the material stays farther from all that is left of a sample's
-/// cell than it goes in a step.
-fn is_far(s: &Swept, step: &Step, body: &Body, material: Material) -> bool {
-    if !body.has_wall_below(material.height) {
-        return false;
-    }
-    let Sample { position, normal, .. } = s.sample;
-    let top = position + normal * (s.height.max(s.left) - NOTHING);
-    let near = body.nearest(&step.to, top);
-    let way = 2.0 * step.half_way.length() + 2.0 * turned(step, top);
-    near.outward.dot(normal) < 0.0 && near.distance > s.sample.cell_width() + way
-}
-
 /// The height to which a step lowers a sample's line, if it does.
 fn lowered_to(s: &Swept, step: &Step, body: &Body, material: Material) -> Option<f64> {
-    let Sample { position, normal, .. } = s.sample;
-    if stays_clear(position + normal * (s.height - NOTHING), normal, step, body) {
-        return None;
-    }
     let (lowest, at) = lowest_entry(s, step, body)?;
     if lowest >= s.height {
         return None;
@@ -231,41 +276,46 @@ fn lowered_to(s: &Swept, step: &Step, body: &Body, material: Material) -> Option
         return Some(lowest);
     }
     // A cutter wholly behind the surface has nothing to do with this side of it.
-    let surface = body.contains(&at, position);
+    let surface = body.contains(&at, s.sample.position);
     surface.then(|| lowest.max(-material.deepest)).filter(|&height| height < s.height)
 }
 
-/// Mean height left over a sample's cell after a step that lowers its line to `height`.
+/// Mean height left over a sample's cell after a step that lowers its line to `height`, and what it goes by
+/// from then on.
 fn left_on_cell(
     s: &Swept,
     height: Option<f64>,
     step: &Step,
     body: &Body,
     material: Material,
-) -> f64 {
-    let exact = height.unwrap_or(s.height);
-    let settled = exact < material.height && s.left <= exact + NOTHING;
-    if settled || !body.has_wall_below(material.height) {
-        return s.left.min(exact);
+) -> (f64, Cell) {
+    if s.cell == Cell::Line {
+        return (s.left.min(height.unwrap_or(s.height)), Cell::Line);
     }
     let Sample { centroid, normal, .. } = s.sample;
     let middle = centroid + normal * (0.5 * material.height);
     let width = s.sample.cell_width();
-    let level = |at: &Placed| {
+    let (mut left, mut cell) = (s.left, s.cell);
+    for at in [&step.middle, &step.to] {
         let w = middle - at.tip;
         let across = w - at.axis * w.dot(at.axis);
         let rho = across.length();
         let inside = body.radius() - rho;
         let covered = (0.5 + inside / width).min(1.0);
         if covered <= 0.0 || rho == 0.0 {
-            return None;
+            continue;
         }
         // What the part of the cell that is covered is cut down to.
         let inward = across * ((inside - 0.5 * width).min(0.0) / rho);
-        let inner = body.entry(at, centroid + inward, normal)?.max(-material.deepest);
-        Some(covered * inner + (1.0 - covered) * material.height)
-    };
-    [&step.middle, &step.to].into_iter().filter_map(level).fold(s.left, f64::min)
+        if let Some(inner) = body.entry(at, centroid + inward, normal) {
+            let inner = inner.max(-material.deepest);
+            left = left.min(covered * inner + (1.0 - covered) * material.height);
+            if covered >= 1.0 && left < material.height {
+                cell = Cell::Covered;
+            }
+        }
+    }
+    (left, cell)
 }
 
 /// The lowest place at which a sample's line enters the cutter during a step.
@@ -284,10 +334,14 @@ fn lowest_entry(s: &Swept, step: &Step, body: &Body) -> Option<(f64, Placed)> {
             return end;
         }
     }
-    let (start, middle) = (entry(step.from), entry(step.middle));
-    let between = if body.is_ball() && step.half_turn == 0.0 {
-        body.ball_sweep_entry(&step.from, &step.to, position, normal)
-    } else {
+    // The start is the end of the step before, or where the path begins.
+    let start = entry(step.from);
+    if body.is_ball() && step.half_turn == 0.0 {
+        let between = body.ball_sweep_entry(&step.from, &step.to, position, normal);
+        return [between, start, end].into_iter().flatten().reduce(lower);
+    }
+    let middle = entry(step.middle);
+    let between = {
         start.zip(middle).zip(end).and_then(|((a, b), c)| {
             let at = vertex(a.0, b.0, c.0)?;
             let tip = step.middle.tip + step.half_way * at;
@@ -295,8 +349,11 @@ fn lowest_entry(s: &Swept, step: &Step, body: &Body) -> Option<(f64, Placed)> {
             entry(Placed { tip, axis: axis.normalize_or(step.middle.axis) })
         })
     };
-    let all = [between, start, middle, end].into_iter().flatten();
-    all.reduce(|a, b| if b.0 < a.0 { b } else { a })
+    [between, start, middle, end].into_iter().flatten().reduce(lower)
+}
+
+fn lower(a: (f64, Placed), b: (f64, Placed)) -> (f64, Placed) {
+    if b.0 < a.0 { b } else { a }
 }
 
 /// Where, from -1 to 1, the parabola through the values at -1, 0 and 1 is least, if between them.
@@ -306,88 +363,57 @@ fn vertex(a: f64, b: f64, c: f64) -> Option<f64> {
     (bend > 0.0 && at.abs() < 1.0 && at != 0.0).then_some(at)
 }
 
-/// Whether a step surely leaves a line's material as it is: its top and all below it.
-///
-/// The distance of the cutter from the line's material is convex along the step, and not negative at
-/// its start, where the step before ended. So it stays positive if it still falls at the end without
-/// having reached zero, or already grows at the start.
-fn stays_clear(top: DVec3, normal: DVec3, step: &Step, body: &Body) -> bool {
-    let end = body.nearest(&step.to, top);
-    if end.distance <= 0.0 || end.outward.dot(normal) >= 0.0 {
-        return false;
+impl Group {
+    fn new(samples: &[Swept], body: &Body, material: Material) -> Self {
+        let mut bounds = Bounds::EMPTY;
+        samples.chunks(BLOCK).for_each(|block| bounds.add(block, material));
+        let block = |b| Block::new(b, body, material);
+        Self { bounds, blocks: samples.chunks(BLOCK).map(block).collect(), stale: 0 }
     }
-    if step.approach(&step.to, &end, top) >= 0.0 {
-        return true;
-    }
-    let start = body.nearest(&step.from, top);
-    if start.distance <= 0.0 || start.outward.dot(normal) >= 0.0 {
-        return false;
-    }
-    // It falls at the start and grows at the end: it stays above both tangents.
-    let (falls, grows) =
-        (step.approach(&step.from, &start, top), -step.approach(&step.to, &end, top));
-    falls <= 0.0 || {
-        let meet = (start.distance - end.distance + grows) / (falls + grows);
-        start.distance - falls * meet > 0.0
-    }
-}
-
-/// How far the turn of a step moves the cutter beside a point.
-fn turned(step: &Step, point: DVec3) -> f64 {
-    if step.half_turn == 0.0 { 0.0 } else { step.half_turn * point.distance(step.middle.tip) }
 }
 
 impl Block {
-    fn new(samples: &[Swept], material: Material) -> Self {
-        let n = samples.len().max(1) as f64;
-        let sum: DVec3 = samples.iter().map(|s| s.sample.position).sum();
-        let centre = sum / n;
-        let normals: DVec3 = samples.iter().map(|s| s.sample.normal).sum();
-        let normal = normals.normalize_or(DVec3::Z);
-        let cell = samples.iter().map(|s| 0.5 * s.sample.cell_width()).fold(0.0, f64::max);
-        let across = |p: DVec3| (p - centre - normal * (p - centre).dot(normal)).length() + cell;
-        let ends = |s: &Swept| {
-            let Sample { position: p, normal: n, .. } = s.sample;
-            across(p + n * s.height).max(across(p - n * material.deepest))
-        };
-        let low = |s: &Swept| {
-            (s.sample.position - s.sample.normal * material.deepest - centre).dot(normal)
-        };
-        let mut block = Self {
-            centre,
-            normal,
-            radius: samples.iter().map(ends).fold(0.0, f64::max),
-            top: 0.0,
-            bottom: samples.iter().map(low).fold(f64::INFINITY, f64::min),
-        };
-        block.settle(samples);
+    fn new(samples: &[Swept], body: &Body, material: Material) -> Self {
+        let zero = Vectors::ZERO;
+        let reach = [0.0; BLOCK];
+        let cells = Cells { open: 0, covered: 0, tops: zero, middles: zero, reach };
+        let mut block = Self { all: 0, tops: zero, normals: zero, cells };
+        for (lane, s) in samples.iter().enumerate() {
+            let Sample { centroid, normal, .. } = s.sample;
+            block.all |= 1 << lane;
+            block.normals.set(lane, normal);
+            block.cells.middles.set(lane, centroid + normal * (0.5 * material.height));
+            let reach = body.radius() + 0.5 * s.sample.cell_width();
+            block.cells.reach[lane] = reach * reach;
+            block.note(lane, s);
+        }
         block
     }
 
-    /// Takes note of what is left.
-    fn settle(&mut self, samples: &[Swept]) {
-        let top = |s: &Swept| {
-            let left = s.height.max(s.left);
-            (s.sample.position + s.sample.normal * left - self.centre).dot(self.normal)
-        };
-        self.top = samples.iter().map(top).fold(f64::NEG_INFINITY, f64::max);
+    /// Takes note of what is left of a sample.
+    fn note(&mut self, lane: usize, s: &Swept) {
+        let Sample { position, centroid, normal, .. } = s.sample;
+        self.tops.set(lane, position + normal * (s.height - NOTHING));
+        self.cells.tops.set(lane, centroid + normal * (s.left - NOTHING));
+        let mark =
+            |set: &mut u32, is_in: bool| *set = *set & !(1 << lane) | u32::from(is_in) << lane;
+        mark(&mut self.cells.open, s.cell == Cell::Open);
+        mark(&mut self.cells.covered, s.cell == Cell::Covered);
     }
+}
 
-    /// Whether the cutter reaches nothing of the block during a step.
-    fn is_clear(&self, step: &Step, body: &Body) -> bool {
-        let point = self.centre + self.normal * (self.top - NOTHING);
-        let near = body.nearest(&step.to, point);
-        if near.distance <= 0.0 {
-            return false;
+impl Cells {
+    /// The cells of which the cutter may take something in a step.
+    fn reached(&self, step: &Step, body: &Body, normals: &Vectors<BLOCK>) -> u32 {
+        let mut reached = 0;
+        if self.covered != 0 {
+            reached |= self.covered & step.reaches(body, &self.tops, normals);
         }
-        let up = near.outward.dot(self.normal);
-        let across = self.radius * (1.0 - up * up).max(0.0).sqrt();
-        let below = (self.top - self.bottom).max(0.0) * up.max(0.0);
-        let turn = turned(step, point) + step.half_turn * (self.radius + self.top - self.bottom);
-        // Before its end the cutter was nearer if it goes away; but what is left was clear of it at the
-        // start, where the step before ended.
-        let nearer = (-2.0 * step.half_way.dot(near.outward)).max(0.0);
-        let way = body.dip(2.0 * step.half_way.length()).map_or(nearer, |dip| dip.min(nearer));
-        near.distance - way - across - below - 2.0 * turn > 0.0
+        if self.open != 0 {
+            let [middle, to] = [&step.middle, &step.to].map(|at| self.middles.rho_squared(at));
+            let least = |i: usize| if middle[i] < to[i] { middle[i] } else { to[i] };
+            reached |= self.open & lanes::<BLOCK>(|i| least(i) < self.reach[i]);
+        }
+        reached
     }
 }

@@ -406,3 +406,96 @@ fn a_step_that_grazes_the_surface_between_its_places_is_not_lost() {
         .fold(f32::MIN, f32::max);
     assert!(worst < 1e-4, "{worst} mm left under the cutter");
 }
+
+/// Heights of the crests of a path, with at least half of the sides told.
+#[track_caller]
+fn crests(v: &Verification) -> &[f64] {
+    assert!(v.crests.told() > 0.5, "{} of {}", v.crests.heights.len(), v.crests.sides);
+    &v.crests.heights
+}
+
+#[test]
+fn every_crest_of_even_passes_is_as_high() {
+    let (r, d) = (5.0, 1.0);
+    let v =
+        judged(&path(&raster(20.0, &evenly(0.0, d, 21))), &Part::plane(20.0, 20.0), &options(r, r));
+    let h = r - (r * r - 0.25 * d * d).sqrt();
+    crests(&v).iter().for_each(|&found| assert_close(found, h, 0.005));
+    let [within, above] = v.crests.shares(1.001 * h);
+    assert_eq!([within, above], [1.0, 0.0]);
+}
+
+#[test]
+fn half_of_the_crests_of_alternating_passes_are_lower() {
+    let (r, d) = (5.0, 1.0);
+    let ys: Vec<f64> = (0..24).map(|i| d * (0.9 * f64::from(i) + 0.1 * f64::from(i % 2))).collect();
+    let v = judged(&path(&raster(20.0, &ys)), &Part::plane(20.0, 20.0), &options(r, r));
+    let h = |d: f64| r - (r * r - 0.25 * d * d).sqrt();
+    let [low, high] = [h(0.8 * d), h(d)];
+    let count = |of: f64| crests(&v).iter().filter(|&f| (f / of - 1.0).abs() < 0.005).count();
+    assert_eq!(count(low) + count(high), crests(&v).len());
+    assert_close(count(low) as f64, 0.5 * crests(&v).len() as f64, 0.04);
+    assert_close(v.crests.shares(1.001 * high)[0], 0.5, 0.04);
+}
+
+#[test]
+fn crests_of_a_bull_on_a_plane() {
+    // Flats of 2 mm radius overlap in part: what stands between them is cut by the rims.
+    let (r, corner, d) = (3.0, 1.0, 4.6);
+    let v = judged(
+        &path(&raster(40.0, &evenly(0.0, d, 10))),
+        &Part::plane(40.0, 41.0),
+        &options(r, corner),
+    );
+    let half = 0.5 * d - (r - corner);
+    let h = corner - (corner * corner - half * half).sqrt();
+    crests(&v).iter().for_each(|&found| assert_close(found, h, 0.02));
+}
+
+#[test]
+fn crests_along_and_across_a_cylinder() {
+    let (c, r, phi) = (20.0, 3.0, 0.03);
+    let on = |a: f64, rho: f64, y: f64| DVec3::new(rho * math::sin(a), y, rho * math::cos(a));
+    let part = Part::grid(800, 1, |u, v| on(u - 0.5, c, 10.0 * v));
+    let tip = |a: f64, y: f64| (on(a, c + r, y) - DVec3::Z * r, DVec3::Z);
+    let along: Vec<_> =
+        (-18..=18).map(|i| [-5.0, 15.0].map(|y| tip(f64::from(i) * phi, y)).to_vec()).collect();
+    let v = judged(&path(&along), &part, &options(r, r));
+    let h = cusp_on_circle(c, r, phi);
+    crests(&v).iter().for_each(|&found| assert_close(found, h, 0.01));
+    let d = 0.6;
+    let arc = |y: f64| (-300..=300).map(|i| tip(0.002 * f64::from(i), y)).collect();
+    let across: Vec<_> = (-1..=18).map(|i| arc(d * f64::from(i))).collect();
+    let v = judged(&path(&across), &part, &options(r, r));
+    let h = r - (r * r - 0.25 * d * d).sqrt();
+    crests(&v).iter().for_each(|&found| assert_close(found, h, 0.01));
+}
+
+#[test]
+fn crests_of_rings_on_a_sphere() {
+    let (c, r, phi) = (20.0, 3.0, 0.04);
+    let on = |polar: f64, a: f64, rho: f64| {
+        let s = rho * math::sin(polar);
+        DVec3::new(s * math::cos(a), s * math::sin(a), rho * math::cos(polar))
+    };
+    let part = Part::grid(200, 400, |u, v| on(0.1 + 0.3 * u, 0.8 * v, c));
+    let circle = |polar: f64| -> Vec<_> {
+        (-50..=200)
+            .map(|i| {
+                let p = on(polar, 0.005 * f64::from(i), c + r);
+                (p - DVec3::Z * r, DVec3::Z)
+            })
+            .collect()
+    };
+    let passes: Vec<_> = (1..=11).map(|i| circle(f64::from(i) * phi)).collect();
+    let v = judged(&path(&passes), &part, &options(r, r));
+    let h = cusp_on_circle(c, r, phi);
+    crests(&v).iter().for_each(|&found| assert_close(found, h, 0.02));
+}
+
+#[test]
+fn a_single_pass_has_no_crest() {
+    let v = judged(&path(&raster(20.0, &[10.0])), &Part::plane(20.0, 20.0), &options(5.0, 5.0));
+    assert_eq!(v.crests.heights, [] as [f64; 0]);
+    assert!(v.crests.sides > 0 && v.crests.percentile(0.5).is_none());
+}

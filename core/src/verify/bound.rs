@@ -1,0 +1,107 @@
+//! What bounds samples that lie together, so that a step that stays clear of all of them is seen at once.
+//!
+//! Samples are left out where a plane parts them from the cutter: the plane through the cutter's point
+//! nearest to their highest point, across the way to it. The cutter is convex, so it lies behind that
+//! plane.
+
+use super::body::Body;
+use super::lanes::{Vectors, lanes};
+use super::motion::Step;
+use super::samples::Sample;
+use super::sweep::{Material, Swept};
+use crate::geometry::DVec3;
+
+/// Material thinner than this is none, mm: a flat end slides over what it has cut.
+pub const NOTHING: f64 = 1e-7;
+
+/// Bounds of sets of samples, one a lane.
+pub struct Bounds<const N: usize> {
+    len: usize,
+    centres: [DVec3; N],
+    normals: Vectors<N>,
+    /// Highest material of interest along the mean normal through the centre.
+    tops: Vectors<N>,
+    /// From the lowest place of interest to the highest along the mean normal.
+    depth: [f64; N],
+    /// The lowest place above the centre.
+    bottom: [f64; N],
+    /// Farthest sample's line across the mean normal, up to the stock's height.
+    radius: [f64; N],
+}
+
+impl<const N: usize> Bounds<N> {
+    /// No set.
+    pub const EMPTY: Self = Self {
+        len: 0,
+        centres: [DVec3::ZERO; N],
+        normals: Vectors::ZERO,
+        tops: Vectors::ZERO,
+        depth: [0.0; N],
+        bottom: [0.0; N],
+        radius: [0.0; N],
+    };
+
+    /// Adds a set; there may be `N`.
+    pub fn add(&mut self, samples: &[Swept], material: Material) {
+        let n = samples.len().max(1) as f64;
+        let sum: DVec3 = samples.iter().map(|s| s.sample.position).sum();
+        let centre = sum / n;
+        let normals: DVec3 = samples.iter().map(|s| s.sample.normal).sum();
+        let normal = normals.normalize_or(DVec3::Z);
+        let cell = samples.iter().map(|s| 0.5 * s.sample.cell_width()).fold(0.0, f64::max);
+        let across = |p: DVec3| (p - centre - normal * (p - centre).dot(normal)).length() + cell;
+        let ends = |s: &Swept| {
+            let Sample { position: p, normal: n, .. } = s.sample;
+            across(p + n * s.height).max(across(p - n * material.deepest))
+        };
+        let low = |s: &Swept| {
+            (s.sample.position - s.sample.normal * material.deepest - centre).dot(normal)
+        };
+        let lane = self.len;
+        self.len += 1;
+        self.centres[lane] = centre;
+        self.normals.set(lane, normal);
+        self.radius[lane] = samples.iter().map(ends).fold(0.0, f64::max);
+        self.bottom[lane] = samples.iter().map(low).fold(f64::INFINITY, f64::min);
+        self.settle(lane, samples);
+    }
+
+    /// Takes note of what is left of a set.
+    pub fn settle(&mut self, lane: usize, samples: &[Swept]) {
+        let (centre, normal) = (self.centres[lane], self.normals.get(lane));
+        let top = |s: &Swept| {
+            let left = s.height.max(s.left);
+            (s.sample.position + s.sample.normal * left - centre).dot(normal)
+        };
+        let top = samples.iter().map(top).fold(f64::NEG_INFINITY, f64::max);
+        self.tops.set(lane, centre + normal * (top - NOTHING));
+        self.depth[lane] = (top - self.bottom[lane]).max(0.0);
+    }
+
+    /// The sets of which the cutter may reach something during a step.
+    pub fn reached(&self, step: &Step, body: &Body) -> u32 {
+        let near = body.nearest_of(&step.to, &self.tops);
+        let up = near.outward.dot(&self.normals);
+        // Before its end the cutter was nearer if it goes away; but what is left was clear of it at the
+        // start, where the step before ended.
+        let nearer = near.outward.along(-2.0 * step.half_way);
+        let dip = body.dip(2.0 * step.half_way.length()).unwrap_or(f64::INFINITY);
+        let mut margin: [f64; N] = core::array::from_fn(|i| {
+            let level = 1.0 - up[i] * up[i];
+            let across = self.radius[i] * (if level > 0.0 { level } else { 0.0 }).sqrt();
+            let below = if up[i] > 0.0 { self.depth[i] * up[i] } else { 0.0 };
+            let way = if nearer[i] > dip { dip } else { nearer[i] };
+            near.distance[i] - (if way > 0.0 { way } else { 0.0 }) - across - below
+        });
+        if step.half_turn != 0.0 {
+            let far = self.tops.distances(step.middle.tip);
+            for i in 0..N {
+                let arms = far[i] + self.radius[i] + self.depth[i];
+                margin[i] -= 2.0 * step.half_turn * arms;
+            }
+        }
+        // A point in the cutter has no direction, hence no margin that is a number.
+        let clear = lanes::<N>(|i| near.distance[i] > 0.0 && margin[i] > 0.0);
+        !clear & ((1 << self.len) - 1)
+    }
+}
