@@ -222,12 +222,16 @@ fn beside_curve(mesh: &PassMesh, locator: &Locator, curve: &[DVec2]) -> Vec<(Ver
     let connectivity = mesh.connectivity();
     let mut near: Vec<(VertexId, f64)> = Vec::new();
     for (a, b) in curve.windows(2).map(|w| (w[0], w[1])) {
-        let Ok(start) = locator.locate(a) else { continue };
+        // From the middle: the ends may lie on corners of the boundary, from where no walk begins.
+        let middle = a.midpoint(b);
+        let Ok(start) = locator.locate(middle) else { continue };
         let mut faces = vec![start.face];
-        let _ = locator.walk(start.face, a, b, |side, _| {
-            faces.push(side.face());
-            faces.extend(connectivity.opposite(side).map(HalfEdgeId::face));
-        });
+        for end in [a, b] {
+            let _ = locator.walk(start.face, middle, end, |side, _| {
+                faces.push(side.face());
+                faces.extend(connectivity.opposite(side).map(HalfEdgeId::face));
+            });
+        }
         let distance = |face: FaceId, v: VertexId| {
             let p = mesh.uv()[v.index()];
             let sign = if (b - a).perp_dot(p - a) < 0.0 { -1.0 } else { 1.0 };

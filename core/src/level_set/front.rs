@@ -30,6 +30,8 @@ pub(super) struct Front<'a> {
 struct March {
     value: Vec<f64>,
     settled: Vec<bool>,
+    /// Where the front may go; it does not pass between two vertices where it may not.
+    allowed: Vec<bool>,
 }
 
 /// Bits that order non-negative numbers, and negative ones before them in reverse.
@@ -72,7 +74,9 @@ impl<'a> Front<'a> {
         allowed: impl Fn(VertexId) -> bool,
     ) -> Vec<f64> {
         let count = self.connectivity.vertex_count();
-        let mut state = March { value: vec![f64::INFINITY; count], settled: vec![false; count] };
+        let allowed = (0..count as u32).map(|v| allowed(VertexId(v))).collect();
+        let mut state =
+            March { value: vec![f64::INFINITY; count], settled: vec![false; count], allowed };
         let mut heap = BinaryHeap::new();
         for &(v, d) in sources {
             state.value[v.index()] = d;
@@ -88,7 +92,7 @@ impl<'a> Front<'a> {
             self.candidates(v, &state, &mut candidates);
             for &(target, d) in &candidates {
                 let t = target.index();
-                if !state.settled[t] && d < state.value[t] && allowed(target) {
+                if !state.settled[t] && d < state.value[t] && state.allowed[t] {
                     state.value[t] = d;
                     heap.push(Reverse((order(d), target)));
                 }
@@ -133,7 +137,8 @@ impl<'a> Front<'a> {
         }
         let Some(across) = self.connectivity.opposite(side.next()) else { return };
         let (_, w) = self.connectivity.ends(across.next());
-        if state.settled[w.index()] {
+        let is_shut = !state.allowed[p.index()] && !state.allowed[q.index()];
+        if state.settled[w.index()] || is_shut {
             return;
         }
         // Unfold: p at the origin, q on the x axis, w above, v below.
