@@ -24,6 +24,7 @@ use crate::mesh::{MeshFormat, ReadError, read};
 use crate::parallel;
 use crate::region::Region;
 use crate::removal::{self, Access, Columns, Coverage, Feeds, Layer, Limit, TooSlow, rated};
+use crate::step::{SmoothError, SmoothFormat, smooth};
 use crate::surface::{
     AnalyticSurface, Built, CurvatureField, Part, ShapeOperator, Surface, SurfaceError, Warning,
     build,
@@ -34,6 +35,8 @@ use thiserror::Error;
 
 /// Part of the tolerance that ring polylines may deviate from the level curve.
 const RING_TOLERANCE: f64 = 0.25;
+/// Part of the tolerance that the mesh of a NURBS surface may be off it.
+const CHORD: f64 = 0.25;
 /// Rounds of passes over what the columns show as left.
 const TOUCH_UPS: usize = 2;
 /// Farthest distance of a part from the rotary centre, in diagonals of its box.
@@ -53,12 +56,16 @@ pub enum PlanError {
     NoFile(String),
     /// The file name does not tell a known format.
     #[error(
-        "surface: the format of {0:?} is not known; its name must end in .stl, .obj, .ply or .off"
+        "surface: the format of {0:?} is not known; its name must end in .stl, .obj, \
+         .ply, .off, .json, .step or .stp"
     )]
     UnknownFormat(String),
     /// The file cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
+    /// The NURBS surface or the STEP file cannot be used.
+    #[error(transparent)]
+    Smooth(#[from] SmoothError),
     /// The triangles are no usable surface.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
@@ -200,7 +207,7 @@ pub fn plan(
     let (chart, angle_residual) = flatten(job, &surface)?;
     let quality = chart.quality(&surface);
     progress(Stage::Rings, 0.0);
-    let curvature = CurvatureField::estimate(&surface, job.surface.curvature_radius);
+    let curvature = surface.curvature(job.surface.curvature_radius);
     let tightest = tightest(&surface, &curvature);
     let mesh = PassMesh::new(&surface, &chart, strip_metrics(job, &curvature))?;
     let field = match job.path.boundary {
@@ -317,9 +324,15 @@ pub(crate) fn load(job: &Job, file: Option<&[u8]>) -> Result<Built, PlanError> {
     let soup = match &job.surface.source {
         SurfaceSource::File(name) => {
             let bytes = file.ok_or_else(|| PlanError::NoFile(name.clone()))?;
-            let format = MeshFormat::from_name(name)
-                .ok_or_else(|| PlanError::UnknownFormat(name.clone()))?;
-            read(bytes, format)?
+            let chord = job.surface.chord.unwrap_or(CHORD * job.cut.tolerance);
+            match SmoothFormat::from_name(name) {
+                Some(format) => return Ok(smooth(bytes, format, &job.surface, chord)?),
+                None => {
+                    let format = MeshFormat::from_name(name)
+                        .ok_or_else(|| PlanError::UnknownFormat(name.clone()))?;
+                    read(bytes, format)?
+                }
+            }
         }
         SurfaceSource::Analytic(options) => {
             analytic_surface(options).mesh(options.parameters.resolution)
