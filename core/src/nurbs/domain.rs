@@ -132,10 +132,10 @@ impl Domain {
                 let outer = loops.iter().map(TrimLoop::area).enumerate();
                 let outer =
                     outer.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map_or(0, |(i, _)| i);
-                if loops[outer].area() < 0.0 {
-                    if let Some(domain) = Self::around_holes(surface, &loops) {
-                        return Ok(domain);
-                    }
+                if loops[outer].area() < 0.0
+                    && let Some(domain) = Self::around_holes(surface, &loops)
+                {
+                    return Ok(domain);
                 }
                 let outline = loops[outer].points.clone();
                 let shifted = |(i, l): (usize, TrimLoop)| {

@@ -73,7 +73,7 @@ pub fn mesh(
     let too_fine = |_: TooMany| NurbsError::TooFine { chord, most: most_faces };
     let sizing = Sizing::new(surface, (domain.low, domain.high), Limits { chord, longest });
     // The estimate is of the whole rectangle, of which loops may leave a tenth.
-    if !(sizing.triangles() < 10.0 * most_faces as f64) {
+    if sizing.triangles() > 10.0 * most_faces as f64 {
         return Err(NurbsError::TooFine { chord, most: most_faces });
     }
     domain.fit(&sizing);
@@ -106,8 +106,7 @@ fn reach(mesh: &mut Mesh<'_>, chord: f64) -> Result<f64, Missed> {
             if error > worst.0 {
                 worst = (error, f);
             }
-            // Negated, so that NaN is not taken for good.
-            if !(error <= chord) {
+            if error > chord || error.is_nan() {
                 far.push((error, side));
             }
         }

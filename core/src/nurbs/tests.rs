@@ -147,7 +147,8 @@ fn points_beside_the_surface_are_projected_back() {
 #[test]
 fn surfaces_of_revolution_have_the_curvature_of_their_formulas() {
     let x = DVec3::X;
-    let cases: [(NurbsSurface, fn(DVec3) -> [f64; 2]); 3] = [
+    type Curvatures = fn(DVec3) -> [f64; 2];
+    let cases: [(NurbsSurface, Curvatures); 3] = [
         (
             NurbsCurve::half_circle(DVec3::ZERO, -5.0 * DVec3::Z, 5.0 * x)
                 .unwrap()

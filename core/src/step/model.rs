@@ -567,7 +567,7 @@ fn widened(edges: &Edges, measure: &dyn Fn(DVec3) -> f64) -> Shape<(f64, f64)> {
     let points = || edges.bounds.iter().flatten().flat_map(|e| e.samples(EXTENT_SAMPLES));
     let low = points().map(measure).fold(f64::INFINITY, f64::min);
     let high = points().map(measure).fold(f64::NEG_INFINITY, f64::max);
-    if !(low < high) {
+    if low >= high {
         return Err("its edges do not tell how far it reaches".to_owned());
     }
     let margin = MARGIN * (high - low);

@@ -292,7 +292,7 @@ impl<'a> Tracker<'a> {
                     (at, off) = other;
                 }
             }
-            if !(off <= FARTHEST * size) {
+            if off > FARTHEST * size || off.is_nan() {
                 return Err("an edge does not lie on its surface");
             }
             at = self.unwrapped(at, before);
