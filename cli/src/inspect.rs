@@ -103,7 +103,7 @@ fn table(faces: &[Value]) -> String {
             (Some(area), _) => format!("{area:.2}"),
             (None, fault) => format!("not usable: {}", fault.unwrap_or_default()),
         };
-        text += &format!("{:>6}  {kind:18} {last}\n", face["face"]);
+        text += &format!("{:>6}  {kind:18} {last}\n", face["face"].as_u64().unwrap_or_default());
     }
     text
 }
