@@ -4,9 +4,11 @@ use evencut_core::cutter_location::LocateError;
 use evencut_core::job::Fault;
 use evencut_core::level_set::LevelSetError;
 use evencut_core::link::DeliverError;
+use evencut_core::nurbs::NurbsError;
 use evencut_core::plan::PlanError;
 use evencut_core::post::PostError;
 use evencut_core::results::ResultsError;
+use evencut_core::step::{SmoothError, StepError};
 use evencut_core::surface::SurfaceError;
 
 use crate::{Exit, input};
@@ -68,6 +70,7 @@ fn of_plan(error: &PlanError) -> Failure {
         PlanError::NoFile(_) => BUG,
         PlanError::UnknownFormat(_) | PlanError::Read(_) => bad_surface(SOURCE, Hint::None),
         PlanError::Surface(error) => bad_surface(surface_keys(error), Hint::Inspect),
+        PlanError::Smooth(error) => of_smooth(error),
         PlanError::Flatten(_) => bad_surface(SOURCE, Hint::Inspect),
         PlanError::Rings(LevelSetError::TooFine { .. }) => {
             bad_surface(&["cut.stepover", "cut.scallop"], Hint::None)
@@ -79,7 +82,7 @@ fn of_plan(error: &PlanError) -> Failure {
             bad_surface(&["tool.diameter"], Hint::None)
         }
         PlanError::Rings(LevelSetError::NoCurve) => bad_surface(&["path.curve"], Hint::None),
-        PlanError::Rings(LevelSetError::Uneven { .. }) => {
+        PlanError::Rings(LevelSetError::ClosedParameter | LevelSetError::Uneven { .. }) => {
             bad_surface(&["path.angle", "path.along", "path.pattern"], Hint::None)
         }
         PlanError::Deliver(DeliverError::Locate(LocateError::BelowHorizon { .. })) => {
@@ -92,6 +95,22 @@ fn of_plan(error: &PlanError) -> Failure {
         | PlanError::Deliver(DeliverError::Locate(LocateError::NotFinite { .. })) => BUG,
         PlanError::LimitUnreachable { .. } => limit(&["force.mrr_limit", "force.relative"]),
         PlanError::TooTight { .. } => limit(&["cut.too_tight", "tool.diameter"]),
+    }
+}
+
+fn of_smooth(error: &SmoothError) -> Failure {
+    match error {
+        SmoothError::Nurbs(NurbsError::TooFine { .. } | NurbsError::NotReached { .. }) => {
+            bad_surface(&["surface.chord", "cut.tolerance", "surface.file"], Hint::None)
+        }
+        SmoothError::Step(StepError::NoSuchFace { .. }) => {
+            bad_surface(&["surface.face"], Hint::None)
+        }
+        SmoothError::Step(StepError::Face { .. }) => {
+            bad_surface(&["surface.face", "surface.file"], Hint::Inspect)
+        }
+        SmoothError::Nurbs(_) | SmoothError::Step(_) => bad_surface(SOURCE, Hint::None),
+        SmoothError::Surface(error) => bad_surface(surface_keys(error), Hint::None),
     }
 }
 

@@ -1,9 +1,11 @@
-//! `evencut inspect`: what a mesh file holds.
+//! `evencut inspect`: what a surface file holds.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use evencut_core::mesh::{MeshFormat, read};
+use evencut_core::mesh::{MeshFormat, TriangleSoup, read};
+use evencut_core::nurbs::{MeshOptions, NurbsError, Trim, mesh, read_json};
+use evencut_core::step::{SmoothFormat, StepFace, StepFile};
 use evencut_core::surface::Inspection;
 use serde_json::{Value, json};
 
@@ -12,7 +14,7 @@ use crate::{Exit, Streams, input};
 /// Arguments of `evencut inspect`.
 #[derive(Args)]
 pub struct Inspect {
-    /// Mesh file: stl, obj, ply or off
+    /// Surface file: stl, obj, ply, off, json, step or stp
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Factor on the file's lengths that makes them millimetres
@@ -33,6 +35,9 @@ pub(crate) fn scale(text: &str) -> Result<f64, String> {
 impl Inspect {
     /// Inspects the file.
     pub fn run(&self, streams: &mut Streams<'_>) -> Exit {
+        if SmoothFormat::from_name(&self.file.to_string_lossy()) == Some(SmoothFormat::Step) {
+            return self.run_step(streams);
+        }
         match inspect(&self.file, self.scale) {
             Ok(inspection) if self.json => {
                 streams.data(&format!("{:#}\n", as_json(&inspection)));
@@ -50,14 +55,85 @@ impl Inspect {
     }
 }
 
+impl Inspect {
+    /// Lists the faces of a STEP file.
+    fn run_step(&self, streams: &mut Streams<'_>) -> Exit {
+        let read = || -> Result<StepFile, String> {
+            let bytes = std::fs::read(&self.file).map_err(|error| format!("surface: {error}"))?;
+            StepFile::read(&bytes).map_err(|error| error.to_string())
+        };
+        match read() {
+            Ok(file) => {
+                let faces = listed(&file, self.scale);
+                streams.data(&if self.json {
+                    format!("{:#}\n", json!({ "faces": faces }))
+                } else {
+                    table(&faces)
+                });
+                Exit::Done
+            }
+            Err(message) => {
+                streams.message(&format!("error: {message}\n --> {}\n", input::shown(&self.file)));
+                Exit::BadSurface
+            }
+        }
+    }
+}
+
+/// Number, kind, area and fault of every face.
+fn listed(file: &StepFile, scale: f64) -> Vec<Value> {
+    let one = |(i, face): (usize, &StepFace)| {
+        let (area, fault) = match file.area(i) {
+            Ok(area) => (Some(area * scale * scale), None),
+            Err(error) => (None, Some(error.to_string())),
+        };
+        json!({ "face": i + 1, "kind": face.kind, "instance": face.id, "area_mm2": area, "fault": fault })
+    };
+    file.faces().iter().enumerate().map(one).collect()
+}
+
+fn table(faces: &[Value]) -> String {
+    let mut text = format!(
+        "{} faces; surface.face chooses one\n  face  kind               area mm²\n",
+        faces.len()
+    );
+    for face in faces {
+        let kind = face["kind"].as_str().unwrap_or_default();
+        let last = match (face["area_mm2"].as_f64(), face["fault"].as_str()) {
+            (Some(area), _) => format!("{area:.2}"),
+            (None, fault) => format!("not usable: {}", fault.unwrap_or_default()),
+        };
+        text += &format!("{:>6}  {kind:18} {last}\n", face["face"].as_u64().unwrap_or_default());
+    }
+    text
+}
+
 /// The figures of a mesh file with its lengths multiplied by `scale`, or what is wrong with it.
 pub fn inspect(file: &Path, scale: f64) -> Result<Inspection, String> {
-    let format = MeshFormat::from_name(&file.to_string_lossy())
-        .ok_or("surface: the format is not known; the name must end in .stl, .obj, .ply or .off")?;
-    let bytes = std::fs::read(file).map_err(|error| format!("surface: {error}"))?;
-    let mut mesh = read(&bytes, format).map_err(|error| error.to_string())?;
+    let name = file.to_string_lossy();
+    let bytes = || std::fs::read(file).map_err(|error| format!("surface: {error}"));
+    let mut mesh = if SmoothFormat::from_name(&name) == Some(SmoothFormat::Json) {
+        nurbs_mesh(&bytes()?).map_err(|error| error.to_string())?
+    } else {
+        let format = MeshFormat::from_name(&name).ok_or(
+            "surface: the format is not known; the name must end in .stl, .obj, .ply, .off, \
+             .json, .step or .stp",
+        )?;
+        read(&bytes()?, format).map_err(|error| error.to_string())?
+    };
     mesh.positions.iter_mut().for_each(|p| *p *= scale);
     Inspection::new(mesh).map_err(|error| error.to_string())
+}
+
+/// Triangles of a NURBS surface, within a ten-thousandth of its size.
+fn nurbs_mesh(bytes: &[u8]) -> Result<TriangleSoup, NurbsError> {
+    let file = read_json(bytes)?;
+    let (low, high) = file.trim.unwrap_or(file.surface.domain());
+    let options = MeshOptions { chord: 1e-4 * file.surface.size(), ..MeshOptions::default() };
+    let mut soup = mesh(&file.surface, Trim::Rectangle(low, high), options)?.soup;
+    // Parameters are no texture.
+    soup.texture = None;
+    Ok(soup)
 }
 
 fn as_json(inspection: &Inspection) -> Value {

@@ -26,6 +26,8 @@ fn bump(edge: f64) -> Surface {
         select: Selection { component: Component::Only, ..Selection::default() },
         curvature_radius: None,
         flip: false,
+        face: None,
+        chord: None,
     };
     match build(bump.mesh(edge), &options) {
         Ok(built) => built.surface,

@@ -17,7 +17,11 @@ pub mod tool;
 
 pub mod job;
 
+pub mod nurbs;
+
 pub mod surface;
+
+pub mod step;
 
 pub mod flatten;
 

@@ -22,9 +22,10 @@ use crate::link::{
 use crate::machine::Axes;
 use crate::mesh::{MeshFormat, ReadError, read};
 use crate::parallel;
-use crate::pattern::{self, Laid};
+use crate::pattern::{self, Laid, Parameters};
 use crate::region::Region;
 use crate::removal::{self, Access, Columns, Coverage, Feeds, Layer, Limit, TooSlow, rated};
+use crate::step::{SmoothError, SmoothFormat, smooth};
 use crate::strip_width::{Strip, StripTable};
 use crate::surface::{
     AnalyticSurface, Built, CurvatureField, Part, Surface, SurfaceError, Warning, build,
@@ -39,6 +40,8 @@ const RING_TOLERANCE: f64 = 0.25;
 /// Part of the strip width that passes are apart: the distance field and the chords of the path are good to
 /// a few thousandths of it, and a cusp grows with its square.
 const SHARE_OF_STRIP: f64 = 0.995;
+/// Part of the tolerance that the mesh of a NURBS surface may be off it.
+const CHORD: f64 = 0.25;
 /// Rounds of passes over what the columns show as left.
 const TOUCH_UPS: usize = 2;
 /// Farthest distance of a part from the rotary centre, in diagonals of its box.
@@ -58,12 +61,16 @@ pub enum PlanError {
     NoFile(String),
     /// The file name does not tell a known format.
     #[error(
-        "surface: the format of {0:?} is not known; its name must end in .stl, .obj, .ply or .off"
+        "surface: the format of {0:?} is not known; its name must end in .stl, .obj, \
+         .ply, .off, .json, .step or .stp"
     )]
     UnknownFormat(String),
     /// The file cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
+    /// The NURBS surface or the STEP file cannot be used.
+    #[error(transparent)]
+    Smooth(#[from] SmoothError),
     /// The triangles are no usable surface.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
@@ -207,14 +214,18 @@ pub fn plan(
     let (chart, angle_residual) = flatten(job, &surface)?;
     let quality = chart.quality(&surface);
     progress(Stage::Rings, 0.0);
-    let curvature = CurvatureField::estimate(&surface, job.surface.curvature_radius);
+    let curvature = surface.curvature(job.surface.curvature_radius);
     let tightest = tightest(&surface, &curvature);
     let coarse = PassMesh::coarse(&surface, &chart, strip_metrics(job, &curvature))?;
     let mesh = coarse.clone().refined()?;
     let length_floor = length_floor(&mesh);
     let refined = Locator::new(mesh.connectivity(), mesh.uv());
+    let locator = Locator::new(surface.connectivity(), chart.uv());
+    let own = (job.path.pattern == Pattern::IsoParametric)
+        .then(|| Parameters::of(&surface, &locator, &mesh))
+        .flatten();
     let Laid { field, passes } =
-        pattern::lay_out(&coarse, &mesh, &refined, &job.path, job.tool.radius(), None)?;
+        pattern::lay_out(&coarse, &mesh, &refined, &job.path, job.tool.radius(), own.as_ref())?;
     let mut passes = simplified(passes, job, &chart);
     if passes.is_empty() {
         let (low, high) = field.range();
@@ -243,7 +254,6 @@ pub fn plan(
         (FlatCut { points, counts }, None)
     };
     progress(Stage::Locate, 0.0);
-    let locator = Locator::new(surface.connectivity(), chart.uv());
     let rest = part.without(&surface);
     let options = deliver_options(job, rapid_plane(&part, job), threads);
     let delivery = Delivery {
@@ -296,9 +306,15 @@ pub(crate) fn load(job: &Job, file: Option<&[u8]>) -> Result<Built, PlanError> {
     let soup = match &job.surface.source {
         SurfaceSource::File(name) => {
             let bytes = file.ok_or_else(|| PlanError::NoFile(name.clone()))?;
-            let format = MeshFormat::from_name(name)
-                .ok_or_else(|| PlanError::UnknownFormat(name.clone()))?;
-            read(bytes, format)?
+            let chord = job.surface.chord.unwrap_or(CHORD * job.cut.tolerance);
+            match SmoothFormat::from_name(name) {
+                Some(format) => return Ok(smooth(bytes, format, &job.surface, chord)?),
+                None => {
+                    let format = MeshFormat::from_name(name)
+                        .ok_or_else(|| PlanError::UnknownFormat(name.clone()))?;
+                    read(bytes, format)?
+                }
+            }
         }
         SurfaceSource::Analytic(options) => {
             analytic_surface(options).mesh(options.parameters.resolution)

@@ -8,7 +8,7 @@ use crate::plan::{PlanError, cusp_limit, load};
 use crate::preview::{rate_map, residual_map};
 use crate::report::{FORMAT, FileRecord, Lines, VerificationFigures, VerificationReport, Versions};
 use crate::results::{Input, OutputFile};
-use crate::surface::{CurvatureField, Part};
+use crate::surface::Part;
 use crate::toolpath::{CsvError, Toolpath};
 use crate::verify::{Facets, VerifyError, VerifyOptions, verify};
 use thiserror::Error;
@@ -71,7 +71,7 @@ impl Workpiece {
         let built = load(job, file).map_err(|error| VerdictError::Surface(Box::new(error)))?;
         let (positions, faces) = built.surface.triangles();
         let design = Part { positions: positions.to_vec(), faces };
-        let curvature = CurvatureField::estimate(&built.surface, job.surface.curvature_radius);
+        let curvature = built.surface.curvature(job.surface.curvature_radius);
         let cusps = cusp_limit(job, &built.surface, &curvature);
         Ok((Self { rest: built.part.without(&built.surface), design }, cusps))
     }

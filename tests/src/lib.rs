@@ -28,5 +28,7 @@ pub fn as_it_is(component: Component) -> SurfaceOptions {
         select: Selection { component, ..Selection::default() },
         curvature_radius: None,
         flip: false,
+        face: None,
+        chord: None,
     }
 }

@@ -26,6 +26,8 @@ fn load(name: &str) -> Option<(Surface, Vec<[DVec2; 3]>)> {
         select: Selection::default(),
         curvature_radius: None,
         flip: false,
+        face: None,
+        chord: None,
     };
     let soup = read(&bytes, MeshFormat::from_name(name).unwrap()).unwrap();
     let Built { surface, texture, .. } = build(soup, &as_it_is).unwrap();

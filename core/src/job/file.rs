@@ -85,10 +85,11 @@ pub enum Units {
 #[serde(deny_unknown_fields)]
 #[schemars(extend("oneOf" = [{ "required": ["file"] }, { "required": ["analytic"] }]))]
 pub struct SurfaceTable {
-    /// Mesh file (stl, obj, ply or off), its path relative to the job file.
+    /// Mesh (stl, obj, ply or off), NURBS surface (json) or CAD faces (step or stp); the path is
+    /// relative to the job file.
     #[schemars(extend("x-default" = "required, or `analytic`", "minLength" = 1, "maxLength" = 4096))]
     pub file: Option<String>,
-    /// Unit of the lengths in the mesh file.
+    /// Unit of the lengths in the file; a STEP file states its own.
     #[schemars(extend("x-default" = "`units` of the job"))]
     pub units: Option<Units>,
     /// Factor on the surface's lengths, applied first.
@@ -106,7 +107,15 @@ pub struct SurfaceTable {
     /// Which faces are machined; the conditions add up.
     #[schemars(extend("x-default" = "all faces, which must be connected"))]
     pub select: Option<SelectTable>,
-    /// Radius over which curvature is estimated.
+    /// Face of a STEP file to machine, counted from 1 as `evencut inspect` lists them; the other
+    /// faces belong to the part that must not be cut into.
+    #[schemars(extend("x-default" = "the only face; the largest with `select.component = \"largest\"`", "minimum" = 1, "maximum" = 1_000_000))]
+    pub face: Option<u32>,
+    /// Largest distance between a NURBS surface and the triangles that are made of it. Positions,
+    /// normals and curvature stay those of the surface.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "a quarter of `cut.tolerance`", "minimum" = 1e-6, "maximum" = 10.0))]
+    pub chord: Option<f64>,
+    /// Radius over which curvature is estimated; NURBS surfaces have exact curvature.
     #[schemars(extend("x-unit" = "mm", "x-default" = "from the mesh's edge lengths", "exclusiveMinimum" = 0.0, "maximum" = 1e4))]
     pub curvature_radius: Option<f64>,
     /// A surface given by a formula, centred on the origin and machined from above.

@@ -18,7 +18,13 @@ pub struct SurfaceOptions {
     pub translate: DVec3,
     /// Which faces are machined.
     pub select: Selection,
-    /// Scale of curvature estimation, mm; `None` takes it from the mesh.
+    /// Face of a STEP file, from 1; `None` takes the only one, or what `select.component` says.
+    pub face: Option<u32>,
+    /// Largest distance between a NURBS surface and its mesh, mm; `None` is a quarter of the path's
+    /// tolerance.
+    pub chord: Option<f64>,
+    /// Scale of curvature estimation, mm; `None` takes it from the mesh. NURBS surfaces have exact
+    /// curvature and do not use it.
     pub curvature_radius: Option<f64>,
     /// Whether the surface is machined from the side its faces point away from.
     pub flip: bool,
@@ -27,7 +33,7 @@ pub struct SurfaceOptions {
 /// Where the surface comes from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SurfaceSource {
-    /// A mesh file, relative to the job file.
+    /// A file, relative to the job file.
     File(String),
     /// A surface given by a formula.
     Analytic(AnalyticOptions),

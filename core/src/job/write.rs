@@ -5,7 +5,7 @@ use super::file::{
     JobFile, MachineTable, OutputTable, PathTable, PostKey, RegionMethod, RegionsTable,
     SelectTable, SurfaceTable, ToolTable, TravelTable, TrochoidTable, Units, VERSION,
 };
-use super::resolve::uses;
+use super::resolve::{is_step, uses};
 use super::units::{to_degrees, to_per_minute};
 use super::{
     AnalyticOptions, Component, Cut, Job, MrrLimit, PathOptions, Post, Selection, Start, StartKey,
@@ -106,13 +106,15 @@ fn surface_table(surface: &SurfaceOptions) -> SurfaceTable {
         SurfaceSource::Analytic(options) => (None, Some(analytic_table(options))),
     };
     SurfaceTable {
-        units: file.is_some().then_some(Units::Mm),
+        units: file.as_deref().is_some_and(|f| !is_step(f)).then_some(Units::Mm),
         file,
         scale: Some(surface.scale),
         rotate: Some(surface.rotate.to_array().map(to_degrees)),
         translate: Some(surface.translate.to_array()),
         flip: Some(surface.flip),
         select: Some(select_table(&surface.select)),
+        face: surface.face,
+        chord: surface.chord,
         curvature_radius: surface.curvature_radius,
         analytic,
     }

@@ -56,6 +56,12 @@ pub enum LevelSetError {
         "passes: the start curve crosses no face of the surface; give path.curve points near it"
     )]
     NoCurve,
+    /// The surface is closed in the parameter asked for.
+    #[error(
+        "passes: the surface is closed in that parameter, so that passes along the other one would \
+         jump; give the other path.along, or another path.pattern"
+    )]
+    ClosedParameter,
     /// Passes along a function would lie far too close.
     #[error(
         "passes: {passes:.0} of them would be needed, since somewhere they would run apart by hardly \

@@ -28,6 +28,7 @@ use crate::level_set::{
     Accuracy, LevelSetError, Outermost, PassField, PassMesh, half_levels, open_levels,
     passes as level_curves, ring_levels,
 };
+use crate::surface::Surface;
 use direction::{STRENGTHS, potential};
 use start::Source;
 
@@ -45,9 +46,31 @@ pub struct Laid {
     pub passes: Vec<Pass>,
 }
 
+/// Surface parameters at the vertices of a mesh; none for one in which the surface is closed: it has a
+/// jump.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameters {
+    /// `#V` values of the first parameter.
+    pub u: Option<Vec<f64>>,
+    /// `#V` values of the second parameter.
+    pub v: Option<Vec<f64>>,
+}
+
+impl Parameters {
+    /// The parameters of a NURBS surface at the vertices of a mesh over its chart; `None` for other
+    /// surfaces.
+    pub fn of(surface: &Surface, chart: &Locator, mesh: &PassMesh) -> Option<Self> {
+        let own = surface.parameters()?;
+        let at = |p: &DVec2| chart.locate(*p).map_or(DVec2::ZERO, |point| own.at(point));
+        let (u, v): (Vec<f64>, Vec<f64>) = mesh.uv().iter().map(at).map(|p| (p.x, p.y)).unzip();
+        let [closed_u, closed_v] = own.period().map(|p| p.is_some());
+        Some(Self { u: (!closed_u).then_some(u), v: (!closed_v).then_some(v) })
+    }
+}
+
 /// Lays the passes of the pattern that the options ask for on a mesh and on the coarse mesh from which it
 /// was refined. `locator` is over the fine mesh's flat faces;
-/// `radius`: cutter radius, mm; `parameters`: the surface's own, two per vertex of the mesh, if any.
+/// `radius`: cutter radius, mm; `parameters`: the surface's own, if any.
 ///
 /// # Errors
 /// [`LevelSetError`]: no pass can be laid.
@@ -57,7 +80,7 @@ pub fn lay_out(
     locator: &Locator,
     options: &PathOptions,
     radius: f64,
-    parameters: Option<&[DVec2]>,
+    parameters: Option<&Parameters>,
 ) -> Result<Laid, LevelSetError> {
     let sketch = Sketch { coarse, mesh, locator, options, radius };
     let field = match options.pattern {
@@ -154,24 +177,28 @@ impl Sketch<'_> {
         field.length(self.coarse) + PIECE * self.radius * pieces.max(0.0)
     }
 
-    fn iso_parametric(&self, parameters: Option<&[DVec2]>) -> Result<PassField, LevelSetError> {
-        let along = self.options.along;
-        let (u, v): (Vec<f64>, Vec<f64>) = match parameters {
-            Some(parameters) => parameters.iter().map(|p| (p.x, p.y)).unzip(),
+    fn iso_parametric(&self, own: Option<&Parameters>) -> Result<PassField, LevelSetError> {
+        let parameters = match own {
+            Some(own) => own.clone(),
             None => {
                 let axis = start::long_side(self.mesh);
-                self.mesh.uv().iter().map(|p| (p.dot(axis), axis.perp_dot(*p))).unzip()
+                let along = |p: &DVec2| p.dot(axis);
+                let across = |p: &DVec2| axis.perp_dot(*p);
+                let uv = self.mesh.uv();
+                let (u, v) = (uv.iter().map(along).collect(), uv.iter().map(across).collect());
+                Parameters { u: Some(u), v: Some(v) }
             }
         };
         // Passes along u are curves of constant v.
-        let mut candidates = Vec::new();
-        if along != Some(Parameter::V) {
-            candidates.push(v);
+        let chosen = match self.options.along {
+            Some(Parameter::U) => [None, parameters.v],
+            Some(Parameter::V) => [parameters.u, None],
+            None => [parameters.v, parameters.u],
+        };
+        if chosen.iter().all(Option::is_none) {
+            return Err(LevelSetError::ClosedParameter);
         }
-        if along != Some(Parameter::U) {
-            candidates.push(u);
-        }
-        self.shortest(candidates)
+        self.shortest(chosen.into_iter().flatten())
     }
 
     fn iso_planar(&self) -> Result<PassField, LevelSetError> {

@@ -8,14 +8,15 @@ use std::fmt;
 
 use thiserror::Error;
 
-use super::Surface;
 use super::select::{Picked, pick};
 use super::warning::{self, Warning};
+use super::{Parametrisation, Surface};
 use crate::geometry::math::{cos, sin};
 use crate::geometry::{DMat3, DVec2, DVec3};
 use crate::job::SurfaceOptions;
 use crate::mesh::repair::{is_flat, turn_faces};
 use crate::mesh::{Connectivity, Judgement, TopologyFault, TriangleSoup, VertexId, repair};
+use crate::nurbs::NurbsSurface;
 
 /// Largest coordinate after placing, mm; beyond it squares and cubes of lengths lose meaning.
 const FARTHEST: f64 = 1e12;
@@ -319,6 +320,35 @@ pub fn build(soup: TriangleSoup, options: &SurfaceOptions) -> Result<Built, Surf
     Ok(Built { surface, part, texture, warnings })
 }
 
+/// Builds the surface that `options` select from a mesh of `surface`, already placed, mm, whose
+/// texture coordinates are the parameters.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_parametric(
+    soup: TriangleSoup,
+    surface: NurbsSurface,
+    options: &SurfaceOptions,
+) -> Result<Built, SurfaceError> {
+    let in_place = SurfaceOptions {
+        scale: 1.0,
+        rotate: DVec3::ZERO,
+        translate: DVec3::ZERO,
+        ..options.clone()
+    };
+    let mut built = build(soup, &in_place)?;
+    if let Some(corners) = built.texture.take() {
+        built.surface = built.surface.with_parametrisation(Parametrisation::new(surface, corners));
+        check_normals(&built.surface)?;
+    }
+    Ok(built)
+}
+
+/// Rotation and scale of `options`; the translation comes after.
+pub fn placement(options: &SurfaceOptions) -> DMat3 {
+    rotation(options.rotate) * options.scale
+}
+
 /// There are faces, and their vertices exist.
 pub(super) fn check_indices(soup: &TriangleSoup) -> Result<(), SurfaceError> {
     if soup.faces.is_empty() {
@@ -335,7 +365,7 @@ pub(super) fn check_indices(soup: &TriangleSoup) -> Result<(), SurfaceError> {
 
 /// Scale, rotations about X, Y, Z in this order, translation.
 fn place(mut soup: TriangleSoup, options: &SurfaceOptions) -> Result<TriangleSoup, SurfaceError> {
-    let matrix = rotation(options.rotate) * options.scale;
+    let matrix = placement(options);
     for (vertex, p) in soup.positions.iter_mut().enumerate() {
         *p = matrix * *p + options.translate;
         // Negated, so that NaN is refused too.
@@ -428,6 +458,8 @@ mod tests {
             select,
             curvature_radius: None,
             flip: false,
+            face: None,
+            chord: None,
         }
     }
 

@@ -4,16 +4,20 @@ mod analytic;
 mod build;
 mod curvature;
 mod inspect;
+mod parametrisation;
 mod select;
 mod shape;
 mod warning;
 
 pub use analytic::{AnalyticSurface, Domain};
-pub use build::{Built, Fault, Part, SurfaceError, build};
+pub use build::{Built, Fault, Part, SurfaceError, build, build_parametric, placement};
 pub use curvature::CurvatureField;
 pub use inspect::{Facing, Inspection};
+pub use parametrisation::Parametrisation;
 pub use shape::ShapeOperator;
 pub use warning::Warning;
+
+use std::sync::Arc;
 
 use crate::geometry::DVec3;
 use crate::mesh::{Connectivity, FaceId};
@@ -33,6 +37,7 @@ pub struct Surface {
     connectivity: Connectivity,
     positions: Vec<DVec3>,
     vertex_normals: Vec<DVec3>,
+    parametrisation: Option<Arc<Parametrisation>>,
 }
 
 impl Surface {
@@ -41,7 +46,23 @@ impl Surface {
     /// Normals are averaged with the corner angles as weights (Thürmer and Wüthrich 1998).
     pub fn new(connectivity: Connectivity, positions: Vec<DVec3>) -> Self {
         let vertex_normals = angle_weighted_normals(&connectivity, &positions);
-        Self { connectivity, positions, vertex_normals }
+        Self { connectivity, positions, vertex_normals, parametrisation: None }
+    }
+
+    /// The same surface that knows what it is a mesh of: positions and normals between the
+    /// vertices, normals at them and curvature become exact.
+    pub fn with_parametrisation(mut self, parametrisation: Parametrisation) -> Self {
+        let exact = parametrisation.vertex_normals(&self);
+        for (normal, exact) in self.vertex_normals.iter_mut().zip(exact) {
+            *normal = exact.unwrap_or(*normal);
+        }
+        self.parametrisation = Some(Arc::new(parametrisation));
+        self
+    }
+
+    /// The parameters of a mesh of a NURBS surface, and that surface.
+    pub fn parameters(&self) -> Option<&Parametrisation> {
+        self.parametrisation.as_deref()
     }
 
     /// Half-edge connectivity.
@@ -70,24 +91,33 @@ impl Surface {
         self.connectivity.face(face).map(|v| self.positions[v.index()])
     }
 
-    /// Position of a surface point, mm.
+    /// Position of a surface point, mm; exact on a NURBS surface.
     pub fn position(&self, point: SurfacePoint) -> DVec3 {
+        if let Some(parametrisation) = &self.parametrisation {
+            return parametrisation.position(point);
+        }
         let c = self.corners(point.face);
         (0..3).map(|i| c[i] * point.weights[i]).sum()
     }
 
-    /// Unit normal at a surface point, interpolated from the vertices.
+    /// Unit normal at a surface point, interpolated from the vertices; exact on a NURBS surface.
     pub fn normal(&self, point: SurfacePoint) -> DVec3 {
+        if let Some(normal) = self.parametrisation.as_ref().and_then(|p| p.normal(point)) {
+            return normal;
+        }
         let vertices = self.connectivity.face(point.face);
         let sum: DVec3 =
             (0..3).map(|i| self.vertex_normals[vertices[i].index()] * point.weights[i]).sum();
         sum.normalize_or_zero()
     }
 
-    /// Shape operators at the vertices, estimated at a scale of `radius` mm; see
-    /// [`CurvatureField::estimate`].
+    /// Shape operators at the vertices: exact on a NURBS surface, else estimated at a scale of
+    /// `radius` mm; see [`CurvatureField::estimate`].
     pub fn curvature(&self, radius: Option<f64>) -> CurvatureField {
-        CurvatureField::estimate(self, radius)
+        match &self.parametrisation {
+            Some(parametrisation) => parametrisation.curvature(self),
+            None => CurvatureField::estimate(self, radius),
+        }
     }
 
     /// Total area, mm².

@@ -100,6 +100,17 @@ pub enum Warning {
         /// Midpoint of that edge, mm.
         at: DVec3,
     },
+    /// Faces of the file that could not be meshed.
+    #[error(
+        "surface: {count} other faces of the file are not in the part and are not guarded against \
+         cutting into them: {first}"
+    )]
+    FacesLeftOut {
+        /// How many.
+        count: usize,
+        /// What is wrong with the first.
+        first: String,
+    },
     /// The surface has hardly any faces.
     #[error("surface: the mesh is too coarse to tell a curvature; number of faces: {faces}")]
     Coarse {

@@ -6,7 +6,7 @@
 mod cutting;
 mod surface;
 
-pub(super) use surface::uses;
+pub(super) use surface::{is_step, uses};
 
 use surface::kind_name;
 

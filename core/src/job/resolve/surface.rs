@@ -9,8 +9,8 @@ use crate::job::{
     SurfaceSource,
 };
 
-/// Mesh formats by the ending of the file's name.
-const MESH_FORMATS: [&str; 4] = ["stl", "obj", "ply", "off"];
+/// Formats by the ending of the file's name.
+const FORMATS: [&str; 7] = ["stl", "obj", "ply", "off", "json", "step", "stp"];
 
 /// Largest number of mesh edges along a surface given by a formula: four million vertices.
 const LARGEST_GRID: f64 = 2000.0;
@@ -23,7 +23,9 @@ impl Resolver<'_> {
     pub(super) fn surface(&mut self) -> Option<SurfaceOptions> {
         let table = &self.file.surface;
         let source = self.source();
-        let is_file = matches!(source, Some(SurfaceSource::File(_)));
+        let step = matches!(&source, Some(SurfaceSource::File(name)) if is_step(name));
+        let is_file = matches!(source, Some(SurfaceSource::File(_))) && !step;
+        self.check_faces(step);
         let unit = match table.units {
             Some(Units::Inch) if is_file => INCH,
             None if is_file => self.unit,
@@ -40,9 +42,30 @@ impl Resolver<'_> {
             rotate: DVec3::from(table.rotate.unwrap_or_default().map(radians)),
             translate: self.point(table.translate.unwrap_or_default()),
             select: self.selection(),
+            face: table.face,
+            chord: table.chord.map(|c| c * self.unit),
             curvature_radius: table.curvature_radius.map(|r| r * self.unit),
             flip: table.flip.unwrap_or(false),
         })
+    }
+
+    /// The keys that STEP files have, and that they do not have.
+    fn check_faces(&mut self, step: bool) {
+        if !step && self.places.has("surface.face") {
+            let help = "only STEP files (.step, .stp) have faces to choose from";
+            self.fault("surface.face", "the surface is not a STEP file", help);
+        }
+        let has_file = self.places.has("surface.file");
+        if step && self.places.has("surface.units") {
+            let help = "remove it; `surface.scale` changes the size";
+            self.fault("surface.units", "a STEP file states its own unit", help);
+        }
+        let name = self.file.surface.file.as_deref().unwrap_or("");
+        let smooth = step || ends_in(name, &["json"]);
+        if !smooth && has_file && self.places.has("surface.chord") {
+            let help = "only NURBS surfaces (.json, .step, .stp) are made into triangles";
+            self.fault("surface.chord", "the surface is a mesh already", help);
+        }
     }
 
     fn source(&mut self) -> Option<SurfaceSource> {
@@ -76,12 +99,12 @@ impl Resolver<'_> {
 
     fn check_file(&mut self, file: &str) {
         let ending = file.rsplit_once('.').map(|(_, e)| e.to_ascii_lowercase());
-        let known = ending.as_deref().is_some_and(|e| MESH_FORMATS.contains(&e));
+        let known = ending.as_deref().is_some_and(|e| FORMATS.contains(&e));
         if file.chars().any(char::is_control) {
             self.fault("surface.file", "contains a control character", "give the file's name");
         } else if !known {
-            let message = format!("{file:?} does not end in the name of a mesh format");
-            let help = format!("available: {}", MESH_FORMATS.join(", "));
+            let message = format!("{file:?} does not end in the name of a known format");
+            let help = format!("available: {}", FORMATS.join(", "));
             self.fault("surface.file", message, help);
         }
     }
@@ -181,6 +204,17 @@ impl Resolver<'_> {
         }
         Some((self.point(least), self.point(greatest)))
     }
+}
+
+/// Whether a file name has one of the endings, in any case.
+fn ends_in(name: &str, endings: &[&str]) -> bool {
+    let ending = name.rsplit_once('.').map(|(_, e)| e.to_ascii_lowercase());
+    ending.is_some_and(|e| endings.contains(&e.as_str()))
+}
+
+/// Whether a file is a STEP file by its name.
+pub(in crate::job) fn is_step(name: &str) -> bool {
+    ends_in(name, &["step", "stp"])
 }
 
 pub(super) fn kind_name(kind: AnalyticKind) -> String {

@@ -252,6 +252,8 @@ fn bump() {
         select: Selection { component: Component::Only, ..Selection::default() },
         curvature_radius: None,
         flip: false,
+        face: None,
+        chord: None,
     };
     let surface = build(bump.mesh(0.7), &options).unwrap().surface;
     let chart = bff(&surface).unwrap();

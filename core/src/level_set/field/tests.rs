@@ -16,6 +16,8 @@ fn mesh_of(shape: &AnalyticSurface, edge: f64, side_step: f64) -> PassMesh {
         translate: DVec3::ZERO,
         select: Selection { component: Component::Only, ..Selection::default() },
         curvature_radius: None,
+        chord: None,
+        face: None,
         flip: false,
     };
     let surface = build(shape.mesh(edge), &options).unwrap().surface;

@@ -1,0 +1,123 @@
+//! A piece of a surface → triangles within a chord error.
+//!
+//! Steps: edge lengths from the curvature ([`sizing`](super::sizing)), the boundary as points, a
+//! coarse constrained Delaunay triangulation of the parameters ([`start`](super::start)),
+//! refinement on the surface ([`refine`](super::refine)), then measuring: faces that are too far
+//! off are split until none is.
+
+use super::domain::{Domain, TrimLoop};
+use super::error::NurbsError;
+use super::refine::{Mesh, TooMany};
+use super::sizing::{Limits, Sizing};
+use super::start::Start;
+use super::surface::NurbsSurface;
+use crate::geometry::DVec2;
+use crate::mesh::TriangleSoup;
+use crate::mesh::repair::compact;
+
+/// Rounds of splitting the faces that are too far off the surface.
+const ROUNDS: usize = 24;
+
+/// What is asked of a mesh.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct MeshOptions {
+    /// Largest distance between surface and mesh, mm.
+    pub chord: f64,
+    /// Longest edge in square roots of the area; smaller for a surface whose flat image matters.
+    pub longest: f64,
+    /// Most triangles.
+    pub most_faces: usize,
+}
+
+impl Default for MeshOptions {
+    /// 0.01 mm, some four thousand triangles at least, two million at most.
+    fn default() -> Self {
+        Self { chord: 0.01, longest: 0.025, most_faces: 2_000_000 }
+    }
+}
+
+/// The piece of a surface that is meant.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Trim {
+    /// A rectangle: least and greatest parameters.
+    Rectangle(DVec2, DVec2),
+    /// What is at the left of these loops.
+    Loops(Vec<TrimLoop>),
+}
+
+/// A mesh of a surface.
+#[derive(Clone, Debug)]
+pub struct NurbsMesh {
+    /// Triangles, counter-clockwise in the parameters; the texture coordinates of their corners
+    /// are the parameters, which go on without a jump within a face.
+    pub soup: TriangleSoup,
+    /// Largest distance between surface and mesh that was measured, mm.
+    pub chord_error: f64,
+}
+
+/// Meshes the piece `trim` of `surface`; seams are closed and poles are single vertices.
+///
+/// # Errors
+/// [`NurbsError`] where the piece has no boundary, its loops cross, or the chord error takes too
+/// many triangles or cannot be reached.
+pub fn mesh(
+    surface: &NurbsSurface,
+    trim: Trim,
+    options: MeshOptions,
+) -> Result<NurbsMesh, NurbsError> {
+    let mut domain = match trim {
+        Trim::Rectangle(low, high) => Domain::rectangle(surface, (low, high))?,
+        Trim::Loops(loops) => Domain::trimmed(surface, loops)?,
+    };
+    let MeshOptions { chord, longest, most_faces } = options;
+    let too_fine = |_: TooMany| NurbsError::TooFine { chord, most: most_faces };
+    let sizing = Sizing::new(surface, (domain.low, domain.high), Limits { chord, longest });
+    // The estimate is of the whole rectangle, of which loops may leave a tenth.
+    if sizing.triangles() > 10.0 * most_faces as f64 {
+        return Err(NurbsError::TooFine { chord, most: most_faces });
+    }
+    domain.fit(&sizing);
+    let start = Start::new(surface, &sizing, &domain, chord)?;
+    let mut mesh = Mesh::new(surface, &sizing, start, most_faces);
+    mesh.refine().map_err(too_fine)?;
+    let chord_error = reach(&mut mesh, chord).map_err(|fault| match fault {
+        Missed::TooMany => too_fine(TooMany),
+        Missed::At(at, error) => NurbsError::NotReached { at, error, chord },
+    })?;
+    let texture = Some(mesh.corners);
+    let mut soup = TriangleSoup { positions: mesh.positions, faces: mesh.faces, texture };
+    compact(&mut soup);
+    Ok(NurbsMesh { soup, chord_error })
+}
+
+enum Missed {
+    TooMany,
+    At(crate::geometry::DVec3, f64),
+}
+
+/// Splits until all faces are within `chord`; the largest error.
+fn reach(mesh: &mut Mesh<'_>, chord: f64) -> Result<f64, Missed> {
+    let mut worst = (0.0, 0);
+    for _ in 0..ROUNDS {
+        worst = (0.0, 0);
+        let mut far: Vec<(f64, usize)> = Vec::new();
+        for f in 0..mesh.faces.len() {
+            let (error, side) = mesh.chord_error(f, chord);
+            if error > worst.0 {
+                worst = (error, f);
+            }
+            if error > chord || error.is_nan() {
+                far.push((error, side));
+            }
+        }
+        if far.is_empty() {
+            return Ok(worst.0);
+        }
+        far.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let sides = far.into_iter().map(|(_, side)| side).collect();
+        mesh.split(sides).map_err(|TooMany| Missed::TooMany)?;
+        mesh.flip_all();
+        mesh.smooth();
+    }
+    Err(Missed::At(mesh.place(worst.1), worst.0))
+}

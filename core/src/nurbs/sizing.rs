@@ -1,0 +1,296 @@
+//! How long the edges of a mesh may be, place by place.
+//!
+//! First fundamental form and curvature are sampled on a grid of parameters that has every knot
+//! span. The edge length
+//! follows from the curvature and the chord error; it then grows from place to place by no more than a given rate,
+//! so that neighbouring triangles are of like size.
+
+use super::surface::NurbsSurface;
+use crate::geometry::DVec2;
+
+/// Lines of the grid along one parameter, at least and at most.
+const LINES: (usize, usize) = (33, 800);
+/// Part of the edge length that the chord error would allow; flips and moves need some of the rest.
+const CAUTION: f64 = 0.95;
+/// Longest edge as a part of the radius of curvature (0.35 turns by 20 degrees).
+const TURN: f64 = 0.35;
+/// Growth of the edge length with the distance. Larger makes worse triangles, smaller more.
+const GROWTH: f64 = 0.3;
+/// Steps in which an edge length and the mean bend over it are brought together.
+const WINDOWS: usize = 30;
+/// Sweeps over the grid; each carries sizes along all rows and columns both ways.
+const SWEEPS: usize = 3;
+/// Nodes and weights of Gauss's three-point rule on [0, 1].
+const GAUSS: [(f64, f64); 3] = [
+    (0.112_701_665_379_258_3, 5.0 / 18.0),
+    (0.5, 8.0 / 18.0),
+    (0.887_298_334_620_741_7, 5.0 / 18.0),
+];
+
+/// Lengths that a mesh must keep.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(super) struct Limits {
+    /// Largest distance between surface and mesh, mm.
+    pub chord: f64,
+    /// Longest edge, in square roots of the area of the domain.
+    pub longest: f64,
+}
+
+/// Edge lengths and metric over a rectangle of parameters.
+pub(super) struct Sizing {
+    lines: [Vec<f64>; 2],
+    /// First fundamental form `E, F, G` by u, then v.
+    form: Vec<[f64; 3]>,
+    /// Edge length by u, then v, mm.
+    size: Vec<f64>,
+    /// Shifts that lead from one end to the other, for closed directions.
+    period: [Option<f64>; 2],
+    low: DVec2,
+}
+
+impl Sizing {
+    /// Samples `surface` over the rectangle from `low` to `high`.
+    pub fn new(surface: &NurbsSurface, (low, high): (DVec2, DVec2), limits: Limits) -> Self {
+        let lines = [0, 1].map(|axis| grid_lines(surface, axis, low[axis], high[axis]));
+        let (from, to) = surface.domain();
+        let period = [0, 1].map(|a| (surface.closed()[a]).then(|| to[a] - from[a]));
+        let mut this = Self { lines, form: Vec::new(), size: Vec::new(), period, low };
+        let mut bends = Vec::new();
+        for &u in &this.lines[0] {
+            for &v in &this.lines[1] {
+                let at = DVec2::new(u, v);
+                let [su, sv] = surface.jet(at).first;
+                this.form.push([su.length_squared(), su.dot(sv), sv.length_squared()]);
+                bends.push(
+                    surface.shape(at).map_or(0.0, |s| bend(s.principal().0, s.principal().1)),
+                );
+            }
+        }
+        this.size = vec![0.0; bends.len()];
+        let longest = limits.longest * this.area().sqrt();
+        this.allow(&bends, limits.chord, longest);
+        this.grade();
+        this
+    }
+
+    /// Area of the rectangle, mm².
+    pub fn area(&self) -> f64 {
+        self.cells().map(|(_, area)| area).sum()
+    }
+
+    /// Triangles that the rectangle takes, roughly.
+    pub fn triangles(&self) -> f64 {
+        // Edges turn out a fifth shorter than allowed.
+        self.cells().map(|(node, area)| area / (0.27 * self.size[node] * self.size[node])).sum()
+    }
+
+    /// First node and area of every cell.
+    fn cells(&self) -> impl Iterator<Item = (usize, f64)> {
+        let [us, vs] = &self.lines;
+        (0..us.len() - 1).flat_map(move |i| {
+            (0..vs.len() - 1).map(move |j| {
+                let node = i * vs.len() + j;
+                let corners = [node, node + 1, node + vs.len(), node + vs.len() + 1];
+                let density = |&n: &usize| {
+                    let [e, f, g] = self.form[n];
+                    (e * g - f * f).max(0.0).sqrt()
+                };
+                let mean = 0.25 * corners.iter().map(density).sum::<f64>();
+                (node, mean * (us[i + 1] - us[i]) * (vs[j + 1] - vs[j]))
+            })
+        })
+    }
+
+    /// Lowers sizes so that they grow by `GROWTH` per length at most.
+    fn grade(&mut self) {
+        let (n, m) = (self.lines[0].len(), self.lines[1].len());
+        for _ in 0..SWEEPS {
+            for i in 0..n {
+                self.grade_row((0..m).map(|j| i * m + j).collect(), 1);
+            }
+            for j in 0..m {
+                self.grade_row((0..n).map(|i| i * m + j).collect(), 0);
+            }
+        }
+    }
+
+    /// Edge lengths from the mean bend over as long a way along either parameter, the more generous
+    /// one: a bend that is over within an edge moves the surface off it by less than one that goes on.
+    fn allow(&mut self, bends: &[f64], chord: f64, longest: f64) {
+        let (n, m) = (self.lines[0].len(), self.lines[1].len());
+        for i in 0..n {
+            self.allow_row(
+                &(0..m).map(|j| i * m + j).collect::<Vec<_>>(),
+                1,
+                bends,
+                (chord, longest),
+            );
+        }
+        for j in 0..m {
+            self.allow_row(
+                &(0..n).map(|i| i * m + j).collect::<Vec<_>>(),
+                0,
+                bends,
+                (chord, longest),
+            );
+        }
+    }
+
+    fn allow_row(
+        &mut self,
+        nodes: &[usize],
+        axis: usize,
+        bends: &[f64],
+        (chord, longest): (f64, f64),
+    ) {
+        let steps = self.steps(nodes, axis);
+        // Running length and running bend.
+        let mut sums = vec![(0.0, 0.0)];
+        for (k, step) in steps.iter().enumerate() {
+            let (way, turn) = sums[k];
+            sums.push((way + step, turn + 0.5 * step * (bends[nodes[k]] + bends[nodes[k + 1]])));
+        }
+        let at = |way: f64| {
+            let k = sums.partition_point(|s| s.0 <= way).clamp(1, sums.len() - 1);
+            let (a, b) = (sums[k - 1], sums[k]);
+            let part = if b.0 > a.0 { ((way - a.0) / (b.0 - a.0)).clamp(0.0, 1.0) } else { 0.0 };
+            a.1 + (b.1 - a.1) * part
+        };
+        let end = sums[sums.len() - 1].0;
+        for (k, &node) in nodes.iter().enumerate() {
+            let mut size = longest;
+            for _ in 0..WINDOWS {
+                let (low, high) =
+                    ((sums[k].0 - 0.5 * size).max(0.0), (sums[k].0 + 0.5 * size).min(end));
+                let mean =
+                    if high > low { (at(high) - at(low)) / (high - low) } else { bends[node] };
+                let next = edge_for(mean, chord);
+                if next >= size {
+                    break;
+                }
+                size = (0.5 * (size + next)).min(4.0 * next);
+            }
+            self.size[node] = self.size[node].max(size);
+        }
+    }
+
+    /// Lengths between neighbouring nodes along an axis, mm.
+    fn steps(&self, nodes: &[usize], axis: usize) -> Vec<f64> {
+        let form = |n: usize| self.form[n][2 * axis].max(0.0).sqrt();
+        let lines = &self.lines[axis];
+        (1..nodes.len())
+            .map(|k| 0.5 * (form(nodes[k - 1]) + form(nodes[k])) * (lines[k] - lines[k - 1]))
+            .collect()
+    }
+
+    fn grade_row(&mut self, nodes: Vec<usize>, axis: usize) {
+        let steps: Vec<f64> = self.steps(&nodes, axis).iter().map(|s| GROWTH * s).collect();
+        // Closed rows are gone through twice, so that sizes pass the seam.
+        let rounds = if self.period[axis].is_some() { 2 } else { 1 };
+        for _ in 0..rounds {
+            for k in 1..nodes.len() {
+                self.size[nodes[k]] =
+                    self.size[nodes[k]].min(self.size[nodes[k - 1]] + steps[k - 1]);
+            }
+            for k in (1..nodes.len()).rev() {
+                self.size[nodes[k - 1]] =
+                    self.size[nodes[k - 1]].min(self.size[nodes[k]] + steps[k - 1]);
+            }
+            if rounds == 2 {
+                let (first, last) = (nodes[0], nodes[nodes.len() - 1]);
+                let least = self.size[first].min(self.size[last]);
+                (self.size[first], self.size[last]) = (least, least);
+            }
+        }
+    }
+
+    /// Cell of a parameter along an axis and the place in it.
+    fn cell(&self, axis: usize, t: f64) -> (usize, f64) {
+        let lines = &self.lines[axis];
+        let t = match self.period[axis] {
+            Some(period) => t - ((t - self.low[axis]) / period).floor() * period,
+            None => t,
+        };
+        let i = lines.partition_point(|&l| l <= t).clamp(1, lines.len() - 1) - 1;
+        (i, ((t - lines[i]) / (lines[i + 1] - lines[i])).clamp(0.0, 1.0))
+    }
+
+    /// Longest edge at `at`, mm: the least of the cell's corners.
+    pub fn size(&self, at: DVec2) -> f64 {
+        let ((i, _), (j, _)) = (self.cell(0, at.x), self.cell(1, at.y));
+        let m = self.lines[1].len();
+        let n = i * m + j;
+        let s = &self.size;
+        s[n].min(s[n + 1]).min(s[n + m]).min(s[n + m + 1])
+    }
+
+    fn form(&self, at: DVec2) -> [f64; 3] {
+        let ((i, x), (j, y)) = (self.cell(0, at.x), self.cell(1, at.y));
+        let m = self.lines[1].len();
+        let n = i * m + j;
+        let mix = |k: usize| {
+            let f = &self.form;
+            (f[n][k] * (1.0 - y) + f[n + 1][k] * y) * (1.0 - x)
+                + (f[n + m][k] * (1.0 - y) + f[n + m + 1][k] * y) * x
+        };
+        [mix(0), mix(1), mix(2)]
+    }
+
+    /// Length on the surface of the straight line between parameters, mm.
+    pub fn length(&self, a: DVec2, b: DVec2) -> f64 {
+        let d = b - a;
+        let speed = |t: f64| {
+            let [e, f, g] = self.form(a + d * t);
+            (e * d.x * d.x + 2.0 * f * d.x * d.y + g * d.y * d.y).max(0.0).sqrt()
+        };
+        GAUSS.iter().map(|&(t, weight)| weight * speed(t)).sum()
+    }
+
+    /// Mean lengths of the tangents.
+    pub fn mean_speed(&self) -> DVec2 {
+        let mean = |k: usize| {
+            self.form.iter().map(|f| f[k].max(0.0).sqrt()).sum::<f64>() / self.form.len() as f64
+        };
+        DVec2::new(mean(0), mean(2)).max(DVec2::splat(f64::MIN_POSITIVE))
+    }
+}
+
+/// What the principal curvatures add to the chord error of an equilateral triangle of edge 1:
+/// `h² / 8R` on a cylinder, `h² / 6R` on a sphere; as the curvature of a cylinder.
+fn bend(k_min: f64, k_max: f64) -> f64 {
+    let (most, least) = (k_min.abs().max(k_max.abs()), k_min.abs().min(k_max.abs()));
+    let bend = most + least / 3.0;
+    if bend.is_finite() { bend } else { 0.0 }
+}
+
+/// Edge that stays within `chord` of a surface that bends so. Radii of less than two chord errors
+/// count as that: what they do to the surface is within it, or is found when it is measured.
+fn edge_for(bend: f64, chord: f64) -> f64 {
+    if bend > 0.0 {
+        (CAUTION * (8.0 * chord / bend).sqrt()).min(TURN / bend).max(4.0 * chord)
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// Grown by distance `d`, mm, from a place of edge length `size`.
+pub(super) fn grown(size: f64, d: f64) -> f64 {
+    size + GROWTH * d
+}
+
+fn grid_lines(surface: &NurbsSurface, axis: usize, low: f64, high: f64) -> Vec<f64> {
+    let inner = surface.breaks(axis).into_iter().map(|(k, _)| k).filter(|&k| k > low && k < high);
+    let breaks: Vec<f64> = std::iter::once(low).chain(inner).chain([high]).collect();
+    let spans = breaks.len() - 1;
+    let stride = spans.div_ceil(LINES.1);
+    let parts = (LINES.0 - 1).div_ceil(spans).max(if 2 * spans <= LINES.1 { 2 } else { 1 });
+    let mut lines: Vec<f64> = Vec::new();
+    for (i, pair) in breaks.windows(2).enumerate().filter(|(i, _)| i % stride == 0) {
+        let end = breaks[(i + stride).min(spans)];
+        let steps = 0..parts;
+        lines.extend(steps.map(|k| pair[0] + (end - pair[0]) * k as f64 / parts as f64));
+    }
+    lines.push(high);
+    lines.dedup();
+    lines
+}
