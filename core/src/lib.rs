@@ -63,4 +63,6 @@ pub mod plan;
 
 pub mod results;
 
+pub mod compare;
+
 pub mod verdict;

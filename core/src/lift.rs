@@ -172,8 +172,8 @@ impl<'a> Lift<'a> {
     }
 }
 
-/// The contacts with the straight ways beyond the chart that the run's points ask for: along the feed at
-/// the last contact of a point, with its normal.
+/// The contacts with the ways beyond the chart that the run's points ask for: along the feed at the last
+/// contact of a point, bent as the surface is before it.
 fn overrun(lifted: Lifted, run: &[FlatPoint], first: usize) -> Lifted {
     if run.iter().all(|p| p.overrun == 0.0) {
         return lifted;
@@ -186,20 +186,42 @@ fn overrun(lifted: Lifted, run: &[FlatPoint], first: usize) -> Lifted {
     for (i, (contact, point)) in lifted.contacts.iter().zip(&lifted.points).enumerate() {
         let is_last = lifted.points.get(i + 1).is_none_or(|next| next.source != point.source);
         let by = if is_last { run[point.source - first].overrun } else { 0.0 };
-        // The feed of the pass itself, not the mean with that of the link beside it.
-        let beside =
-            if by < 0.0 { lifted.contacts.get(i + 1) } else { lifted.contacts[..i].last() };
-        let way = beside.map_or(DVec3::ZERO, |b| (b.position - contact.position) * -by.signum());
-        let way = way.reject_from(contact.normal).normalize_or_zero();
-        let beyond =
-            Contact { position: contact.position + way * by, feed_direction: way, ..*contact };
         if by < 0.0 {
-            push(beyond, *point);
+            push(beyond(contact, lifted.contacts[i + 1..].iter(), by), *point);
         }
         push(*contact, *point);
         if by > 0.0 {
-            push(beyond, *point);
+            push(beyond(contact, lifted.contacts[..i].iter().rev(), by), *point);
         }
     }
     out
+}
+
+/// The contact `by` mm beyond the end of a pass (negative: before its start), on the parabola that the
+/// surface follows along the pass. `inward`: the other contacts of the pass, the nearest first.
+fn beyond<'a>(
+    end: &Contact,
+    inward: impl Iterator<Item = &'a Contact> + Clone,
+    by: f64,
+) -> Contact {
+    let is_far = |c: &&Contact| c.position.distance(end.position) >= by.abs();
+    let beside = inward.clone().find(is_far).or_else(|| inward.last());
+    let Some(beside) = beside else { return *end };
+    let (chord, length) = {
+        let chord = end.position - beside.position;
+        (chord, chord.length())
+    };
+    // The chord leaves the tangent by half the turn of the normal.
+    let way = chord.reject_from(end.normal).normalize_or_zero();
+    if length == 0.0 || way == DVec3::ZERO {
+        return *end;
+    }
+    let bend = (end.normal - beside.normal).dot(way) / length;
+    let far = by.abs();
+    Contact {
+        position: end.position + way * far - end.normal * (0.5 * bend * far * far),
+        normal: (end.normal + way * (bend * far)).normalize(),
+        feed_direction: way * by.signum(),
+        ..*end
+    }
 }

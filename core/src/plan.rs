@@ -37,9 +37,12 @@ use thiserror::Error;
 
 /// Part of the tolerance that ring polylines may deviate from the level curve.
 const RING_TOLERANCE: f64 = 0.25;
-/// Part of the strip width that passes are apart: the distance field and the chords of the path are good to
-/// a few thousandths of it, and a cusp grows with its square.
-const SHARE_OF_STRIP: f64 = 0.995;
+/// Part of the strip width that passes are apart: the distance field is good to a few thousandths of it, and
+/// a cusp grows with its square.
+const SHARE_OF_STRIP: f64 = 0.9975;
+/// Part of the tolerance by which cusps stay below the limit, for the chords of the path that run above
+/// them; at most the part of the limit given second.
+const CHORDS: (f64, f64) = (0.3, 0.05);
 /// Part of the tolerance that the mesh of a NURBS surface may be off it.
 const CHORD: f64 = 0.25;
 /// Rounds of passes over what the columns show as left.
@@ -167,6 +170,8 @@ pub struct Planned {
     pub angle_residual: Option<(f64, usize)>,
     /// Shortest length that passes on the surface can have, mm.
     pub length_floor: f64,
+    /// Share of the area on which passes are at least 0.9 of the allowed side step apart.
+    pub even_share: f64,
     /// The passes.
     pub passes: Vec<Pass>,
     /// The gaps between them that were closed; places are flat.
@@ -240,6 +245,7 @@ pub fn plan(
     let terrain = FieldTerrain::new(&mesh, &field, &refined);
     let options = ClosingOptions { order: job.path.order, on_levels: !is_spiral, threads };
     let closing = close(&mut passes, &mesh, &field, &terrain, &options);
+    let even_share = field.even_share(&mesh);
     let region = Region::of_chart(&surface, &chart);
     let plane = Plane { job, mesh: &mesh, field: &field, refined: &refined, region: &region };
     progress(Stage::Cut, 0.0);
@@ -284,6 +290,7 @@ pub fn plan(
         coverage,
         cusp_limit: delivery.cusp_limit,
         length_floor,
+        even_share,
         warnings,
         quality,
         angle_residual,
@@ -360,7 +367,8 @@ fn strip_metrics(job: &Job, curvature: &CurvatureField) -> Vec<StripMetric> {
         Stepover::Fixed(side_step) => return vec![strip_metric::even(side_step); operators.len()],
         Stepover::Scallop(h) => h,
     };
-    let strip = strip(job, h);
+    let (of_tolerance, of_scallop) = CHORDS;
+    let strip = strip(job, h - (of_tolerance * job.cut.tolerance).min(of_scallop * h));
     let bends = operators.iter().map(|o| o.principal());
     let (low, high) = bends.fold((0.0f64, 0.0f64), |(l, h), (a, b, _)| (l.min(a), h.max(b)));
     // Where the surface is as concave as the cutter is convex the strip is as wide as it gets.

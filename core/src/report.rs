@@ -166,6 +166,11 @@ pub struct PassFigures {
     pub length_mm: f64,
     /// That length as a multiple of the floor.
     pub length_over_floor: f64,
+    /// Retracts between passes.
+    pub retracts: u64,
+    /// Share of the area on which neighbouring passes are at least 0.9 of the allowed side step apart, by
+    /// the passes' field.
+    pub even_share: f64,
 }
 
 /// The side step.

@@ -138,7 +138,7 @@ pub fn results(
 }
 
 /// Simulates the delivered path and measures what it leaves and removes.
-fn judge(
+pub(crate) fn judge(
     job: &Job,
     planned: &Planned,
     threads: usize,
@@ -249,7 +249,8 @@ fn length_of_passes(planned: &Planned) -> f64 {
     points.map(length).sum()
 }
 
-fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> Report {
+/// What is told of a plan that was not judged yet.
+pub(crate) fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> Report {
     let limit = job.mrr_limit();
     let surface = &planned.surface;
     let figures = |path: &Toolpath, feed: f64| {
@@ -311,6 +312,8 @@ fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> Report {
             length_floor_mm: planned.length_floor,
             length_mm: length,
             length_over_floor: length / planned.length_floor,
+            retracts: planned.counts.retracts as u64,
+            even_share: planned.even_share,
         },
         stepover: StepoverFigures {
             nominal_mm: job.nominal_side_step(),

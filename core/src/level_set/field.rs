@@ -12,6 +12,8 @@ const MOST_PASSES: f64 = 20_000.0;
 /// Intervals per pass in which a field is paced. More: slower; fewer: the tightest place of an
 /// interval counts for more than its pass.
 const INTERVALS: f64 = 4.0;
+/// Level curves at least this part of a side step apart are even.
+const EVEN: f64 = 0.9;
 /// A vertex nearer to a curve than this, passes, is on it.
 const ON_CURVE: f64 = 1e-6;
 /// A field that grows by less than this per pass leaves gaps.
@@ -188,6 +190,24 @@ impl PassField {
     pub fn range(&self) -> (f64, f64) {
         let finite = self.values.iter().copied().filter(|v| v.is_finite());
         finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)))
+    }
+
+    /// Share of the area on which neighbouring level curves are at least 0.9 side steps apart.
+    pub fn even_share(&self, mesh: &PassMesh) -> f64 {
+        let (mut even, mut all) = (0.0, 0.0);
+        for (f, face) in mesh.connectivity().faces().iter().enumerate() {
+            let values = face.map(|v| self.values[v.index()]);
+            let [a, b, c] = face.map(|v| mesh.positions()[v.index()]);
+            let area = (b - a).cross(c - a).length();
+            let metric = mesh.flat_metric(FaceId(f as u32));
+            let gradient = gradient(face.map(|v| mesh.uv()[v.index()]), values);
+            let (Some(metric), Some(gradient)) = (metric, gradient) else { continue };
+            all += area;
+            if metric.slope(gradient) <= 1.0 / EVEN {
+                even += area;
+            }
+        }
+        even / all
     }
 
     /// Length of all level curves one apart, mean over their origin, on the surface, mm: the integral

@@ -68,6 +68,8 @@ pub(super) fn report() -> Report {
             length_floor_mm: 9_500.0,
             length_mm: 9_975.0,
             length_over_floor: 1.05,
+            retracts: 3,
+            even_share: 0.97,
         },
         stepover: StepoverFigures { nominal_mm: 1.6, over_radius: 0.4 },
         force: ForceFigures {

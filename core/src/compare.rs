@@ -1,0 +1,189 @@
+//! One job planned with several patterns, judged alike, side by side.
+//!
+//! What every row has in common is the job's surface, cutter, limit and machine. The removal rate is not
+//! limited: the patterns are compared by their length and by the cusps that they leave.
+
+use crate::job::{FirstPass, ForceControl, Job, Pattern};
+use crate::plan::{Planned, Stage, plan};
+use crate::report::{CuspFigures, Lines, Report, VerificationFigures};
+use crate::results::{ResultsError, judge, report};
+use core::fmt::Write;
+
+/// Header of the table as comma-separated values.
+pub const CSV_HEADER: &str = "pattern,passes,length_mm,length_over_floor,feed_length_mm,retracts,\
+machine_time_s,computing_s,limit_mm,tolerance_mm,largest_mm,p99_mm,gouge_mm,cusp_p5_mm,cusp_p50_mm,\
+cusp_p95_mm,cusps_within_percent,even_area_percent,kept";
+
+/// A pattern and its figures.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// The pattern.
+    pub pattern: Pattern,
+    /// Seconds of computing without the judge, as the caller measured them.
+    pub seconds: f64,
+    /// The figures, or why there are none.
+    pub figures: Result<Figures, String>,
+}
+
+/// Figures of a plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figures {
+    /// Report of the plan, with what the judge measured.
+    pub report: Report,
+}
+
+/// The job with another pattern, its other choices left to the pattern, and no limit on the rate.
+pub fn with_pattern(job: &Job, pattern: Pattern) -> Job {
+    let mut job = job.clone();
+    if job.path.pattern != pattern {
+        job.path.pattern = pattern;
+        job.path.first = match pattern.has_rings() {
+            true => FirstPass::Edge,
+            false => FirstPass::HalfStrip,
+        };
+    }
+    job.force.control = ForceControl::Off;
+    job
+}
+
+/// Plans a job for the table. `file`: as for [`plan`].
+///
+/// # Errors
+/// As [`plan`].
+pub fn planned(job: &Job, file: Option<&[u8]>, threads: usize) -> Result<Planned, ResultsError> {
+    Ok(plan(job, file, threads, &mut |_: Stage, _| {})?)
+}
+
+/// Judges a plan.
+///
+/// # Errors
+/// [`ResultsError::Verify`] when the path cannot be judged.
+pub fn judged(job: &Job, planned: &Planned, threads: usize) -> Result<Figures, ResultsError> {
+    let (verification, options) = judge(job, planned, threads, &mut |_| {})?;
+    let mut report = report(job, planned, Vec::new());
+    report.verification =
+        Some(VerificationFigures::of(&verification, &options, Lines::Table, Vec::new()));
+    Ok(Figures { report })
+}
+
+impl Figures {
+    fn verification(&self) -> Option<&VerificationFigures> {
+        self.report.verification.as_ref()
+    }
+
+    fn cusps(&self) -> Option<&CuspFigures> {
+        self.verification().and_then(|v| v.cusps.as_ref())
+    }
+
+    /// Length of all moves at feed, mm.
+    fn feed_length(&self) -> f64 {
+        let l = &self.report.delivered.length_mm;
+        l.total - l.rapid
+    }
+}
+
+/// The rows as aligned text, heights in µm.
+pub fn to_text(rows: &[Row]) -> String {
+    let mut out = format!(
+        "{:<16}{:>7}{:>10}{:>9}{:>10}{:>9}{:>9}{:>9}{:>8}{:>8}{:>22}{:>8}{:>9}  {}\n",
+        "pattern",
+        "passes",
+        "mm",
+        "/ floor",
+        "at feed",
+        "min:s",
+        "comp. s",
+        "largest",
+        "P99",
+        "gouge",
+        "cusps P5 P50 P95",
+        "within",
+        "of limit",
+        "kept"
+    );
+    for row in rows {
+        // Writing to a string cannot fail.
+        let _ = match &row.figures {
+            Ok(figures) => writeln!(out, "{}", text_row(row, figures)),
+            Err(message) => writeln!(out, "{:<16}{message}", row.pattern.name()),
+        };
+    }
+    out
+}
+
+fn text_row(row: &Row, figures: &Figures) -> String {
+    let passes = &figures.report.passes;
+    let time = figures.report.delivered.machine_time_s.total.round() as u64;
+    let micro = |mm: f64| format!("{:.1}", 1e3 * mm);
+    let mut line = format!(
+        "{:<16}{:>7}{:>10.0}{:>9.3}{:>10.0}{:>9}{:>9.2}",
+        row.pattern.name(),
+        passes.count,
+        passes.length_mm,
+        passes.length_over_floor,
+        figures.feed_length(),
+        format!("{}:{:02}", time / 60, time % 60),
+        row.seconds,
+    );
+    if let Some(v) = figures.verification() {
+        let s = &v.scallop;
+        let cusps = figures.cusps().map_or_else(String::new, |c| {
+            format!("{} {} {}", micro(c.p5_mm), micro(c.p50_mm), micro(c.p95_mm))
+        });
+        let within = figures.cusps().and_then(|c| c.share_within);
+        let within = within.map_or_else(String::new, |w| format!("{:.0} %", 100.0 * w));
+        let limit = s.limit_mm.map_or_else(String::new, micro);
+        let _ = write!(
+            line,
+            "{:>9}{:>8}{:>8}{cusps:>22}{within:>8}{limit:>9}  {}",
+            micro(s.largest_mm),
+            micro(s.p99_mm),
+            micro((-v.gouge_mm).max(0.0)),
+            if v.passed { "yes" } else { "no" },
+        );
+    }
+    line
+}
+
+/// The rows as comma-separated values under [`CSV_HEADER`]; empty fields where there is no figure.
+pub fn to_csv(rows: &[Row]) -> String {
+    let mut out = format!("{CSV_HEADER}\n");
+    for row in rows {
+        let fields = match &row.figures {
+            Ok(figures) => csv_fields(row, figures),
+            Err(_) => vec![String::new(); CSV_HEADER.split(',').count() - 1],
+        };
+        let _ = writeln!(out, "{},{}", row.pattern.name(), fields.join(","));
+    }
+    out
+}
+
+fn csv_fields(row: &Row, figures: &Figures) -> Vec<String> {
+    let passes = &figures.report.passes;
+    let of = |value: Option<f64>| value.map_or_else(String::new, |v| format!("{v:.6}"));
+    let v = figures.verification();
+    let cusps = figures.cusps();
+    let numbers = [
+        Some(passes.length_mm),
+        Some(passes.length_over_floor),
+        Some(figures.feed_length()),
+        Some(figures.report.passes.retracts as f64),
+        Some(figures.report.delivered.machine_time_s.total),
+        Some(row.seconds),
+        v.and_then(|v| v.scallop.limit_mm),
+        v.map(|v| v.scallop.tolerance_mm),
+        v.map(|v| v.scallop.largest_mm),
+        v.map(|v| v.scallop.p99_mm),
+        v.map(|v| v.gouge_mm),
+        cusps.map(|c| c.p5_mm),
+        cusps.map(|c| c.p50_mm),
+        cusps.map(|c| c.p95_mm),
+        cusps.and_then(|c| c.share_within).map(|w| 100.0 * w),
+        Some(100.0 * figures.report.passes.even_share),
+    ];
+    let kept = v.map_or_else(String::new, |v| v.passed.to_string());
+    core::iter::once(passes.count.to_string())
+        .chain(numbers.map(of))
+        .chain(core::iter::once(kept))
+        .collect()
+}
