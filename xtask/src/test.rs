@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const WASM: &str = "wasm32-unknown-unknown";
+/// The browser's target.
+pub const WASM: &str = "wasm32-unknown-unknown";
 
 /// Runs all tests; the first that fails ends the run.
 pub fn test(project: &Path) -> Result<(), String> {
@@ -34,7 +35,7 @@ fn parity(project: &Path) -> Result<(), String> {
 }
 
 /// All shipped jobs, relative to the project.
-fn jobs(project: &Path) -> Result<Vec<PathBuf>, String> {
+pub fn jobs(project: &Path) -> Result<Vec<PathBuf>, String> {
     let folder = project.join("jobs");
     let entries = std::fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let names = entries.filter_map(|entry| entry.ok()).map(|entry| entry.file_name());
@@ -47,7 +48,7 @@ fn jobs(project: &Path) -> Result<Vec<PathBuf>, String> {
 }
 
 /// Installs the target, unless rustc has it.
-fn install_target(project: &Path) -> Result<(), String> {
+pub fn install_target(project: &Path) -> Result<(), String> {
     let mut rustc = Command::new("rustc");
     let output = rustc
         .args(["--print", "target-libdir", "--target", WASM])
@@ -61,18 +62,36 @@ fn install_target(project: &Path) -> Result<(), String> {
         .map_err(|e| format!("{e}; the tests need the target {WASM}: install it beside this rustc"))
 }
 
-fn target_folder(project: &Path) -> PathBuf {
+/// Where cargo builds.
+pub fn target_folder(project: &Path) -> PathBuf {
     let folder = std::env::var_os("CARGO_TARGET_DIR").map_or("target".into(), PathBuf::from);
     project.join(folder)
 }
 
-fn cargo(project: &Path) -> Command {
+/// Cargo in the project.
+pub fn cargo(project: &Path) -> Command {
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     cargo.current_dir(project);
     cargo
 }
 
-fn run(command: &mut Command) -> Result<(), String> {
+/// Runs a command that must succeed.
+pub fn run(command: &mut Command) -> Result<(), String> {
     let status = command.status().map_err(|e| format!("{command:?}: {e}"))?;
     if status.success() { Ok(()) } else { Err(format!("{command:?}: {status}")) }
+}
+
+/// Plans all jobs in the page and natively on one thread, and prints the ratio of the times.
+pub fn speed(project: &Path) -> Result<(), String> {
+    let folder = crate::page::page(project)?;
+    run(cargo(project).args(["build", "--release", "--package", "evencut-cli"]))?;
+    let mut node = Command::new("node");
+    node.arg("web/tests/speed.mjs").args([native(project), folder]).args(jobs(project)?);
+    run(node.current_dir(project))
+}
+
+/// The command as `cargo build --release` leaves it.
+fn native(project: &Path) -> PathBuf {
+    let name = format!("evencut{}", std::env::consts::EXE_SUFFIX);
+    target_folder(project).join("release").join(name)
 }
