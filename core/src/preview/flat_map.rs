@@ -58,7 +58,9 @@ pub(super) fn placement(surface: &Surface, chart: &Chart) -> Placement {
     let frame = Frame::around(&outlines(surface, chart));
     let [origin, x, y] = [DVec2::ZERO, DVec2::X, DVec2::Y].map(|p| frame.place(p));
     let row = |of: fn(DVec2) -> f64| [of(x) - of(origin), of(y) - of(origin), 0.0, of(origin)];
-    Placement { x: row(|p| p.x), y: row(|p| p.y), near: [0.0; 4] }
+    let map = frame.size * frame.scale;
+    let drawing = [MARGIN, HEADER, map.x, map.y];
+    Placement { x: row(|p| p.x), y: row(|p| p.y), near: [0.0; 4], drawing }
 }
 
 /// From flat mm to pixels.

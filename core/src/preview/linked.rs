@@ -34,6 +34,8 @@ pub struct Placement {
     pub y: [f64; 4],
     /// Toward the viewer.
     pub near: [f64; 4],
+    /// Upper left corner, width and height of what is drawn of the part, px; legends lie beside it.
+    pub drawing: [f64; 4],
 }
 
 impl Placement {

@@ -182,6 +182,7 @@ impl View {
             x: row(self.right, zero.x),
             y: row(-self.up, zero.y),
             near: row(self.toward_viewer, 0.0),
+            drawing: [corner.x, corner.y, self.drawn().x, self.drawn().y],
         }
     }
 }

@@ -28,5 +28,6 @@ export function bytes(count) {
 /** A number with as many digits as are of use. */
 export function short(value) {
   const size = Math.abs(value);
-  return value.toFixed(size >= 100 || size === 0 ? 0 : size >= 10 ? 1 : 2);
+  const fixed = value.toFixed(size >= 100 || size === 0 ? 0 : size >= 10 ? 1 : 2);
+  return fixed.includes(".") ? fixed.replace(/\.?0+$/, "") : fixed;
 }

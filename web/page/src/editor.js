@@ -17,8 +17,8 @@ const COLOURS = HighlightStyle.define([
   { tag: tags.comment, color: "var(--faint-ink)", fontStyle: "italic" },
   { tag: [tags.propertyName, tags.definition(tags.propertyName)], color: "var(--key)" },
   { tag: tags.string, color: "var(--string)" },
-  { tag: [tags.number, tags.bool, tags.atom], color: "var(--number)" },
-  { tag: [tags.bracket, tags.heading, tags.keyword], color: "var(--table)", fontWeight: "600" },
+  { tag: [tags.number, tags.bool], color: "var(--number)" },
+  { tag: [tags.atom, tags.bracket, tags.heading, tags.keyword], color: "var(--table)", fontWeight: "600" },
 ]);
 
 const LOOK = EditorView.theme({
@@ -64,7 +64,7 @@ export class Editor {
       root,
       state: EditorState.create({
         extensions: [
-          lineNumbers(), lintGutter(), history(), drawSelection(), closeBrackets(),
+          lineNumbers(), EditorView.lineWrapping, lintGutter(), history(), drawSelection(), closeBrackets(),
           highlightActiveLine(), highlightActiveLineGutter(), highlightSelectionMatches(),
           StreamLanguage.define(toml),
           syntaxHighlighting(COLOURS),

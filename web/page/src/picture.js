@@ -16,6 +16,8 @@ export class Picture {
   #fit = { width: 1, height: 1 };
   #pointers = new Map();
   #moved = false;
+  #ruler = null;
+  #bar = document.createElement("div");
 
   /** `on.hover(x, y, reach)` with places in the picture or null, `on.pick` on a click. */
   constructor(root, label, on) {
@@ -25,7 +27,9 @@ export class Picture {
     root.setAttribute("role", "group");
     root.setAttribute("aria-label", `${label}: arrow keys move, plus and minus zoom, 0 shows all`);
     this.#layer.className = "layer";
-    root.append(this.#layer, this.#buttons());
+    this.#bar.className = "ruler";
+    this.#bar.hidden = true;
+    root.append(this.#layer, this.#bar, this.#buttons());
     root.addEventListener("wheel", (event) => this.#wheel(event), { passive: false });
     root.addEventListener("pointerdown", (event) => this.#down(event));
     root.addEventListener("pointermove", (event) => this.#move(event));
@@ -37,17 +41,25 @@ export class Picture {
     new ResizeObserver(() => this.#place()).observe(root);
   }
 
-  /** Shows a picture, or a part of it: `crop` is x, y, width, height, px. */
-  show(bytes, crop) {
+  /**
+   * Shows a picture, or a part of it: `crop` is x, y, width, height, px. With a `placement` the
+   * drawing alone is shown; what is beside it comes back as `legend`, what is written above it as
+   * `caption`, and a scale bar in `unit` follows the zoom.
+   */
+  show(bytes, { crop, placement, unit } = {}) {
     const text = new TextDecoder().decode(bytes);
     const svg = new DOMParser().parseFromString(text, "image/svg+xml").documentElement;
     const picture = document.adoptNode(svg);
-    const box = crop ?? picture.getAttribute("viewBox").split(" ").map(Number);
+    const apart = placement ? setApart(picture, placement.drawing) : {};
+    const box = apart.box ?? crop ?? picture.getAttribute("viewBox").split(" ").map(Number);
+    this.#ruler = placement && { mm: Math.hypot(placement.x[0], placement.x[1], placement.x[2]) || 1, unit };
+    this.#bar.hidden = !placement;
     picture.setAttribute("viewBox", box.join(" "));
     this.box = box;
     this.marks = element("svg", { viewBox: box.join(" "), class: "marks", "aria-hidden": "true" });
     this.#layer.replaceChildren(picture, this.marks);
     this.reset();
+    return apart;
   }
 
   reset() {
@@ -99,7 +111,18 @@ export class Picture {
     this.#layer.style.width = `${this.#fit.width}px`;
     this.#layer.style.height = `${this.#fit.height}px`;
     this.#layer.style.transform = `translate(${left}px, ${top}px) scale(${k})`;
+    this.#measure();
     this.on.view?.();
+  }
+
+  /** The scale bar: the longest round length of at most 120 px of the screen. */
+  #measure() {
+    if (!this.#ruler) return;
+    const most = 120 / (this.#ruler.mm * this.scale);
+    const decade = 10 ** Math.floor(Math.log10(most));
+    const length = [5, 2, 1].map((digit) => digit * decade).find((round) => round <= most) ?? decade;
+    this.#bar.style.width = `${length * this.#ruler.mm * this.scale}px`;
+    this.#bar.textContent = `${Number(length.toPrecision(1))} ${this.#ruler.unit}`;
   }
 
   zoom(factor, x = this.root.clientWidth / 2, y = this.root.clientHeight / 2) {
@@ -197,4 +220,29 @@ export class Picture {
     }
     return bar;
   }
+}
+
+/** Room around a drawing, px. */
+const ROOM = 14;
+
+/** Takes what is beside and above the drawing out of a picture. */
+function setApart(picture, [x, y, width, height]) {
+  const [, , whole] = picture.getAttribute("viewBox").split(" ").map(Number);
+  const place = (child, axis) => Number(child.getAttribute(axis) ?? child.getAttribute(`${axis}1`) ?? child.getAttribute(`c${axis}`) ?? NaN);
+  const right = x + width + ROOM;
+  const beside = [];
+  const above = [];
+  for (const child of [...picture.children]) {
+    if (["title", "desc", "path", "image", "polyline"].includes(child.localName)) continue;
+    if (place(child, "x") >= right) beside.push(child);
+    else if (child.localName === "text" && place(child, "y") < y) above.push(child.textContent);
+  }
+  const [from, to] = [Math.min, Math.max].map((most) => most(...beside.map((child) => place(child, "y"))));
+  const box = [right, from - 14, whole - right, to - from + 34];
+  const legend = element("svg", { viewBox: box.join(" "), width: box[2], height: box[3], role: "img" });
+  for (const name of ["font-family"]) legend.setAttribute(name, picture.getAttribute(name) ?? "");
+  legend.setAttribute("aria-label", beside.filter((child) => child.localName === "text").map((child) => child.textContent).join(", "));
+  legend.append(...beside);
+  // The first line above is the title, which the tab tells.
+  return { legend, caption: above.slice(1).join(". "), box: [x - ROOM, y - ROOM, width + 2 * ROOM, height + 2 * ROOM] };
 }

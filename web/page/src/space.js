@@ -149,7 +149,7 @@ export class Space {
     geometry.computeBoundingSphere();
     const { center, radius } = geometry.boundingSphere;
     this.#camera.up.copy(UP);
-    const distance = (1.05 * radius) / Math.sin((this.#camera.fov * Math.PI) / 360);
+    const distance = (0.82 * radius) / Math.sin((this.#camera.fov * Math.PI) / 360);
     this.#camera.near = 0.01 * radius;
     this.#camera.far = 20 * radius;
     const reset = () => {

@@ -19,6 +19,16 @@ const WORDS = {
   cut: "pass", trochoid: "trochoid", return: "trochoid return", link: "link", rapid: "rapid",
 };
 const MEDIA = { svg: "image/svg+xml", html: "text/html", json: "application/json", csv: "text/csv", toml: "application/toml" };
+/** The beginning of a file's SHA-256, all of it on demand, where the browser lends its own. */
+function digest(content) {
+  const code = make("code", {}, "–");
+  globalThis.crypto?.subtle?.digest("SHA-256", content).then((sum) => {
+    code.title = Array.from(new Uint8Array(sum), (byte) => byte.toString(16).padStart(2, "0")).join("");
+    code.textContent = code.title.slice(0, 16);
+  });
+  return code;
+}
+
 /** Length of the bright tail behind the cutter, s. */
 const TAIL = 2;
 
@@ -90,18 +100,18 @@ export class Views {
   // ---- figures
 
   #figures() {
-    const { plain, slowed, delivered, verification: v, force } = this.report;
+    const { plain, slowed, delivered, verification: v } = this.report;
     const time = clock(delivered.time_s.total);
     const tiles = [
-      ["Time", time, "min", `plain rings kept to the limit: ${clock(slowed.time_s.total)}`],
+      ["Time", time, "min", `plain rings, slowed: ${clock(slowed.time_s.total)}`],
     ];
     if (v?.mrr) {
       const share = v.mrr.peak_over_limit;
-      tiles.push(["Peak rate", `${Math.round(100 * share)}`, "% of the limit", `plain rings: ${Math.round(100 * plain.peak_over_limit)} %, limit ${short(force.limit_mm3_per_min)} mm³/min`]);
+      tiles.push(["Peak rate", `${Math.round(100 * share)}`, "% of the limit", `plain rings: ${Math.round(100 * plain.peak_over_limit)} %`]);
     }
     if (v) {
       const { scallop } = v;
-      const rest = scallop.limit_mm === null ? "" : `limit ${short(1e3 * scallop.limit_mm)} + ${short(1e3 * scallop.tolerance_mm)} µm tolerance`;
+      const rest = scallop.limit_mm === null ? "" : `limit ${short(1e3 * scallop.limit_mm)} + ${short(1e3 * scallop.tolerance_mm)} µm`;
       tiles.push(["Height left", short(1e3 * scallop.largest_mm), "µm", rest]);
       tiles.push(["Gouge", v.gouge_mm < -scallop.tolerance_mm ? short(-1e3 * v.gouge_mm) : "none", v.gouge_mm < -scallop.tolerance_mm ? "µm" : "", `deepest ${short(Math.max(0, -1e3 * v.gouge_mm))} µm`]);
       const passed = v.passed;
@@ -118,9 +128,11 @@ export class Views {
     const { warnings, verification } = this.report;
     const broken = (verification?.broken ?? []).map((text) => make("p", { className: "callout bad" }, make("b", {}, "Broken: "), text));
     const list = warnings.map(({ stage, message, remedy }) =>
-      make("p", { className: "callout" }, make("b", {}, `${stage}: `), message, remedy ? ` Remedy: ${remedy}` : ""));
+      make("p", { className: "callout" }, make("b", {}, `${stage}: `), message, remedy ? make("span", { className: "remedy" }, `Remedy: ${remedy}`) : ""));
+    // The warnings follow as a list.
+    const summary = this.#plan.summary.split(/\n\s*warning: /)[0].trimEnd();
     const seconds = `Planned and simulated here in ${this.#plan.seconds.toFixed(1)} s.`;
-    $("report").replaceChildren(...broken, make("pre", {}, this.#plan.summary), ...list, make("p", { className: "faint" }, seconds));
+    $("report").replaceChildren(...broken, make("pre", {}, summary), ...list, make("p", { className: "faint" }, seconds));
   }
 
   #files() {
@@ -130,12 +142,11 @@ export class Views {
       this.#urls.push(href);
       return make("a", { href, download: name }, name);
     };
-    const sums = new Map(this.report.outputs.map((file) => [file.name, file.sha256]));
     const rows = this.#plan.files.map((file) =>
       make("tr", {},
         make("th", { scope: "row" }, link(file)),
         make("td", { className: "number" }, bytes(file.bytes.length)),
-        make("td", {}, make("code", { title: sums.get(file.name) ?? "" }, sums.get(file.name)?.slice(0, 16) ?? "–"))));
+        make("td", {}, digest(file.bytes))));
     const all = make("button", { type: "button", className: "primary", id: "zip" }, "Download all (zip)");
     all.addEventListener("click", () => this.#zip(all));
     const head = make("tr", {}, ...["File", "Size", "SHA-256 begins"].map((text, i) => make("th", { scope: "col", className: i === 1 ? "number" : "" }, text)));
@@ -191,8 +202,11 @@ export class Views {
     $("picture").hidden = !picture;
     for (const other of OTHERS) $(other.id).hidden = other.id !== id;
     $("linked").hidden = id === "files" || id === "report";
+    $("legend").hidden = !picture;
     if (picture) {
-      this.picture.show(this.#file(picture.file));
+      const placement = this.#path.scales.pictures[picture.file];
+      const { legend, caption } = this.picture.show(this.#file(picture.file), { placement, unit: picture.size === 2 ? "mm (flat)" : "mm" });
+      $("legend").replaceChildren(legend, make("p", { className: "faint" }, caption));
       $("picture").setAttribute("aria-label", `${picture.label}: arrow keys move, plus and minus zoom, 0 shows all`);
     }
     if (id === "space") this.#turnable();
@@ -334,8 +348,8 @@ export class Views {
     if (!file) return;
     const { panels, size } = this.#path.scales.chart;
     // The delivered path's panel with its heading and both its axes.
-    const crop = [20, panels[1][1] - 26, 890, size[1] + 62];
-    this.chart.show(file, all ? undefined : crop);
+    const crop = [20, panels[1][1] - 26, 890, size[1] + 52];
+    this.chart.show(file, { crop: all ? undefined : crop });
     $("compare").setAttribute("aria-pressed", all);
     $("chart").classList.toggle("all", all);
     this.#marks();
