@@ -47,7 +47,11 @@ fn report(result: Result<(), String>) -> ExitCode {
 
 fn serve(port: &str) -> Result<(), String> {
     let port = port.parse().map_err(|_| format!("{port:?} is no port; give a number"))?;
-    serve::serve(&page::page(&project())?, port)
+    let folder = page::page(&project())?;
+    let (listener, address) = serve::listen(port)?;
+    println!("{address}");
+    serve::serve(&folder, &listener);
+    Ok(())
 }
 
 fn project() -> PathBuf {

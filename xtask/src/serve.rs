@@ -10,14 +10,16 @@ const LONGEST_HEAD: u64 = 16 * 1024;
 /// How long a browser may be silent.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Serves `folder` on this machine only, until ended. `port` 0 takes any that is free.
-pub fn serve(folder: &Path, port: u16) -> Result<(), String> {
+/// A port of this machine and its address; `port` 0 takes any that is free.
+pub fn listen(port: u16) -> Result<(TcpListener, String), String> {
     let listener =
         TcpListener::bind(("127.0.0.1", port)).map_err(|e| format!("port {port}: {e}"))?;
     let address = listener.local_addr().map_err(|e| e.to_string())?;
-    println!("http://{address}/");
-    // Whoever waits for the address on a pipe gets it now.
-    std::io::stdout().flush().map_err(|e| e.to_string())?;
+    Ok((listener, format!("http://{address}/")))
+}
+
+/// Serves `folder`, until the process ends.
+pub fn serve(folder: &Path, listener: &TcpListener) {
     for stream in listener.incoming().flatten() {
         let folder = folder.to_owned();
         std::thread::spawn(move || {
@@ -25,7 +27,6 @@ pub fn serve(folder: &Path, port: u16) -> Result<(), String> {
             let _ = answer(stream, &folder);
         });
     }
-    Ok(())
 }
 
 fn answer(mut stream: TcpStream, folder: &Path) -> std::io::Result<()> {

@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::serve;
+
 /// The browser's target.
 pub const WASM: &str = "wasm32-unknown-unknown";
 
@@ -13,7 +15,47 @@ pub fn test(project: &Path) -> Result<(), String> {
         println!("skipped: tests on real meshes, since there is no ../shared/data");
     }
     run(cargo(project).args(["test", "--workspace"]))?;
-    parity(project)
+    parity(project)?;
+    page(project)
+}
+
+/// Tests the page in a real browser.
+fn page(project: &Path) -> Result<(), String> {
+    if chromium().is_none() {
+        let missing = "no Chromium: install it (on Debian: apt-get install chromium), or name it in \
+                       CHROMIUM";
+        if std::env::var_os("CI").is_some() {
+            return Err(format!("tests of the page: {missing}"));
+        }
+        println!("skipped: tests of the page, since there is {missing}");
+        return Ok(());
+    }
+    run(cargo(project).args(["build", "--release", "--package", "evencut-cli"]))?;
+    with_page(project, |node, address| {
+        node.args(["--test", "--test-reporter=spec", "web/tests/page.test.mjs"])
+            .env("PAGE", address)
+            .env("EVENCUT", native(project))
+            .env("PICTURES", target_folder(project).join("page-pictures"));
+    })
+}
+
+/// Builds the page, serves it, and runs node against it.
+fn with_page(project: &Path, set_up: impl Fn(&mut Command, &str)) -> Result<(), String> {
+    let folder = crate::page::page(project)?;
+    let (listener, address) = serve::listen(0)?;
+    // Ends with this process.
+    std::thread::spawn(move || serve::serve(&folder, &listener));
+    let mut node = Command::new("node");
+    set_up(&mut node, &address);
+    run(node.current_dir(project))
+}
+
+/// Where Chromium is: `CHROMIUM`, or where systems put it.
+fn chromium() -> Option<PathBuf> {
+    let named = std::env::var_os("CHROMIUM").map(PathBuf::from);
+    let usual = ["chromium", "chromium-browser", "google-chrome"];
+    let usual = usual.iter().map(|name| Path::new("/usr/bin").join(name));
+    named.into_iter().chain(usual).find(|path| path.is_file())
 }
 
 /// Plans the shipped jobs natively and in WebAssembly and compares the bytes.
@@ -83,11 +125,12 @@ pub fn run(command: &mut Command) -> Result<(), String> {
 
 /// Plans all jobs in the page and natively on one thread, and prints the ratio of the times.
 pub fn speed(project: &Path) -> Result<(), String> {
-    let folder = crate::page::page(project)?;
     run(cargo(project).args(["build", "--release", "--package", "evencut-cli"]))?;
-    let mut node = Command::new("node");
-    node.arg("web/tests/speed.mjs").args([native(project), folder]).args(jobs(project)?);
-    run(node.current_dir(project))
+    let jobs = jobs(project)?;
+    with_page(project, |node, address| {
+        node.arg("web/tests/speed.mjs").args(&jobs).env("PAGE", address);
+        node.env("EVENCUT", native(project));
+    })
 }
 
 /// The command as `cargo build --release` leaves it.

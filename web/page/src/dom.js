@@ -29,5 +29,6 @@ export function bytes(count) {
 export function short(value) {
   const size = Math.abs(value);
   const fixed = value.toFixed(size >= 100 || size === 0 ? 0 : size >= 10 ? 1 : 2);
-  return fixed.includes(".") ? fixed.replace(/\.?0+$/, "") : fixed;
+  const plain = fixed.includes(".") ? fixed.replace(/\.?0+$/, "") : fixed;
+  return plain.replace("-", "−");
 }

@@ -72,7 +72,7 @@ export class Editor {
           hoverTooltip((view, at) => this.#hover(view, at)),
           Prec.highest(keymap.of([{ key: "Mod-Enter", run: () => (plan(), true) }])),
           keymap.of([...defaultKeymap, ...historyKeymap, ...completionKeymap, ...searchKeymap, ...lintKeymap]),
-          EditorView.contentAttributes.of({ "aria-label": "Job file, TOML", spellcheck: "false" }),
+          EditorView.contentAttributes.of({ "aria-label": "Job file, TOML", tabindex: "0", spellcheck: "false" }),
           EditorView.updateListener.of(edited),
           LOOK,
         ],

@@ -56,6 +56,7 @@ export class Picture {
     this.#bar.hidden = !placement;
     picture.setAttribute("viewBox", box.join(" "));
     this.box = box;
+    this.root.style.setProperty("--aspect", box[2] / box[3]);
     this.marks = element("svg", { viewBox: box.join(" "), class: "marks", "aria-hidden": "true" });
     this.#layer.replaceChildren(picture, this.marks);
     this.reset();
@@ -121,8 +122,9 @@ export class Picture {
     const most = 120 / (this.#ruler.mm * this.scale);
     const decade = 10 ** Math.floor(Math.log10(most));
     const length = [5, 2, 1].map((digit) => digit * decade).find((round) => round <= most) ?? decade;
-    this.#bar.style.width = `${length * this.#ruler.mm * this.scale}px`;
-    this.#bar.textContent = `${Number(length.toPrecision(1))} ${this.#ruler.unit}`;
+    const line = document.createElement("i");
+    line.style.width = `${length * this.#ruler.mm * this.scale}px`;
+    this.#bar.replaceChildren(line, `${Number(length.toPrecision(1))} ${this.#ruler.unit}`);
   }
 
   zoom(factor, x = this.root.clientWidth / 2, y = this.root.clientHeight / 2) {

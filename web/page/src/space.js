@@ -26,12 +26,11 @@ export class Space {
     canvas.setAttribute("aria-label", "The part with the path in three dimensions: drag or press arrow keys to turn, plus and minus zoom");
     canvas.tabIndex = 0;
     root.replaceChildren(canvas, this.#hint());
-    const { positions, faces } = this.#part();
+    this.#part();
     this.#lines();
     this.tool = this.#cutter();
     this.#lights();
-    this.#controls(canvas, positions);
-    void faces;
+    this.#controls(canvas);
     this.sizes = new ResizeObserver(() => this.#resize());
     this.sizes.observe(root);
     this.#resize();
@@ -70,7 +69,7 @@ export class Space {
   #part() {
     const { meshPositions: positions, meshFaces: faces } = this.path.tables;
     const machined = 3 * this.path.scales.machined;
-    const parts = [[faces.subarray(0, machined), 0xcfd4d6], [faces.subarray(machined), 0x8f979c]];
+    const parts = [[faces.subarray(0, machined), 0xbcc6ca], [faces.subarray(machined), 0x858e94]];
     for (const [index, colour] of parts) {
       if (index.length === 0) continue;
       const geometry = new BufferGeometry();
@@ -80,7 +79,6 @@ export class Space {
       const material = new MeshLambertMaterial({ color: colour, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 4 });
       this.#scene.add(new Mesh(geometry, material));
     }
-    return { positions, faces };
   }
 
   /** Moves that cut by their rate; returns, links and rapids as in the flat pictures. */
@@ -143,18 +141,21 @@ export class Space {
     this.#scene.add(this.#camera);
   }
 
-  #controls(canvas, positions) {
+  #controls(canvas) {
     const geometry = new BufferGeometry();
-    geometry.setAttribute("position", new BufferAttribute(positions, 3));
-    geometry.computeBoundingSphere();
-    const { center, radius } = geometry.boundingSphere;
+    geometry.setAttribute("position", new BufferAttribute(this.path.tables.meshPositions, 3));
+    geometry.computeBoundingBox();
+    const box = geometry.boundingBox;
+    const centre = box.getCenter(new Vector3());
+    const size = box.getSize(new Vector3()).length() || 1;
     this.#camera.up.copy(UP);
-    const distance = (0.82 * radius) / Math.sin((this.#camera.fov * Math.PI) / 360);
-    this.#camera.near = 0.01 * radius;
-    this.#camera.far = 20 * radius;
+    this.#camera.near = 0.01 * size;
+    this.#camera.far = 20 * size;
     const reset = () => {
-      this.#camera.position.copy(center).add(new Vector3(0.35, -0.75, 0.75).normalize().multiplyScalar(distance));
-      this.controls.target.copy(center);
+      this.#resize();
+      const toward = new Vector3(0.35, -0.75, 0.75).normalize();
+      this.#camera.position.copy(centre).addScaledVector(toward, this.#distance(box, centre, toward));
+      this.controls.target.copy(centre);
       this.controls.update();
       this.draw();
     };
@@ -180,6 +181,20 @@ export class Space {
       this.draw();
     });
     reset();
+  }
+
+  /** How far the camera must stand for a box to be seen whole. */
+  #distance(box, centre, toward) {
+    const right = new Vector3().crossVectors(UP, toward).normalize();
+    const up = new Vector3().crossVectors(toward, right);
+    const slope = Math.tan((this.#camera.fov * Math.PI) / 360);
+    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) =>
+      new Vector3(...["x", "y", "z"].map((axis, k) => ((i >> k) & 1 ? box.max : box.min)[axis])).sub(centre));
+    const needed = corners.map((corner) => {
+      const across = Math.max(Math.abs(corner.dot(right)) / this.#camera.aspect, Math.abs(corner.dot(up)));
+      return across / slope + corner.dot(toward);
+    });
+    return 1.08 * Math.max(...needed);
   }
 
   #hint() {

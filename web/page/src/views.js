@@ -103,7 +103,7 @@ export class Views {
     const { plain, slowed, delivered, verification: v } = this.report;
     const time = clock(delivered.time_s.total);
     const tiles = [
-      ["Time", time, "min", `plain rings, slowed: ${clock(slowed.time_s.total)}`],
+      ["Time", time, "min", `slowed rings: ${clock(slowed.time_s.total)}`],
     ];
     if (v?.mrr) {
       const share = v.mrr.peak_over_limit;
@@ -147,25 +147,28 @@ export class Views {
         make("th", { scope: "row" }, link(file)),
         make("td", { className: "number" }, bytes(file.bytes.length)),
         make("td", {}, digest(file.bytes))));
-    const all = make("button", { type: "button", className: "primary", id: "zip" }, "Download all (zip)");
-    all.addEventListener("click", () => this.#zip(all));
+    const all = make("a", { className: "button primary", id: "zip" }, "Download all (zip)");
     const head = make("tr", {}, ...["File", "Size", "SHA-256 begins"].map((text, i) => make("th", { scope: "col", className: i === 1 ? "number" : "" }, text)));
     $("files").replaceChildren(
       make("p", { className: "lead" }, all, make("span", { className: "faint" }, " The same bytes as the command writes.")),
       make("table", {}, make("thead", {}, head), make("tbody", {}, ...rows)));
   }
 
-  async #zip(button) {
-    button.disabled = true;
+  /** Makes the zip when the files are looked at first. */
+  async #zip() {
+    const link = $("zip");
+    if (link.href) return;
+    const plan = this.#plan;
     const { zipSync } = await import("fflate");
+    if (plan !== this.#plan || link.href) return;
     const folder = this.jobName.replace(/\.toml$/, "");
-    const entries = this.#plan.files.map(({ name, bytes: content }) => [`${folder}/${name}`, content]);
+    const entries = plan.files.map(({ name, bytes: content }) => [`${folder}/${name}`, content]);
     // A fixed time, so that the same plan gives the same zip.
     const zip = zipSync(Object.fromEntries(entries), { level: 6, mtime: new Date(1980, 0, 1) });
-    const href = URL.createObjectURL(new Blob([zip], { type: "application/zip" }));
-    this.#urls.push(href);
-    make("a", { href, download: `${folder}.zip` }).click();
-    button.disabled = false;
+    link.download = `${folder}.zip`;
+    link.href = URL.createObjectURL(new Blob([zip], { type: "application/zip" }));
+    link.append(`, ${bytes(zip.length)}`);
+    this.#urls.push(link.href);
   }
 
   // ---- tabs
@@ -210,6 +213,7 @@ export class Views {
       $("picture").setAttribute("aria-label", `${picture.label}: arrow keys move, plus and minus zoom, 0 shows all`);
     }
     if (id === "space") this.#turnable();
+    if (id === "files") this.#zip();
     this.#pointed = null;
     this.#marks();
   }
@@ -348,8 +352,13 @@ export class Views {
     if (!file) return;
     const { panels, size } = this.#path.scales.chart;
     // The delivered path's panel with its heading and both its axes.
-    const crop = [20, panels[1][1] - 26, 890, size[1] + 52];
+    const crop = [20, panels[1][1] - 8, 890, size[1] + 36];
     this.chart.show(file, { crop: all ? undefined : crop });
+    const above = [...$("chart").querySelectorAll("text")].filter((text) => Number(text.getAttribute("y")) < panels[1][1]);
+    const heading = above.find((text) => text.textContent.startsWith("Delivered path"))?.textContent ?? "";
+    $("chart-title").textContent = all ? "" : `Removal rate, mm³/min. ${heading}`;
+    $("chart-title").title = heading;
+    if (!all) above.forEach((text) => text.remove());
     $("compare").setAttribute("aria-pressed", all);
     $("chart").classList.toggle("all", all);
     this.#marks();
