@@ -172,11 +172,7 @@ fn made(
     Ok(Made { results: Results { files, report }, planned, judged })
 }
 
-fn linked(
-    job: &Job,
-    planned: &Planned,
-    judged: Option<&(Verification, VerifyOptions)>,
-) -> Linked {
+fn linked(job: &Job, planned: &Planned, judged: Option<&(Verification, VerifyOptions)>) -> Linked {
     Linked::of(&Drawn {
         surface: &planned.surface,
         chart: &planned.chart,

@@ -31,7 +31,7 @@ export async function open(browser, url, options = {}) {
   });
   page.on("pageerror", (error) => complaints.push(String(error)));
   page.on("request", (request) => requests.push(request.url()));
-  page.setDefaultTimeout(120_000);
+  page.setDefaultTimeout(60_000);
   await page.goto(url);
   await ready(page);
   return { page, context, complaints, requests };

@@ -71,16 +71,30 @@ fn module(project: &Path, folder: &Path) -> Result<(), String> {
         .web(true)
         .and_then(|bindgen| bindgen.typescript(false).generate(&bindings))
         .map_err(|e| format!("wasm-bindgen: {e}"))?;
+    let (plain, small) = (bindings.join("evencut_web_bg.wasm"), bindings.join("small.wasm"));
+    optimise(project, &plain, &small)?;
+    copy(&small, &folder.join("evencut.wasm"))
+}
+
+/// Optimises a module, which takes a minute, unless that was done.
+fn optimise(project: &Path, plain: &Path, small: &Path) -> Result<(), String> {
+    let done = plain.with_file_name("optimised-from.wasm");
+    let bytes = read(plain)?;
+    if small.is_file() && std::fs::read(&done).is_ok_and(|from| from == bytes) {
+        return Ok(());
+    }
     let optimise = project.join("web/node_modules/binaryen/bin/wasm-opt");
     let mut node = Command::new("node");
     node.arg(optimise)
         .args(["-O3", "--enable-bulk-memory", "--enable-bulk-memory-opt"])
         .args(["--enable-nontrapping-float-to-int", "--enable-sign-ext"])
         .args(["--enable-mutable-globals", "--enable-reference-types", "--enable-multivalue"])
-        .arg(bindings.join("evencut_web_bg.wasm"))
+        .arg("--strip-debug")
+        .arg(plain)
         .arg("-o")
-        .arg(folder.join("evencut.wasm"));
-    run(&mut node)
+        .arg(small);
+    run(&mut node)?;
+    write(&done, &bytes)
 }
 
 /// The page's scripts, each with what it imports; what is loaded later is cut off.

@@ -207,15 +207,9 @@ fn path_table(path: &Toolpath, contacts: &[Option<DVec3>]) -> PathTable {
 fn sample_table(verification: &Verification, path: &Toolpath, area: f64) -> SampleTable {
     let cube = (area / MOST_SAMPLES).sqrt().max(f64::MIN_POSITIVE);
     let cell = |s: &Outcome| s.position.map(|x| (f64::from(x) / cube).floor() as i64);
-    let mut rows: Vec<([i64; 3], &Outcome)> = verification
-        .samples
-        .iter()
-        .filter(|s| s.machined)
-        .map(|s| (cell(s), s))
-        .collect();
-    rows.sort_by(|a, b| {
-        a.0.cmp(&b.0).then(b.1.residual.abs().total_cmp(&a.1.residual.abs()))
-    });
+    let mut rows: Vec<([i64; 3], &Outcome)> =
+        verification.samples.iter().filter(|s| s.machined).map(|s| (cell(s), s)).collect();
+    rows.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.residual.abs().total_cmp(&a.1.residual.abs())));
     rows.dedup_by_key(|row| row.0);
     let rate = |s: &Outcome| opening_rate(s, path, &verification.rate);
     SampleTable {

@@ -9,9 +9,8 @@ use wasm_bindgen::JsValue;
 
 /// Where pictures show places, the cutter, limits and colours.
 pub fn scales(linked: &Linked, job: &Job) -> Value {
-    let placement = |p: &Placement| {
-        json!({ "x": p.x, "y": p.y, "near": p.near, "drawing": p.drawing })
-    };
+    let placement =
+        |p: &Placement| json!({ "x": p.x, "y": p.y, "near": p.near, "drawing": p.drawing });
     let chart = &linked.chart;
     json!({
         "pictures": {
