@@ -40,8 +40,9 @@ export async function open(browser, url, options = {}) {
 /** Waits until the planner is there and the job is checked. */
 export const ready = (page) => page.locator("body[data-checked]").waitFor();
 
-/** Presses Plan and waits for the plan. */
+/** Presses Plan and waits for the plan, not for an earlier one. */
 export async function plan(page) {
+  await page.evaluate(() => delete document.body.dataset.planned);
   await page.locator("#plan:enabled").click();
   await page.locator("body[data-state=planned][data-planned]").waitFor();
 }

@@ -62,12 +62,11 @@ async function type(page, text) {
   const content = page.locator("#editor .cm-content");
   await content.click();
   await page.keyboard.press("Control+a");
-  const clipboardData = await page.evaluateHandle((pasted) => {
-    const data = new DataTransfer();
-    data.setData("text/plain", pasted);
-    return data;
+  await content.evaluate((element, pasted) => {
+    const clipboardData = new DataTransfer();
+    clipboardData.setData("text/plain", pasted);
+    element.dispatchEvent(new ClipboardEvent("paste", { clipboardData, bubbles: true, cancelable: true, composed: true }));
   }, text);
-  await content.dispatchEvent("paste", { clipboardData });
 }
 
 async function accessible(page, where) {

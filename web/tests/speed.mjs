@@ -1,6 +1,6 @@
 // Plans jobs natively on one thread and in the page, in turn, and prints the ratio of the times.
 //
-//   PAGE=address EVENCUT=command node speed.mjs JOB...
+//   PAGE=address EVENCUT=command [RUNS=3] node speed.mjs JOB...
 //
 // Both times are of planning, simulating and writing; the command's holds starting and files too.
 import { spawnSync } from "node:child_process";
@@ -9,8 +9,8 @@ import { tmpdir } from "node:os";
 import { basename, dirname, join } from "node:path";
 import { drop, launch, open, plan } from "./browser.mjs";
 
-const RUNS = 3;
 const { PAGE, EVENCUT } = process.env;
+const RUNS = Number(process.env.RUNS ?? 3);
 const scratch = mkdtempSync(join(tmpdir(), "evencut-speed-"));
 const least = (values) => Math.min(...values);
 const median = (values) => values.sort((a, b) => a - b)[values.length >> 1];
