@@ -14,6 +14,7 @@ use std::process::ExitCode;
 
 const USAGE: &str = "\
 usage: cargo xtask test        runs all tests, natively and of native against WebAssembly
+       cargo xtask test page   runs the tests of the page only
        cargo xtask page        builds the page for the browser into web/dist
        cargo xtask serve [PORT]  builds it and serves it on this machine, port 8080 unless told
        cargo xtask speed       plans all jobs in the page and natively, and compares the times
@@ -23,6 +24,7 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["test"] => report(test::test(&project())),
+        ["test", "page"] => report(test::page(&project())),
         ["page"] => report(page::page(&project()).map(|_| ())),
         ["serve"] => report(serve("8080")),
         ["serve", port] => report(serve(port)),

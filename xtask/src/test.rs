@@ -20,7 +20,7 @@ pub fn test(project: &Path) -> Result<(), String> {
 }
 
 /// Tests the page in a real browser.
-fn page(project: &Path) -> Result<(), String> {
+pub fn page(project: &Path) -> Result<(), String> {
     if chromium().is_none() {
         let missing = "no Chromium: install it (on Debian: apt-get install chromium), or name it in \
                        CHROMIUM";
