@@ -60,7 +60,8 @@ impl New {
     }
 }
 
-fn facts(inspection: &Inspection) -> SurfaceFacts {
+/// What a job file for a surface starts from.
+pub fn facts(inspection: &Inspection) -> SurfaceFacts {
     let Inspection { judgement, bounds, concave, convex, facing, .. } = inspection;
     SurfaceFacts {
         size: (bounds.1 - bounds.0).to_array(),

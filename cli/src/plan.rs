@@ -171,7 +171,8 @@ pub(crate) fn of_output(error: &OutputError) -> Failed {
     Failed(exit, format!("error: {error}\n"))
 }
 
-fn words(stage: Stage) -> &'static str {
+/// A stage in words.
+pub fn words(stage: Stage) -> &'static str {
     match stage {
         Stage::Surface => "reading the surface",
         Stage::Flatten => "laying the surface flat",

@@ -7,7 +7,7 @@ use crate::geometry::DVec3;
 use crate::job::{FlattenMethod, ForceControl, Job, Picture};
 use crate::plan::{PlanError, Planned, Stage, plan};
 use crate::post::{PostError, ProgramOptions, program};
-use crate::preview::{flat_map, mrr_chart, rate_map, residual_map, surface_view};
+use crate::preview::{Drawn, Linked, flat_map, mrr_chart, rate_map, residual_map, surface_view};
 use crate::report::{
     ByKind, CoverageFigures, FORMAT, FileRecord, FlattenFigures, ForceFigures, GougeFigures, Lines,
     PassFigures, PathFigures, Profile, RaisedStretch, RateFigures, Report, StepoverFigures,
@@ -76,6 +76,24 @@ pub struct ResultsOptions {
     pub verify: bool,
 }
 
+/// Plans a job, writes all files it asks for, and gives the numbers behind their pictures.
+///
+/// Arguments and files as of [`results()`].
+///
+/// # Errors
+/// [`ResultsError`]; nothing is half done.
+pub fn linked_results(
+    job: &Job,
+    job_file: Input,
+    surface_file: Option<Input>,
+    options: ResultsOptions,
+    progress: &mut dyn FnMut(Stage, f64),
+) -> Result<(Results, Linked), ResultsError> {
+    let made = made(job, job_file, surface_file, options, progress)?;
+    let linked = linked(job, &made.planned, made.judged.as_ref());
+    Ok((made.results, linked))
+}
+
 /// Plans a job and writes all files it asks for.
 ///
 /// `job_file`: the job as read; `surface_file`: the mesh it names, if it names one. A path that breaks
@@ -90,6 +108,23 @@ pub fn results(
     options: ResultsOptions,
     progress: &mut dyn FnMut(Stage, f64),
 ) -> Result<Results, ResultsError> {
+    made(job, job_file, surface_file, options, progress).map(|made| made.results)
+}
+
+/// Results with what they were made of.
+struct Made {
+    results: Results,
+    planned: Planned,
+    judged: Option<(Verification, VerifyOptions)>,
+}
+
+fn made(
+    job: &Job,
+    job_file: Input,
+    surface_file: Option<Input>,
+    options: ResultsOptions,
+    progress: &mut dyn FnMut(Stage, f64),
+) -> Result<Made, ResultsError> {
     let threads = options.threads;
     let planned = plan(job, surface_file.map(|f| f.bytes), threads, progress)?;
     let judged = match options.verify {
@@ -134,7 +169,23 @@ pub fn results(
     files.push(OutputFile { name: "report.html".into(), bytes: page.into_bytes() });
     files.push(OutputFile { name: "report.json".into(), bytes: report.to_json().into_bytes() });
     progress(Stage::Write, 1.0);
-    Ok(Results { files, report })
+    Ok(Made { results: Results { files, report }, planned, judged })
+}
+
+fn linked(job: &Job, planned: &Planned, judged: Option<&(Verification, VerifyOptions)>) -> Linked {
+    Linked::of(&Drawn {
+        surface: &planned.surface,
+        chart: &planned.chart,
+        path: &planned.toolpath,
+        contacts: &contacts(planned),
+        // Where the rate is not limited there is no other path to compare with.
+        plain: planned.plain.as_ref().unwrap_or(&planned.toolpath),
+        rest: Facets { positions: &planned.rest.positions, faces: &planned.rest.faces },
+        verification: judged.map(|(verification, _)| verification),
+        limit: job.mrr_limit(),
+        scallop: planned.cusp_limit,
+        tolerance: job.cut.tolerance,
+    })
 }
 
 /// Simulates the delivered path and measures what it leaves and removes.

@@ -1,7 +1,10 @@
-//! Project tasks: `cargo xtask test` runs all tests, `cargo xtask surfaces` writes the surfaces
-//! that `jobs/` machines.
+//! Project tasks: `cargo xtask test` runs all tests, `cargo xtask page` builds the page for the
+//! browser, `cargo xtask serve` shows it, `cargo xtask surfaces` writes the surfaces that `jobs/`
+//! machines.
 
 mod mesh_file;
+mod page;
+mod serve;
 mod surfaces;
 mod test;
 mod triangulate;
@@ -11,12 +14,21 @@ use std::process::ExitCode;
 
 const USAGE: &str = "\
 usage: cargo xtask test        runs all tests, natively and of native against WebAssembly
+       cargo xtask test page   runs the tests of the page only
+       cargo xtask page        builds the page for the browser into web/dist
+       cargo xtask serve [PORT]  builds it and serves it on this machine, port 8080 unless told
+       cargo xtask speed       plans all jobs in the page and natively, and compares the times
        cargo xtask surfaces    writes jobs/surfaces/*";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["test"] => report(test::test(&project())),
+        ["test", "page"] => report(test::page(&project())),
+        ["page"] => report(page::page(&project()).map(|_| ())),
+        ["serve"] => report(serve("8080")),
+        ["serve", port] => report(serve(port)),
+        ["speed"] => report(test::speed(&project())),
         ["surfaces"] => report(write_surfaces(&surfaces_folder())),
         _ => {
             eprintln!("{USAGE}");
@@ -33,6 +45,15 @@ fn report(result: Result<(), String>) -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+fn serve(port: &str) -> Result<(), String> {
+    let port = port.parse().map_err(|_| format!("{port:?} is no port; give a number"))?;
+    let folder = page::page(&project())?;
+    let (listener, address) = serve::listen(port)?;
+    println!("{address}");
+    serve::serve(&folder, &listener);
+    Ok(())
 }
 
 fn project() -> PathBuf {

@@ -3,7 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const WASM: &str = "wasm32-unknown-unknown";
+use crate::serve;
+
+/// The browser's target.
+pub const WASM: &str = "wasm32-unknown-unknown";
 
 /// Runs all tests; the first that fails ends the run.
 pub fn test(project: &Path) -> Result<(), String> {
@@ -12,7 +15,47 @@ pub fn test(project: &Path) -> Result<(), String> {
         println!("skipped: tests on real meshes, since there is no ../shared/data");
     }
     run(cargo(project).args(["test", "--workspace"]))?;
-    parity(project)
+    parity(project)?;
+    page(project)
+}
+
+/// Tests the page in a real browser.
+pub fn page(project: &Path) -> Result<(), String> {
+    if chromium().is_none() {
+        let missing = "no Chromium: install it (on Debian: apt-get install chromium), or name it in \
+                       CHROMIUM";
+        if std::env::var_os("CI").is_some() {
+            return Err(format!("tests of the page: {missing}"));
+        }
+        println!("skipped: tests of the page, since there is {missing}");
+        return Ok(());
+    }
+    run(cargo(project).args(["build", "--release", "--package", "evencut-cli"]))?;
+    with_page(project, |node, address| {
+        node.args(["--test", "--test-reporter=spec", "web/tests/page.test.mjs"])
+            .env("PAGE", address)
+            .env("EVENCUT", native(project))
+            .env("PICTURES", target_folder(project).join("page-pictures"));
+    })
+}
+
+/// Builds the page, serves it, and runs node against it.
+fn with_page(project: &Path, set_up: impl Fn(&mut Command, &str)) -> Result<(), String> {
+    let folder = crate::page::page(project)?;
+    let (listener, address) = serve::listen(0)?;
+    // Ends with this process.
+    std::thread::spawn(move || serve::serve(&folder, &listener));
+    let mut node = Command::new("node");
+    set_up(&mut node, &address);
+    run(node.current_dir(project))
+}
+
+/// Where Chromium is: `CHROMIUM`, or where systems put it.
+fn chromium() -> Option<PathBuf> {
+    let named = std::env::var_os("CHROMIUM").map(PathBuf::from);
+    let usual = ["chromium", "chromium-browser", "google-chrome"];
+    let usual = usual.iter().map(|name| Path::new("/usr/bin").join(name));
+    named.into_iter().chain(usual).find(|path| path.is_file())
 }
 
 /// Plans the shipped jobs natively and in WebAssembly and compares the bytes.
@@ -34,7 +77,7 @@ fn parity(project: &Path) -> Result<(), String> {
 }
 
 /// All shipped jobs, relative to the project.
-fn jobs(project: &Path) -> Result<Vec<PathBuf>, String> {
+pub fn jobs(project: &Path) -> Result<Vec<PathBuf>, String> {
     let folder = project.join("jobs");
     let entries = std::fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let names = entries.filter_map(|entry| entry.ok()).map(|entry| entry.file_name());
@@ -47,7 +90,7 @@ fn jobs(project: &Path) -> Result<Vec<PathBuf>, String> {
 }
 
 /// Installs the target, unless rustc has it.
-fn install_target(project: &Path) -> Result<(), String> {
+pub fn install_target(project: &Path) -> Result<(), String> {
     let mut rustc = Command::new("rustc");
     let output = rustc
         .args(["--print", "target-libdir", "--target", WASM])
@@ -61,18 +104,37 @@ fn install_target(project: &Path) -> Result<(), String> {
         .map_err(|e| format!("{e}; the tests need the target {WASM}: install it beside this rustc"))
 }
 
-fn target_folder(project: &Path) -> PathBuf {
+/// Where cargo builds.
+pub fn target_folder(project: &Path) -> PathBuf {
     let folder = std::env::var_os("CARGO_TARGET_DIR").map_or("target".into(), PathBuf::from);
     project.join(folder)
 }
 
-fn cargo(project: &Path) -> Command {
+/// Cargo in the project.
+pub fn cargo(project: &Path) -> Command {
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     cargo.current_dir(project);
     cargo
 }
 
-fn run(command: &mut Command) -> Result<(), String> {
+/// Runs a command that must succeed.
+pub fn run(command: &mut Command) -> Result<(), String> {
     let status = command.status().map_err(|e| format!("{command:?}: {e}"))?;
     if status.success() { Ok(()) } else { Err(format!("{command:?}: {status}")) }
+}
+
+/// Plans all jobs in the page and natively on one thread, and prints the ratio of the times.
+pub fn speed(project: &Path) -> Result<(), String> {
+    run(cargo(project).args(["build", "--release", "--package", "evencut-cli"]))?;
+    let jobs = jobs(project)?;
+    with_page(project, |node, address| {
+        node.arg("web/tests/speed.mjs").args(&jobs).env("PAGE", address);
+        node.env("EVENCUT", native(project));
+    })
+}
+
+/// The command as `cargo build --release` leaves it.
+fn native(project: &Path) -> PathBuf {
+    let name = format!("evencut{}", std::env::consts::EXE_SUFFIX);
+    target_folder(project).join("release").join(name)
 }

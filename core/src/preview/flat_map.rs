@@ -1,6 +1,7 @@
 //! The path in the plane of the chart.
 
 use super::colour;
+use super::linked::Placement;
 use super::path_layers::{PathLayers, legend, line_width, scale_bar};
 use super::svg::{Anchor, Stroke, Svg};
 use crate::flatten::Chart;
@@ -20,9 +21,7 @@ const LEGEND_HEIGHT: f64 = 330.0;
 /// `limit`: removal rate at the end of the colour scale, mm³/s. The chart is turned so that it
 /// lies broad.
 pub fn flat_map(surface: &Surface, chart: &Chart, path: &Toolpath, limit: f64) -> String {
-    let loops = surface.connectivity().boundary_loops();
-    let outlines: Vec<Vec<DVec2>> =
-        loops.iter().map(|l| l.iter().map(|v| chart.uv()[v.index()]).collect()).collect();
+    let outlines = outlines(surface, chart);
     let frame = Frame::around(&outlines);
     let map = frame.size * frame.scale;
     let size = DVec2::new(
@@ -46,6 +45,22 @@ pub fn flat_map(surface: &Surface, chart: &Chart, path: &Toolpath, limit: f64) -
     legend(&mut svg, DVec2::new(map.x + 2.0 * MARGIN, HEADER), limit);
     scale_bar(&mut svg, DVec2::new(MARGIN, size.y - 24.0), frame.scale, "mm (flat)");
     svg.finish()
+}
+
+/// The boundary loops in flat mm.
+fn outlines(surface: &Surface, chart: &Chart) -> Vec<Vec<DVec2>> {
+    let loops = surface.connectivity().boundary_loops();
+    loops.iter().map(|l| l.iter().map(|v| chart.uv()[v.index()]).collect()).collect()
+}
+
+/// Where [`flat_map`] shows flat places.
+pub(super) fn placement(surface: &Surface, chart: &Chart) -> Placement {
+    let frame = Frame::around(&outlines(surface, chart));
+    let [origin, x, y] = [DVec2::ZERO, DVec2::X, DVec2::Y].map(|p| frame.place(p));
+    let row = |of: fn(DVec2) -> f64| [of(x) - of(origin), of(y) - of(origin), 0.0, of(origin)];
+    let map = frame.size * frame.scale;
+    let drawing = [MARGIN, HEADER, map.x, map.y];
+    Placement { x: row(|p| p.x), y: row(|p| p.y), near: [0.0; 4], drawing }
 }
 
 /// From flat mm to pixels.

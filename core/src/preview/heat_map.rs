@@ -2,6 +2,7 @@
 
 use super::colour;
 use super::heat_scale::{APART, Depths, LEGEND_WIDTH, MISSING, OVER, PLAIN, Scale, number};
+use super::linked::Placement;
 use super::marks::{Mark, Rank, field};
 use super::path_layers::{rate, scale_bar};
 use super::places::{self, Place};
@@ -58,9 +59,8 @@ pub fn residual_map(
 ) -> String {
     let (figures, samples) = (&verification.figures, &verification.samples);
     let shape = Shape::of_part(design, rest);
-    let gouged: Vec<DVec3> =
-        figures.gouge.iter().filter(|g| g.height < -tolerance).map(|g| g.place).collect();
-    let canvas = Canvas::new(&shape, View::of(&shape, &gouged), FINENESS);
+    let view = View::of(&shape, &gouged(figures, tolerance));
+    let canvas = Canvas::new(&shape, view, FINENESS);
     let scale = residual_scale(&shape, verification, limit, tolerance);
     let marks = residual_marks(samples, &scale, tolerance);
     let mut lines = residual_lines(figures, limit, tolerance);
@@ -73,6 +73,27 @@ pub fn residual_map(
     };
     let places = residual_places(verification, &canvas, &scale, tolerance);
     sheet(&canvas, &field(&canvas, marks), &scale, &words, &places)
+}
+
+/// Places cut into that the picture must show, mm.
+fn gouged(figures: &Figures, tolerance: f64) -> Vec<DVec3> {
+    figures.gouge.iter().filter(|g| g.height < -tolerance).map(|g| g.place).collect()
+}
+
+/// Where [`residual_map`] shows places.
+pub(super) fn residual_placement(
+    design: Facets,
+    rest: Facets,
+    verification: &Verification,
+    tolerance: f64,
+) -> Placement {
+    let shape = Shape::of_part(design, rest);
+    View::of(&shape, &gouged(&verification.figures, tolerance)).placement(ORIGIN)
+}
+
+/// Where [`rate_map`] shows places.
+pub(super) fn rate_placement(design: Facets, rest: Facets) -> Placement {
+    View::of(&Shape::of_part(design, rest), &[]).placement(ORIGIN)
 }
 
 /// Place of a sample, mm.
@@ -299,7 +320,7 @@ fn rate_mark(rate: Option<f64>, scale: &Scale) -> Mark {
 }
 
 /// The rate in the window in which the cutter passed a place and opened it, mm³/s.
-fn opening_rate(sample: &Outcome, path: &Toolpath, measured: &Rate) -> Option<f64> {
+pub(super) fn opening_rate(sample: &Outcome, path: &Toolpath, measured: &Rate) -> Option<f64> {
     let of = sample.opened_by? as usize;
     let (from, to) = (path.points.get(of)?, path.points.get(of + 1)?);
     let way = to.tip - from.tip;

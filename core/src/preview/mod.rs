@@ -8,6 +8,7 @@ mod colour;
 mod flat_map;
 mod heat_map;
 mod heat_scale;
+mod linked;
 mod marks;
 mod mrr_chart;
 mod path_layers;
@@ -20,7 +21,8 @@ mod view;
 
 pub use flat_map::flat_map;
 pub use heat_map::{rate_map, residual_map};
-pub use mrr_chart::mrr_chart;
+pub use linked::{Drawn, Linked, MeshTable, PathTable, Placement, SampleTable};
+pub use mrr_chart::{ChartPlacement, mrr_chart};
 pub use surface_view::surface_view;
 
 #[cfg(test)]

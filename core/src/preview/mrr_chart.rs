@@ -33,11 +33,7 @@ pub fn mrr_chart(before: &Profile, after: &Profile, limit: f64) -> String {
     );
     svg.text(DVec2::new(30.0, 30.0), Anchor::Start, 16.0, "Removal rate along time");
     key(&mut svg);
-    let peak = before.peak().max(after.peak()).max(limit);
-    let axes = Axes {
-        duration: before.duration().max(after.duration()).max(f64::MIN_POSITIVE),
-        top: 1.12 * peak.max(f64::MIN_POSITIVE),
-    };
+    let axes = Axes::of(before, after, limit);
     for (corner, profile, name) in
         [(PANELS[0], before, "Plain rings"), (PANELS[1], after, "Delivered path")]
     {
@@ -48,6 +44,30 @@ pub fn mrr_chart(before: &Profile, after: &Profile, limit: f64) -> String {
     svg.finish()
 }
 
+/// Where [`mrr_chart`] shows times and rates.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct ChartPlacement {
+    /// Upper left corners of the panels of the plain rings and of the delivered path, px.
+    pub panels: [[f64; 2]; 2],
+    /// Width and height of a panel, px.
+    pub size: [f64; 2],
+    /// Time at a panel's right side, s.
+    pub duration: f64,
+    /// Removal rate at its top, mm³/min.
+    pub top: f64,
+}
+
+/// Where [`mrr_chart`] shows times and rates of the same profiles.
+pub(super) fn placement(before: &Profile, after: &Profile, limit: f64) -> ChartPlacement {
+    let axes = Axes::of(before, after, limit);
+    ChartPlacement {
+        panels: PANELS.map(|p| p.to_array()),
+        size: PANEL.to_array(),
+        duration: axes.duration,
+        top: 60.0 * axes.top,
+    }
+}
+
 /// The scales that both panels share: s, mm³/s.
 struct Axes {
     duration: f64,
@@ -55,6 +75,14 @@ struct Axes {
 }
 
 impl Axes {
+    fn of(before: &Profile, after: &Profile, limit: f64) -> Self {
+        let peak = before.peak().max(after.peak()).max(limit);
+        Self {
+            duration: before.duration().max(after.duration()).max(f64::MIN_POSITIVE),
+            top: 1.12 * peak.max(f64::MIN_POSITIVE),
+        }
+    }
+
     fn place(&self, corner: DVec2, time: f64, mrr: f64) -> DVec2 {
         corner + PANEL * DVec2::new(time / self.duration, 1.0 - mrr / self.top)
     }

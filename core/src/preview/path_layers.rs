@@ -86,6 +86,11 @@ fn stroke_of(layer: usize, width: f64) -> Stroke {
     }
 }
 
+/// Colours of removal rates from none to the limit, then of what is above it.
+pub fn colours() -> [Rgb; SHADES + 1] {
+    std::array::from_fn(|i| if i < SHADES { shade_colour(i) } else { colour::OVER_LIMIT })
+}
+
 fn shade_colour(shade: usize) -> Rgb {
     colour::of_share((shade as f64 + 0.5) / SHADES as f64)
 }

@@ -1,5 +1,6 @@
 //! The path on the shaded surface, seen in parallel projection.
 
+use super::linked::Placement;
 use super::path_layers::{PathLayers, legend, line_width, scale_bar};
 use super::svg::{Anchor, Svg};
 use super::view::{Canvas, Shape, View, triad};
@@ -55,6 +56,11 @@ pub fn surface_view(
     scale_bar(&mut svg, DVec2::new(MARGIN, size.y - 24.0), view.scale, "mm");
     triad(&mut svg, view, DVec2::new(size.x - 70.0, size.y - 50.0));
     svg.finish()
+}
+
+/// Where [`surface_view`] shows places.
+pub(super) fn placement(surface: &Surface) -> Placement {
+    View::of(&Shape::of(surface), &[]).placement(ORIGIN)
 }
 
 /// Adds the visible parts of the moves on the surface. Returns their length, px.

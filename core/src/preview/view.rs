@@ -1,6 +1,7 @@
 //! A triangle mesh seen in parallel projection, and what of it can be seen.
 
 use super::colour;
+use super::linked::Placement;
 use super::shading::{self, Corner, Raster, Side};
 use super::svg::{Anchor, Stroke, Svg};
 use crate::geometry::{DVec2, DVec3, any_perpendicular};
@@ -168,6 +169,21 @@ impl View {
         let x = p.dot(self.right) - self.low.x;
         let y = self.low.y + self.size.y - p.dot(self.up);
         DVec2::new(x, y) * self.scale
+    }
+
+    /// Where a picture that draws the surface from `corner` shows places.
+    pub fn placement(&self, corner: DVec2) -> Placement {
+        let zero = corner + self.place(DVec3::ZERO);
+        let row = |axis: DVec3, at: f64| {
+            let [a, b, c] = (axis * self.scale).to_array();
+            [a, b, c, at]
+        };
+        Placement {
+            x: row(self.right, zero.x),
+            y: row(-self.up, zero.y),
+            near: row(self.toward_viewer, 0.0),
+            drawing: [corner.x, corner.y, self.drawn().x, self.drawn().y],
+        }
     }
 }
 

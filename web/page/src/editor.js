@@ -1,0 +1,200 @@
+// The job editor: highlighting, completion and hover from the schema, faults at their places.
+import { autocompletion, closeBrackets, completionKeymap } from "@codemirror/autocomplete";
+import { defaultKeymap, history, historyKeymap } from "@codemirror/commands";
+import { HighlightStyle, StreamLanguage, syntaxHighlighting } from "@codemirror/language";
+import { toml } from "@codemirror/legacy-modes/mode/toml";
+import { forceLinting, lintGutter, lintKeymap, setDiagnostics } from "@codemirror/lint";
+import { highlightSelectionMatches, searchKeymap } from "@codemirror/search";
+import { EditorState, Prec } from "@codemirror/state";
+import {
+  EditorView, drawSelection, highlightActiveLine, highlightActiveLineGutter, hoverTooltip, keymap,
+  lineNumbers,
+} from "@codemirror/view";
+import { tags } from "@lezer/highlight";
+import { allowed, placeOf, under, values } from "./toml.js";
+
+const COLOURS = HighlightStyle.define([
+  { tag: tags.comment, color: "var(--faint-ink)", fontStyle: "italic" },
+  { tag: [tags.propertyName, tags.definition(tags.propertyName)], color: "var(--key)" },
+  { tag: tags.string, color: "var(--string)" },
+  { tag: [tags.number, tags.bool], color: "var(--number)" },
+  { tag: [tags.atom, tags.bracket, tags.heading, tags.keyword], color: "var(--table)", fontWeight: "600" },
+]);
+
+const LOOK = EditorView.theme({
+  "&": { height: "100%", fontSize: "13px", color: "var(--ink)", backgroundColor: "var(--sheet)" },
+  "&.cm-focused": { outline: "2px solid var(--focus)", outlineOffset: "-2px" },
+  ".cm-scroller": { fontFamily: "ui-monospace, 'DejaVu Sans Mono', Menlo, Consolas, monospace", lineHeight: "1.55" },
+  ".cm-content": { padding: "8px 0", caretColor: "var(--ink)" },
+  ".cm-cursor": { borderLeftColor: "var(--ink)" },
+  ".cm-gutters": { backgroundColor: "transparent", color: "var(--faint-ink)", border: "none" },
+  ".cm-activeLine": { backgroundColor: "var(--hover)" },
+  ".cm-activeLineGutter": { backgroundColor: "transparent", color: "var(--ink)" },
+  "&.cm-focused > .cm-scroller > .cm-selectionLayer .cm-selectionBackground, .cm-selectionBackground": { backgroundColor: "var(--selection)" },
+  ".cm-selectionMatch": { backgroundColor: "var(--selection)" },
+  ".cm-lintRange-error": { backgroundImage: "none", textDecoration: "underline wavy var(--bad) 1.5px", textUnderlineOffset: "3px" },
+  ".cm-lintRange-warning": { backgroundImage: "none", textDecoration: "underline wavy var(--warn) 1.5px", textUnderlineOffset: "3px" },
+  ".cm-tooltip": { backgroundColor: "var(--sheet)", color: "var(--ink)", border: "1px solid var(--line)", borderRadius: "6px", boxShadow: "var(--shadow)", maxWidth: "26rem", fontSize: "13px" },
+  ".cm-tooltip-autocomplete > ul > li[aria-selected]": { backgroundColor: "var(--accent)", color: "var(--on-accent)" },
+  ".cm-tooltip.cm-completionInfo": { padding: "6px 10px" },
+  ".cm-completionDetail": { color: "inherit", opacity: "0.75", fontStyle: "normal" },
+  ".cm-diagnostic": { padding: "6px 10px", whiteSpace: "pre-wrap" },
+  ".cm-diagnostic-error": { borderLeftColor: "var(--bad)" },
+  ".cm-diagnostic-warning": { borderLeftColor: "var(--warn)" },
+  ".cm-doc": { padding: "8px 12px" },
+  ".cm-doc b": { fontFamily: "ui-monospace, monospace" },
+  ".cm-doc p": { margin: "2px 0 0" },
+  ".cm-doc p + p": { color: "var(--faint-ink)" },
+  ".cm-panels": { backgroundColor: "var(--ground)", color: "var(--ink)" },
+});
+
+export class Editor {
+  #schema = { properties: {} };
+  #quiet = false;
+
+  /** `changed` is called after edits of the user, `plan` on Ctrl+Enter. */
+  constructor(parent, { changed, plan }) {
+    // In a shadow root the editor's styles need no leave of the page's security policy.
+    const root = parent.attachShadow({ mode: "open" });
+    const edited = (update) => {
+      if (update.docChanged) changed(this.text, !this.#quiet);
+    };
+    this.view = new EditorView({
+      parent: root,
+      root,
+      state: EditorState.create({
+        extensions: [
+          lineNumbers(), EditorView.lineWrapping, lintGutter(), history(), drawSelection(), closeBrackets(),
+          highlightActiveLine(), highlightActiveLineGutter(), highlightSelectionMatches(),
+          StreamLanguage.define(toml),
+          syntaxHighlighting(COLOURS),
+          autocompletion({ override: [(context) => this.#complete(context)] }),
+          hoverTooltip((view, at) => this.#hover(view, at)),
+          Prec.highest(keymap.of([{ key: "Mod-Enter", run: () => (plan(), true) }])),
+          keymap.of([...defaultKeymap, ...historyKeymap, ...completionKeymap, ...searchKeymap, ...lintKeymap]),
+          EditorView.contentAttributes.of({ "aria-label": "Job file, TOML", tabindex: "0", spellcheck: "false" }),
+          EditorView.updateListener.of(edited),
+          LOOK,
+        ],
+      }),
+    });
+    const style = new CSSStyleSheet();
+    style.replaceSync(":host { display: block; min-height: 0 } .cm-editor { height: 100% }");
+    root.adoptedStyleSheets = [...root.adoptedStyleSheets, style];
+  }
+
+  get text() {
+    return this.view.state.doc.toString();
+  }
+
+  set schema(schema) {
+    this.#schema = schema;
+  }
+
+  /** Replaces the text; undo brings the old one back. */
+  replace(text) {
+    this.#quiet = true;
+    this.view.dispatch({
+      changes: { from: 0, to: this.view.state.doc.length, insert: text },
+      selection: { anchor: 0 },
+      scrollIntoView: true,
+    });
+    this.#quiet = false;
+  }
+
+  /** Underlines faults; those without a place are marked at the first line. */
+  show(faults) {
+    const length = this.view.state.doc.length;
+    const first = this.view.state.doc.line(1);
+    const diagnostics = faults.map((fault) => ({
+      from: Math.min(fault.from ?? first.from, length),
+      to: Math.min(Math.max(fault.to ?? first.to, (fault.from ?? 0) + 1), length),
+      severity: fault.severity,
+      message: [spoken(fault), ...fault.help].join("\n"),
+    }));
+    this.view.dispatch(setDiagnostics(this.view.state, diagnostics));
+    forceLinting(this.view);
+  }
+
+  /** Puts the cursor at a place, in UTF-16 units. */
+  go(from) {
+    const anchor = Math.min(from, this.view.state.doc.length);
+    this.view.dispatch({ selection: { anchor }, scrollIntoView: true });
+    this.view.focus();
+  }
+
+  #place(state, at) {
+    const line = state.doc.lineAt(at);
+    const lines = [];
+    for (let i = 1; i <= line.number; i++) lines.push(state.doc.line(i).text);
+    return placeOf(lines, at - line.from);
+  }
+
+  #complete(context) {
+    const place = this.#place(context.state, context.pos);
+    const from = context.pos - place.word.length;
+    if (!place.word && !context.explicit && place.at !== "value") return null;
+    if (place.at === "header") {
+      return { from, options: tables(this.#schema, []), validFor: /^[\w.-]*$/ };
+    }
+    if (place.at === "key") {
+      const keys = Object.entries(under(this.#schema, place.path)?.properties ?? {});
+      const options = keys.map(([label, schema]) => ({
+        label,
+        type: schema.type === "object" ? "class" : "property",
+        detail: schema["x-unit"],
+        info: schema.description,
+        apply: schema.type === "object" ? label : `${label} = `,
+      }));
+      return options.length ? { from, options, validFor: /^[\w-]*$/ } : null;
+    }
+    if (place.at !== "value" || (!context.explicit && !/[="\[,{\s]$/.test(context.state.sliceDoc(context.pos - 1, context.pos)) && !place.word)) return null;
+    const options = values(under(this.#schema, place.path)).map((value) => ({
+      label: value.text, type: "enum", info: value.about,
+    }));
+    return options.length ? { from, options, validFor: /^"?[\w.+-]*$/ } : null;
+  }
+
+  #hover(view, at) {
+    const line = view.state.doc.lineAt(at);
+    const word = view.state.wordAt(at);
+    if (!word) return null;
+    const place = this.#place(view.state, word.to);
+    const path = place.at === "key" ? [...place.path, place.word] : place.path;
+    const schema = place.at === "comment" ? null : under(this.#schema, path);
+    if (!schema?.description || line.text.trimStart().startsWith("#")) return null;
+    return {
+      pos: word.from,
+      end: word.to,
+      create: () => ({ dom: documentation(path.join("."), schema) }),
+    };
+  }
+}
+
+/** A fault as the command tells it: key, then message. */
+export const spoken = (fault) => (fault.key ? `${fault.key}: ${fault.message}` : fault.message);
+
+function tables(schema, path) {
+  return Object.entries(schema.properties ?? {}).flatMap(([key, inner]) => {
+    if (inner.type !== "object") return [];
+    const here = [...path, key];
+    return [{ label: here.join("."), type: "class", info: inner.description }, ...tables(inner, here)];
+  });
+}
+
+function documentation(name, schema) {
+  const dom = document.createElement("div");
+  dom.className = "cm-doc";
+  const title = document.createElement("b");
+  title.textContent = name;
+  const text = document.createElement("p");
+  text.textContent = schema.description;
+  dom.append(title, text);
+  const words = allowed(schema);
+  if (words) {
+    const range = document.createElement("p");
+    range.textContent = `Allowed: ${words}`;
+    dom.append(range);
+  }
+  return dom;
+}

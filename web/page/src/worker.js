@@ -1,0 +1,77 @@
+// The planner in a thread of its own. The page sends {id, module} once, then {id, call, args};
+// every message is answered by {id, value} or {id, error}; plans report {id, progress}.
+import init, { check, newJob, plan, schema, version } from "evencut-module";
+
+/** Progress is told at most this often, ms. */
+const PAUSE = 50;
+const TABLES = [
+  "kind", "pass", "region", "time", "tip", "axis", "contact", "flat", "feed", "rate", "engagement",
+  "plainTime", "plainRate", "samplePlace", "sampleResidual", "sampleRate", "sampleState",
+  "meshPositions", "meshFaces",
+];
+
+let panic = "";
+globalThis.evencutPanicked = (message) => {
+  panic = message;
+};
+
+const calls = {
+  check: (_id, source, surfaces) => JSON.parse(check(source, surfaces)),
+  newJob: (_id, name, bytes) => newJob(name, bytes),
+  facts: () => ({ schema: JSON.parse(schema()), version: version() }),
+  plan: planned,
+};
+
+function planned(id, name, source, surface) {
+  let last = 0;
+  const start = performance.now();
+  const report = (stage, part) => {
+    const now = performance.now();
+    if (part > 0 && now - last < PAUSE) return;
+    last = now;
+    postMessage({ id, progress: { stage, part } });
+  };
+  const made = plan(name, source, surface, report);
+  const seconds = (performance.now() - start) / 1000;
+  try {
+    return {
+      files: made.names().map((file) => ({ name: file, bytes: made.file(file) })),
+      summary: made.summary(),
+      scales: JSON.parse(made.scales()),
+      tables: Object.fromEntries(TABLES.map((table) => [table, made.table(table)])),
+      seconds,
+    };
+  } finally {
+    made.free();
+  }
+}
+
+/** What the page shows of an error: a fault of the planner, or a message. */
+function told(error) {
+  if (typeof error === "string") {
+    return error.startsWith("{") ? { fault: JSON.parse(error) } : { message: error };
+  }
+  if (panic) return { message: `This is a bug in evencut: ${panic}`, dead: true };
+  if (error instanceof WebAssembly.RuntimeError || error instanceof RangeError) {
+    return {
+      message: "The browser ran out of memory for this job. Use a coarser mesh or a larger side step, or the command, which may use more.",
+      dead: true,
+    };
+  }
+  return { message: String(error), dead: true };
+}
+
+const buffers = (value) => {
+  if (!value?.files) return [];
+  return [...value.files.map((f) => f.bytes), ...Object.values(value.tables)].map((a) => a.buffer);
+};
+
+onmessage = async ({ data: { id, module, call, args } }) => {
+  try {
+    if (module) await init({ module_or_path: module });
+    const value = call ? calls[call](id, ...args) : null;
+    postMessage({ id, value }, buffers(value));
+  } catch (error) {
+    postMessage({ id, error: told(error) });
+  }
+};

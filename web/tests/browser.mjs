@@ -1,0 +1,61 @@
+// A headless Chromium with the page, and what all tests of the page need.
+import { createHash } from "node:crypto";
+import { existsSync } from "node:fs";
+import { chromium } from "playwright-core";
+
+const PLACES = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
+const FLAGS = [
+  "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+  "--disable-background-networking", "--disable-component-update", "--disable-sync",
+  "--enable-unsafe-swiftshader",
+];
+/** What Chromium says of its own software renderer. */
+const OWN = /GL Driver Message/;
+
+export const sha256 = (bytes) => createHash("sha256").update(bytes).digest("hex");
+
+/** Starts Chromium: CHROMIUM, or where systems put it. */
+export function launch(...flags) {
+  const executablePath = [process.env.CHROMIUM, ...PLACES].find((path) => path && existsSync(path));
+  return chromium.launch({ executablePath, headless: true, args: [...FLAGS, ...flags] });
+}
+
+/** A page that is ready, with all that it complained about and all that it asked the network for. */
+export async function open(browser, url, options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1440, height: 900 }, acceptDownloads: true, colorScheme: "light", ...options });
+  const page = await context.newPage();
+  const complaints = [];
+  const requests = [];
+  page.on("console", (message) => {
+    if (["error", "warning"].includes(message.type()) && !OWN.test(message.text())) complaints.push(message.text());
+  });
+  page.on("pageerror", (error) => complaints.push(String(error)));
+  page.on("request", (request) => requests.push(request.url()));
+  page.setDefaultTimeout(60_000);
+  await page.goto(url);
+  await ready(page);
+  return { page, context, complaints, requests };
+}
+
+/** Waits until the planner is there and the job is checked. */
+export const ready = (page) => page.locator("body[data-checked]").waitFor();
+
+/** Presses Plan and waits for the plan, not for an earlier one. */
+export async function plan(page) {
+  await page.evaluate(() => delete document.body.dataset.planned);
+  await page.locator("#plan:enabled").click();
+  await page.locator("body[data-state=planned][data-planned]").waitFor();
+}
+
+/** Drops files, given as {name, bytes}, on the page. */
+export async function drop(page, files) {
+  const coded = files.map(({ name, bytes }) => ({ name, text: Buffer.from(bytes).toString("base64") }));
+  const transfer = await page.evaluateHandle((all) => {
+    const made = new DataTransfer();
+    for (const { name, text } of all) {
+      made.items.add(new File([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))], name));
+    }
+    return made;
+  }, coded);
+  await page.dispatchEvent("body", "drop", { dataTransfer: transfer });
+}

@@ -1,0 +1,93 @@
+//! Faults as JSON, with the places that an editor counts.
+
+use evencut_cli::input;
+use evencut_core::job::{self, Fault, Severity, SurfaceSource, line_and_column};
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// What is wrong with a job, and what it names.
+pub fn check(source: &str, surfaces: &[String]) -> Value {
+    match job::read(source.as_bytes()) {
+        Err(faults) => {
+            let faults: Vec<Value> =
+                faults.0.iter().map(|fault| as_json(fault, Severity::Error, source)).collect();
+            json!({ "faults": faults, "surface": null, "name": null })
+        }
+        Ok(resolved) => {
+            let surface = match &resolved.job.surface.source {
+                SurfaceSource::File(file) => Some(file.as_str()),
+                SurfaceSource::Analytic(_) => None,
+            };
+            let missing = surface.filter(|file| !surfaces.iter().any(|s| s == file));
+            let missing = missing.map(|file| input::no_surface(Path::new(file), source.as_bytes()));
+            let errors = missing.iter().map(|fault| as_json(fault, Severity::Error, source));
+            let warnings =
+                resolved.warnings.0.iter().map(|f| as_json(f, Severity::Warning, source));
+            let faults: Vec<Value> = errors.chain(warnings).collect();
+            json!({ "faults": faults, "surface": surface, "name": resolved.job.name })
+        }
+    }
+}
+
+/// A fault with its place: line and column as the command tells them, `from` and `to` in UTF-16
+/// units from the start; all null where there is no place.
+pub fn as_json(fault: &Fault, severity: Severity, source: &str) -> Value {
+    let severity = match severity {
+        Severity::Error => "error",
+        Severity::Warning => "warning",
+    };
+    let place = fault.span.as_ref().map(|span| {
+        let (line, column) = line_and_column(source, span.start);
+        (line, column, units(source, span.start), units(source, span.end))
+    });
+    json!({
+        "severity": severity,
+        "key": fault.key,
+        "message": fault.message,
+        "help": fault.help,
+        "line": place.map(|p| p.0),
+        "column": place.map(|p| p.1),
+        "from": place.map(|p| p.2),
+        "to": place.map(|p| p.3),
+    })
+}
+
+/// UTF-16 units before a byte.
+fn units(source: &str, byte: usize) -> usize {
+    let mut byte = byte.min(source.len());
+    while !source.is_char_boundary(byte) {
+        byte -= 1;
+    }
+    source[..byte].encode_utf16().count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const JOB: &str = "version = 1\nname = \"Größe 📏\" # ö\n[surface]\nfile = \"a.stl\"\n\
+                       [tool]\ndiameter = 10.0\n[cut]\nscallop = 0.01\nfeed = 1200.0\n";
+
+    #[test]
+    fn a_job_whose_surface_is_there_is_good() {
+        let found = check(JOB, &["a.stl".into()]);
+        assert_eq!(found, json!({ "faults": [], "surface": "a.stl", "name": "Größe 📏" }));
+    }
+
+    #[test]
+    fn places_count_lines_characters_and_units() {
+        let found = check(JOB, &[]);
+        let fault = &found["faults"][0];
+        assert_eq!((&fault["line"], &fault["column"]), (&json!(4), &json!(8)));
+        let units: Vec<u16> = JOB.encode_utf16().collect();
+        let range = |key: &str| fault[key].as_u64().unwrap() as usize;
+        let marked = String::from_utf16(&units[range("from")..range("to")]).unwrap();
+        assert_eq!(marked, "\"a.stl\"");
+    }
+
+    #[test]
+    fn a_bad_job_has_no_name() {
+        let found = check(&JOB.replace("feed", "fed"), &[]);
+        assert!(found["name"].is_null() && found["faults"][0]["severity"] == "error");
+    }
+}

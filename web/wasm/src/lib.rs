@@ -1,0 +1,61 @@
+//! The planner for a page: decode, call, encode.
+//!
+//! Faults are told in the words of the command, and files have its bytes. All calls run to their
+//! end; a page calls from a worker and ends that to cancel.
+
+mod fault;
+mod plan;
+mod tables;
+
+use evencut_cli::new::facts;
+use evencut_core::job;
+use evencut_core::mesh::{MeshFormat, read};
+use evencut_core::surface::Inspection;
+use wasm_bindgen::prelude::wasm_bindgen;
+
+#[wasm_bindgen]
+extern "C" {
+    /// Given by the worker: takes the message of a panic before the module ends.
+    #[wasm_bindgen(js_name = evencutPanicked)]
+    fn panicked(message: &str);
+}
+
+/// Sends messages of panics to the worker.
+#[wasm_bindgen(start)]
+pub fn start() {
+    std::panic::set_hook(Box::new(|panic| panicked(&panic.to_string())));
+}
+
+/// The planner's version.
+#[wasm_bindgen]
+pub fn version() -> String {
+    env!("CARGO_PKG_VERSION").into()
+}
+
+/// The JSON Schema of the job file.
+#[wasm_bindgen]
+pub fn schema() -> String {
+    job::schema()
+}
+
+/// What is wrong with a job, as JSON: `faults`, the name of the `surface` file, if any, and the
+/// `name` of the job; both null where the job cannot be read.
+///
+/// `surfaces`: names of the surface files that are there.
+#[wasm_bindgen]
+pub fn check(source: &str, surfaces: Vec<String>) -> String {
+    fault::check(source, &surfaces).to_string()
+}
+
+/// A commented job file for a surface file.
+///
+/// # Errors
+/// A message, if the file holds no usable surface.
+#[wasm_bindgen(js_name = newJob)]
+pub fn new_job(name: &str, bytes: &[u8]) -> Result<String, String> {
+    let format = MeshFormat::from_name(name)
+        .ok_or("surface: the format is not known; the name must end in .stl, .obj, .ply or .off")?;
+    let mesh = read(bytes, format).map_err(|error| error.to_string())?;
+    let inspection = Inspection::new(mesh).map_err(|error| error.to_string())?;
+    Ok(job::template(name, &facts(&inspection)))
+}

@@ -1,0 +1,88 @@
+//! Planning for a page.
+
+use evencut_cli::failure;
+use evencut_cli::plan::words;
+use evencut_core::job::{self, Job, Severity, SurfaceSource};
+use evencut_core::preview::Linked;
+use evencut_core::results::{Input, Results, ResultsOptions, linked_results};
+use js_sys::{Function, Uint8Array};
+use wasm_bindgen::JsValue;
+use wasm_bindgen::prelude::wasm_bindgen;
+
+use crate::{fault, tables};
+
+/// The page's own thread is the only one.
+const OPTIONS: ResultsOptions = ResultsOptions { threads: 1, verify: true };
+
+/// A planned job: its files, and the numbers behind their pictures.
+#[wasm_bindgen]
+pub struct Plan {
+    results: Results,
+    linked: Linked,
+    job: Job,
+}
+
+/// Plans a job.
+///
+/// `name`: the job file's; `surface`: content of the surface file that it names, if it names one.
+/// `progress` is called with a stage in words and the part of it that is done.
+///
+/// # Errors
+/// The fault, as JSON.
+#[wasm_bindgen]
+pub fn plan(
+    name: &str,
+    source: &str,
+    surface: Option<Vec<u8>>,
+    progress: &Function,
+) -> Result<Plan, String> {
+    let bytes = source.as_bytes();
+    let error = |fault| fault::as_json(fault, Severity::Error, source).to_string();
+    let job = match job::read(bytes) {
+        Ok(resolved) => resolved.job,
+        Err(faults) => return Err(faults.0.first().map(error).unwrap_or_default()),
+    };
+    let file = match &job.surface.source {
+        SurfaceSource::File(file) => Some(file.as_str()),
+        SurfaceSource::Analytic(_) => None,
+    };
+    let surface = file.zip(surface.as_deref()).map(|(name, bytes)| Input { name, bytes });
+    let mut report = |stage, part: f64| {
+        // A page that cannot show progress still wants the plan.
+        let _ = progress.call2(&JsValue::NULL, &words(stage).into(), &part.into());
+    };
+    let made = linked_results(&job, Input { name, bytes }, surface, OPTIONS, &mut report);
+    match made {
+        Ok((results, linked)) => Ok(Plan { results, linked, job }),
+        Err(failed) => Err(error(&failure::explain(&failed, bytes, file).1)),
+    }
+}
+
+#[wasm_bindgen]
+impl Plan {
+    /// Names of the files.
+    pub fn names(&self) -> Vec<String> {
+        self.results.files.iter().map(|file| file.name.clone()).collect()
+    }
+
+    /// Content of a file; empty if there is no such file.
+    pub fn file(&self, name: &str) -> Uint8Array {
+        let file = self.results.files.iter().find(|file| file.name == name);
+        Uint8Array::from(file.map_or(&[][..], |file| &file.bytes))
+    }
+
+    /// What the command prints.
+    pub fn summary(&self) -> String {
+        self.results.report.summary()
+    }
+
+    /// Where pictures show places, the cutter, limits and colours, as JSON.
+    pub fn scales(&self) -> String {
+        tables::scales(&self.linked, &self.job).to_string()
+    }
+
+    /// A table by its name; undefined if there is no such table.
+    pub fn table(&self, name: &str) -> JsValue {
+        tables::table(&self.linked, name)
+    }
+}
