@@ -10,6 +10,9 @@ use crate::geometry::{DVec2, DVec3};
 use crate::mesh::{FaceId, HalfEdgeId};
 use crate::surface::{Surface, SurfacePoint};
 
+/// Distance of contacts beyond the chart, cutter radii.
+const OVERRUN_STEP: f64 = 0.05;
+
 /// A contact with what it stands for in the plane.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct LiftedPoint {
@@ -79,7 +82,7 @@ impl<'a> Lift<'a> {
             }
             out.contacts[i].feed_direction = way;
         }
-        Ok(overrun(out, run, first))
+        Ok(overrun(out, run, first, OVERRUN_STEP * self.tool_radius))
     }
 
     fn locate(&self, at: DVec2) -> Result<SurfacePoint, OutsideChart> {
@@ -174,7 +177,7 @@ impl<'a> Lift<'a> {
 
 /// The contacts with the ways beyond the chart that the run's points ask for: along the feed at the last
 /// contact of a point, bent as the surface is before it.
-fn overrun(lifted: Lifted, run: &[FlatPoint], first: usize) -> Lifted {
+fn overrun(lifted: Lifted, run: &[FlatPoint], first: usize, step: f64) -> Lifted {
     if run.iter().all(|p| p.overrun == 0.0) {
         return lifted;
     }
@@ -186,12 +189,16 @@ fn overrun(lifted: Lifted, run: &[FlatPoint], first: usize) -> Lifted {
     for (i, (contact, point)) in lifted.contacts.iter().zip(&lifted.points).enumerate() {
         let is_last = lifted.points.get(i + 1).is_none_or(|next| next.source != point.source);
         let by = if is_last { run[point.source - first].overrun } else { 0.0 };
+        let steps = (by.abs() / step).ceil() as usize;
+        let part = |k: usize| by * k as f64 / steps as f64;
         if by < 0.0 {
-            push(beyond(contact, lifted.contacts[i + 1..].iter(), by), *point);
+            let inward = lifted.contacts[i + 1..].iter();
+            (1..=steps).rev().for_each(|k| push(beyond(contact, inward.clone(), part(k)), *point));
         }
         push(*contact, *point);
         if by > 0.0 {
-            push(beyond(contact, lifted.contacts[..i].iter().rev(), by), *point);
+            let inward = lifted.contacts[..i].iter().rev();
+            (1..=steps).for_each(|k| push(beyond(contact, inward.clone(), part(k)), *point));
         }
     }
     out
@@ -207,10 +214,8 @@ fn beyond<'a>(
     let is_far = |c: &&Contact| c.position.distance(end.position) >= by.abs();
     let beside = inward.clone().find(is_far).or_else(|| inward.last());
     let Some(beside) = beside else { return *end };
-    let (chord, length) = {
-        let chord = end.position - beside.position;
-        (chord, chord.length())
-    };
+    let chord = end.position - beside.position;
+    let length = chord.length();
     // The chord leaves the tangent by half the turn of the normal.
     let way = chord.reject_from(end.normal).normalize_or_zero();
     if length == 0.0 || way == DVec3::ZERO {

@@ -240,7 +240,8 @@ pub fn plan(
     let ring_depth = precedence.depth();
     let is_spiral = job.path.pattern == Pattern::Spiral;
     if is_spiral {
-        passes = pattern::spiral(&passes, &precedence);
+        passes = pattern::spiral(&mesh, &field, &passes, &precedence);
+        passes = simplified(passes, job, &chart);
     }
     let terrain = FieldTerrain::new(&mesh, &field, &refined);
     let options = ClosingOptions { order: job.path.order, on_levels: !is_spiral, threads };
