@@ -175,8 +175,8 @@ impl<'a> Lift<'a> {
     }
 }
 
-/// The contacts with the ways beyond the chart that the run's points ask for: along the feed at the last
-/// contact of a point, bent as the surface is before it.
+/// The contacts with the ways beyond the chart and back that the run's points ask for: along the feed at
+/// the last contact of a point, bent as the surface is before it.
 fn overrun(lifted: Lifted, run: &[FlatPoint], first: usize, step: f64) -> Lifted {
     if run.iter().all(|p| p.overrun == 0.0) {
         return lifted;
@@ -189,16 +189,20 @@ fn overrun(lifted: Lifted, run: &[FlatPoint], first: usize, step: f64) -> Lifted
     for (i, (contact, point)) in lifted.contacts.iter().zip(&lifted.points).enumerate() {
         let is_last = lifted.points.get(i + 1).is_none_or(|next| next.source != point.source);
         let by = if is_last { run[point.source - first].overrun } else { 0.0 };
-        let steps = (by.abs() / step).ceil() as usize;
-        let part = |k: usize| by * k as f64 / steps as f64;
-        if by < 0.0 {
-            let inward = lifted.contacts[i + 1..].iter();
-            (1..=steps).rev().for_each(|k| push(beyond(contact, inward.clone(), part(k)), *point));
+        if by == 0.0 {
+            push(*contact, *point);
+            continue;
         }
-        push(*contact, *point);
-        if by > 0.0 {
-            let inward = lifted.contacts[..i].iter().rev();
-            (1..=steps).for_each(|k| push(beyond(contact, inward.clone(), part(k)), *point));
+        let steps = (by.abs() / step).ceil() as usize;
+        // Out and back: what comes before or after the pass runs on the surface.
+        let ways = (0..=steps).chain((0..steps).rev());
+        let before: Vec<&Contact> = lifted.contacts[..i].iter().rev().collect();
+        let after: Vec<&Contact> = lifted.contacts[i + 1..].iter().collect();
+        let inward = if by < 0.0 { after } else { before };
+        for k in ways {
+            let part = by * k as f64 / steps as f64;
+            let at = if k == 0 { *contact } else { beyond(contact, inward.iter().copied(), part) };
+            push(at, *point);
         }
     }
     out

@@ -42,7 +42,7 @@ const RING_TOLERANCE: f64 = 0.25;
 const SHARE_OF_STRIP: f64 = 0.9975;
 /// Part of the tolerance by which cusps stay below the limit, for the chords of the path that run above
 /// them; at most the part of the limit given second.
-const CHORDS: (f64, f64) = (0.3, 0.05);
+const CHORDS: (f64, f64) = (0.2, 0.05);
 /// Part of the tolerance that the mesh of a NURBS surface may be off it.
 const CHORD: f64 = 0.25;
 /// Rounds of passes over what the columns show as left.
@@ -223,7 +223,7 @@ pub fn plan(
     let tightest = tightest(&surface, &curvature);
     let coarse = PassMesh::coarse(&surface, &chart, strip_metrics(job, &curvature))?;
     let mesh = coarse.clone().refined()?;
-    let length_floor = length_floor(&mesh);
+    let length_floor = length_floor(&mesh) * part_of_strip(job);
     let refined = Locator::new(mesh.connectivity(), mesh.uv());
     let locator = Locator::new(surface.connectivity(), chart.uv());
     let own = (job.path.pattern == Pattern::IsoParametric)
@@ -368,14 +368,30 @@ fn strip_metrics(job: &Job, curvature: &CurvatureField) -> Vec<StripMetric> {
         Stepover::Fixed(side_step) => return vec![strip_metric::even(side_step); operators.len()],
         Stepover::Scallop(h) => h,
     };
-    let (of_tolerance, of_scallop) = CHORDS;
-    let strip = strip(job, h - (of_tolerance * job.cut.tolerance).min(of_scallop * h));
+    let strip = strip(job, aimed(job, h));
     let bends = operators.iter().map(|o| o.principal());
     let (low, high) = bends.fold((0.0f64, 0.0f64), |(l, h), (a, b, _)| (l.min(a), h.max(b)));
     // Where the surface is as concave as the cutter is convex the strip is as wide as it gets.
     let table = StripTable::new(&strip, low.max(-strip.k_tool()), high);
     let weight = |k: f64| table.weight(k) / (SHARE_OF_STRIP * SHARE_OF_STRIP);
     operators.iter().map(|shape| strip_metric::of_scallop(shape, weight)).collect()
+}
+
+/// The cusp height that passes aim at.
+fn aimed(job: &Job, scallop: f64) -> f64 {
+    let (of_tolerance, of_scallop) = CHORDS;
+    scallop - (of_tolerance * job.cut.tolerance).min(of_scallop * scallop)
+}
+
+/// How far passes are apart as a part of the widest that the limit allows, on a plane.
+fn part_of_strip(job: &Job) -> f64 {
+    match job.cut.stepover {
+        Stepover::Fixed(_) => 1.0,
+        Stepover::Scallop(h) => {
+            let aimed = strip(job, aimed(job, h)).exact(0.0);
+            SHARE_OF_STRIP * aimed / strip(job, h).exact(0.0)
+        }
+    }
 }
 
 /// What decides the strip width where a job asks for a scallop height.

@@ -280,7 +280,7 @@ pub struct PathTable {
     #[schemars(extend("default" = "contour"))]
     pub pattern: Option<Pattern>,
     /// Where iso-scallop passes begin.
-    #[schemars(extend("default" = "shortest"))]
+    #[schemars(extend("x-default" = "shortest"))]
     pub start: Option<StartKey>,
     /// Points of a curve at which iso-scallop passes begin, each taken to the nearest point of the
     /// surface; it is lengthened to the boundary.
@@ -294,7 +294,7 @@ pub struct PathTable {
     #[schemars(extend("x-unit" = "deg", "x-default" = "the one with the shortest path, by steps of 15 degrees", "minimum" = -180.0, "maximum" = 180.0))]
     pub angle: Option<f64>,
     /// How open passes follow each other.
-    #[schemars(extend("default" = "zigzag"))]
+    #[schemars(extend("x-default" = "zigzag"))]
     pub traverse: Option<Traverse>,
     /// Where the outermost passes run on an open boundary.
     #[schemars(extend("x-default" = "edge for rings, else half-strip"))]

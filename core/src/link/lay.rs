@@ -129,7 +129,6 @@ impl Layer<'_> {
 
     /// One pass from where it begins, with the way to it.
     fn pass(&mut self, pass: &Pass) {
-        let feed = self.options.feed;
         let start = pass.points[0];
         self.reach(start);
         if let Some(arrived) = self.points.last_mut() {
@@ -149,6 +148,9 @@ impl Layer<'_> {
             if i == last && pass.is_closed {
                 break;
             }
+            if i + 1 == n && !pass.is_closed {
+                self.overrun(p, pass, spurs_at(i).next().is_some());
+            }
             let towards = pass.points[(i + 1) % n] - p;
             let behind = if i > 0 { p - pass.points[i - 1] } else { towards };
             for spur in spurs_at(i) {
@@ -158,10 +160,17 @@ impl Layer<'_> {
                 }
             }
         }
-        if let Some(end) = self.points.last_mut().filter(|p| p.feed == feed) {
-            end.overrun = pass.overrun[1];
-        }
         self.pass += 1;
+    }
+
+    /// Lets the pass go on beyond its end, before any spur leaves from there.
+    fn overrun(&mut self, end: DVec2, pass: &Pass, has_spurs: bool) {
+        if let Some(last) = self.points.last_mut() {
+            last.overrun = pass.overrun[1];
+        }
+        if has_spurs {
+            self.push(end, 0.0, MoveKind::Cut, None);
+        }
     }
 
     /// Goes to a point of the surface, by link or by retract.

@@ -1,0 +1,82 @@
+//! Even cusps and short paths, measured by the judge on surfaces whose best passes are known.
+
+use evencut_core::compare::{Figures, judged, planned, with_pattern};
+use evencut_core::job::{self, Job, Pattern};
+
+/// A job on an analytic surface, ball of 10 mm, passes 0.995 of the strip apart or so.
+fn job(surface: &str, scallop: f64) -> Job {
+    let text = format!(
+        "version = 1\n[surface.analytic]\n{surface}\n[tool]\nkind = \"ball\"\ndiameter = 10.0\n\
+         [cut]\nscallop = {scallop}\nfeed = 1200.0\ntolerance = {}\n[force]\ncontrol = \"off\"\n\
+         [path]\npattern = \"iso-scallop\"\n",
+        scallop / 20.0
+    );
+    match job::read(text.as_bytes()) {
+        Ok(resolved) => resolved.job,
+        Err(faults) => panic!("{}", faults.render("test", text.as_bytes())),
+    }
+}
+
+fn measured(name: &str, job: &Job, pattern: Pattern) -> Figures {
+    let job = with_pattern(job, pattern);
+    let plan = planned(&job, None, 2).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let figures = judged(&job, &plan, 2).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let v = figures.report.verification.as_ref().unwrap();
+    let cusps = v.cusps.as_ref().unwrap();
+    println!(
+        "{name:12} {:16} L/Lmin {:.4} even {:.3} largest {:.1} of {:.1} µm, cusps P5 {:.1} P95 {:.1}, \
+         within {:.3}",
+        pattern.name(),
+        figures.report.passes.length_over_floor,
+        figures.report.passes.even_share,
+        1e3 * v.scallop.largest_mm,
+        1e3 * v.scallop.limit_mm.unwrap(),
+        1e3 * cusps.p5_mm,
+        1e3 * cusps.p95_mm,
+        cusps.share_within.unwrap(),
+    );
+    figures
+}
+
+/// The limit is kept, and 95 % of the cusps' length is between 0.90 and 1.00 of it.
+fn check_even(name: &str, figures: &Figures) {
+    let v = figures.report.verification.as_ref().unwrap();
+    assert!(v.passed, "{name}: {:?}", v.broken);
+    let within = v.cusps.as_ref().and_then(|c| c.share_within).unwrap();
+    assert!(within >= 0.95, "{name}: {within}");
+    assert!(figures.report.passes.even_share >= 0.90, "{name}");
+}
+
+const SURFACES: [(&str, &str, f64); 5] = [
+    ("plane", "kind = \"plane\"\nsize = 97.9", 1.01),
+    ("cylinder", "kind = \"cylinder\"\nsize = 60.0\nradius = 40.0\nresolution = 0.4", 1.01),
+    ("sphere cap", "kind = \"sphere-cap\"\nsize = 60.0\nradius = 40.0\nresolution = 0.4", 1.03),
+    (
+        "torus patch",
+        "kind = \"torus-patch\"\nsize = 40.0\nradius = 80.0\ntube_radius = 30.0\nresolution = 0.3",
+        1.03,
+    ),
+    ("saddle", "kind = \"saddle\"\nsize = 60.0\nheight = 8.0\nresolution = 0.4", 1.06),
+];
+
+#[test]
+fn iso_scallop_cusps_are_even_and_the_path_near_the_floor() {
+    for (name, surface, floor) in SURFACES {
+        let figures = measured(name, &job(surface, 0.05), Pattern::IsoScallop);
+        check_even(name, &figures);
+        let over = figures.report.passes.length_over_floor;
+        assert!(over <= floor, "{name}: {over}");
+    }
+}
+
+/// Every pattern keeps the limit on the saddle and on the cap.
+#[test]
+fn every_pattern_keeps_the_limit() {
+    for (name, surface, _) in [SURFACES[2], SURFACES[4]] {
+        for pattern in Pattern::ALL {
+            let figures = measured(name, &job(surface, 0.05), pattern);
+            let v = figures.report.verification.as_ref().unwrap();
+            assert!(v.passed, "{name}, {}: {:?}", pattern.name(), v.broken);
+        }
+    }
+}
