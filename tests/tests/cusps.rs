@@ -49,7 +49,7 @@ fn check_even(name: &str, figures: &Figures) {
 
 const SURFACES: [(&str, &str, f64); 5] = [
     ("plane", "kind = \"plane\"\nsize = 97.9", 1.01),
-    ("cylinder", "kind = \"cylinder\"\nsize = 60.0\nradius = 40.0\nresolution = 0.4", 1.01),
+    ("cylinder", "kind = \"cylinder\"\nsize = 48.95\nradius = 40.0\nresolution = 0.4", 1.01),
     ("sphere cap", "kind = \"sphere-cap\"\nsize = 60.0\nradius = 40.0\nresolution = 0.4", 1.03),
     (
         "torus patch",

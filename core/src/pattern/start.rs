@@ -20,7 +20,7 @@ const SMOOTHINGS: usize = 100;
 /// Turn of the boundary within two passes that makes a corner, rad.
 const CORNER: f64 = PI / 5.0;
 /// Directions of straight lines that are tried.
-const LINES: u32 = 6;
+const LINES: u32 = 8;
 /// Most sides of the boundary that are tried.
 const MOST_SIDES: usize = 6;
 
