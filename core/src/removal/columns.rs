@@ -15,7 +15,7 @@ use super::body::Line;
 
 /// Cells along a tile's side. More: larger tiles are opened for the sake of a corner; fewer: more
 /// of them.
-const SIDE: usize = 8;
+const SIDE: usize = 4;
 /// Columns to a nominal side step. More: smoother rates; time grows with the square.
 const PER_STEP: f64 = 10.0;
 /// Columns aimed at at most: a whole part at the finest costs memory and time.
@@ -25,7 +25,7 @@ const TURN: f64 = 0.599_997;
 /// Halvings below the squares of the mean scale: an uneven chart is followed over this range.
 const MOST_HALVINGS: u32 = 8;
 /// Tiles in a block.
-const BLOCK: usize = 256;
+const BLOCK: usize = 512;
 
 /// A column of material.
 #[derive(Copy, Clone, Debug)]
