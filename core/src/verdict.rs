@@ -19,6 +19,8 @@ const INCH: f64 = 25.4;
 const INCH_SPREAD: f64 = 1.6;
 /// A path this many times as large as the surface, or as small, is likely in other units.
 const FAR_LARGER: f64 = 12.0;
+/// The same where it touches nothing.
+const LARGER: f64 = 4.0;
 
 /// Why a path is not judged.
 #[derive(Debug, Error)]
@@ -111,7 +113,7 @@ fn inches(path: f64, surface: f64) -> &'static str {
 }
 
 impl Mismatch {
-    /// What is suspicious about a path of which the judge found something broken.
+    /// What is suspicious about a path that was judged.
     pub fn of(path: &Toolpath, workpiece: &Workpiece, report: &VerificationReport) -> Option<Self> {
         let figures = &report.verification;
         let untouched = figures.untouched_mm2 >= (1.0 - 1e-9) * figures.area_mm2;
@@ -121,10 +123,10 @@ impl Mismatch {
         let ((low, high), (least, most)) = (bounds(cuts), bounds(places));
         let (path, surface) = ((high - low).max_element(), (most - least).max_element());
         let ratio = path.max(surface) / path.min(surface);
-        if figures.passed || !path.is_finite() {
+        if !(path.is_finite() && surface.is_finite()) {
             return None;
         }
-        if ratio > if untouched { 4.0 } else { FAR_LARGER } {
+        if ratio > if untouched { LARGER } else { FAR_LARGER } {
             return Some(Self::Size { path, surface });
         }
         let distance = (low - most).max(least - high).max(DVec3::ZERO).length();

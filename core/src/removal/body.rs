@@ -45,6 +45,21 @@ impl Pose {
 pub(super) struct Stroke {
     pub from: Pose,
     pub to: Pose,
+    /// Change of the tip, mm.
+    travel: DVec3,
+    /// Its length, mm.
+    length: f64,
+    /// Change of the axis; none for most cutters.
+    turn: Option<DVec3>,
+}
+
+impl Stroke {
+    /// From pose to pose.
+    pub fn new(from: Pose, to: Pose) -> Self {
+        let (travel, turn) = (to.tip - from.tip, to.axis - from.axis);
+        let turn = (turn != DVec3::ZERO).then_some(turn);
+        Self { from, to, travel, length: travel.length(), turn }
+    }
 }
 
 /// Where columns stand: on `foot` along the unit `normal`.
@@ -191,6 +206,16 @@ impl Body {
             + up.max(0.0) * length
     }
 
+    /// The larger of that at both ends of a stroke, and that at its end.
+    pub fn supports(&self, stroke: &Stroke, d: DVec3, length: f64) -> [f64; 2] {
+        let end = self.support(&stroke.to, d, length);
+        let start = match stroke.turn {
+            None => end - d.dot(stroke.travel),
+            Some(_) => self.support(&stroke.from, d, length),
+        };
+        [end.max(start), end]
+    }
+
     /// Unit direction from the core's nearest point to `place`; none inside of the core.
     pub fn direction_to(&self, pose: &Pose, place: DVec3) -> Option<DVec3> {
         self.gap(pose, place).try_normalize()
@@ -206,9 +231,8 @@ impl Body {
         if self.corner < self.layer.top() {
             return None;
         }
-        let travel = stroke.to.tip.distance(stroke.from.tip);
-        let turn = stroke.to.axis.distance(stroke.from.axis);
-        let way = travel + 2.0 * turn * self.radius;
+        let turn = stroke.turn.map_or(0.0, DVec3::length);
+        let way = stroke.length + 2.0 * turn * self.radius;
         Some(way * way / (2.0 * self.corner))
     }
 
@@ -253,10 +277,8 @@ impl Body {
         if square <= self.corner * self.corner || along(line.normal) >= 0.0 {
             return None;
         }
-        let mut approach = along(stroke.to.tip - stroke.from.tip);
-        let turn = stroke.to.axis - stroke.from.axis;
-        // Most cutters never turn.
-        if turn != DVec3::ZERO {
+        let mut approach = along(stroke.travel);
+        if let Some(turn) = stroke.turn {
             // The core's nearest point is this high and in this direction.
             let r = q - pose.axis * below - (q - pose.axis * z) * spread;
             approach += along(turn) * r.dot(pose.axis) - along(pose.axis) * turn.dot(r);
@@ -282,7 +304,7 @@ impl Body {
         if self.stays_clear(stroke, line, height) {
             return height;
         }
-        let limit = height + STEEP * stroke.to.tip.distance(stroke.from.tip);
+        let limit = height + STEEP * stroke.length;
         let known = Known { near: limit, limit };
         let Some(end) = self.meet(&stroke.to, stroke, line, known) else { return height };
         let height = height.min(end.height);
@@ -414,8 +436,7 @@ impl Body {
         if covered < 1.0 && rho > 0.0 {
             let middle = view.q + line.normal * (floor + 0.5 * self.layer.depth);
             let across = middle - pose.axis * middle.dot(pose.axis);
-            let travel = stroke.to.tip - stroke.from.tip;
-            change -= (top - low) * across.dot(travel) / (rho * self.smear);
+            change -= (top - low) * across.dot(stroke.travel) / (rho * self.smear);
         }
         Some(Meeting { height: low + (1.0 - covered) * (top - low), slope: change })
     }
@@ -517,8 +538,10 @@ impl Body {
 
 /// Change of the entry's height over the whole move: the body's side moves with the cutter.
 fn slope(entry: &Entry, pose: &Pose, stroke: &Stroke, line: &Line) -> f64 {
-    let above = (line.foot + line.normal * entry.height - pose.tip).dot(pose.axis);
-    let travel = stroke.to.tip - stroke.from.tip + (stroke.to.axis - stroke.from.axis) * above;
+    let swung = stroke.turn.map_or(DVec3::ZERO, |turn| {
+        turn * (line.foot + line.normal * entry.height - pose.tip).dot(pose.axis)
+    });
+    let travel = stroke.travel + swung;
     let against = entry.outward.dot(line.normal);
     if against < 0.0 { entry.outward.dot(travel) / against } else { 0.0 }
 }

@@ -225,7 +225,7 @@ impl StepCut<'_> {
 
     /// Whether something of a block was lowered.
     fn block(&mut self, block: &mut Block, samples: &mut [Swept]) -> bool {
-        let lines = block.all & self.step.reaches(self.body, &block.tops, &block.normals);
+        let lines = self.step.reaches(self.body, &block.tops, &block.normals, block.all);
         let cells = block.cells.reached(self.step, self.body, &block.normals);
         let mut lowered = false;
         for lane in each(lines | cells) {
@@ -418,7 +418,7 @@ impl Cells {
     fn reached(&self, step: &Step, body: &Body, normals: &Vectors<BLOCK>) -> u32 {
         let mut reached = 0;
         if self.covered != 0 {
-            reached |= self.covered & step.reaches(body, &self.tops, normals);
+            reached |= step.reaches(body, &self.tops, normals, self.covered);
         }
         if self.open != 0 {
             let [middle, to] = [&step.middle, &step.to].map(|at| self.middles.rho_squared(at));
