@@ -9,7 +9,7 @@ use evencut_core::report::FileRecord;
 use evencut_core::results::{Input, verify_options};
 use evencut_core::tool::Tool;
 use evencut_core::verdict::{
-    ProgramRules, ReadPath, UP, Verdict, VerdictError, Workpiece, verdict,
+    Mismatch, ProgramRules, ReadPath, UP, Verdict, VerdictError, Workpiece, verdict,
 };
 use evencut_core::verify::{Sphere, VerifyError, VerifyOptions};
 
@@ -24,6 +24,10 @@ const SAMPLES_PER_RADIUS: f64 = 40.0;
 /// the removal rate.
 const UNKNOWN_DEPTH: f64 = 0.2;
 
+/// Directories above results in which their surface is looked for, the results' own included.
+const MOST_ABOVE: usize = 4;
+/// Least and largest factor on a mesh's lengths.
+const SCALES: (f64, f64) = (1e-6, 1e6);
 /// Deepest stock that is simulated, cutter radii.
 const MOST_RADII: f64 = 20.0;
 
@@ -36,18 +40,29 @@ pub struct Verify {
     /// Job that the path belongs to: surface, cutter, limits and machine are taken from it
     #[arg(long, value_name = "JOB", conflicts_with_all = ["surface", "tool"])]
     job: Option<PathBuf>,
-    /// Mesh that the path machines: stl, obj, ply or off
-    #[arg(long, value_name = "FILE", required_unless_present = "job", requires = "tool")]
+    /// Mesh that the path machines: stl, obj, ply or off [default: that of the directory of results]
+    #[arg(long, value_name = "FILE", requires = "tool")]
     surface: Option<PathBuf>,
     /// Factor on the mesh's lengths that makes them millimetres
-    #[arg(long, default_value_t = 1.0, value_name = "S", requires = "surface",
-        value_parser = crate::inspect::scale)]
+    #[arg(
+        long,
+        default_value_t = 1.0,
+        value_name = "S",
+        requires = "surface",
+        allow_hyphen_values = true
+    )]
     scale: f64,
     /// Faces of the mesh within this angle of +Z are machined, the others must only not be cut into
-    #[arg(long, default_value_t = 89.9, value_name = "DEGREES", requires = "surface")]
+    #[arg(
+        long,
+        default_value_t = 89.9,
+        value_name = "DEGREES",
+        requires = "surface",
+        allow_hyphen_values = true
+    )]
     within: f64,
     /// Cutter: ball:DIAMETER, flat:DIAMETER or bull:DIAMETER:CORNER_RADIUS, mm
-    #[arg(long, value_name = "CUTTER", value_parser = cutter)]
+    #[arg(long, value_name = "CUTTER", value_parser = cutter, requires = "surface")]
     tool: Option<Tool>,
     /// Axes of the machine that runs the program
     #[arg(long, value_enum, default_value_t = Machine::Three)]
@@ -135,10 +150,14 @@ impl Verify {
             output::check(target).map_err(|error| of_output(&error))?;
         }
         let (file, too_tight) = self.path_file(streams)?;
-        let mut subject = match &self.job {
-            Some(job) => self.of_job(job)?,
-            None => self.of_mesh()?,
+        let mut subject = match (&self.job, &self.surface) {
+            (Some(job), _) => self.of_job(job, |job_file| input::surface_path(job, job_file))?,
+            (None, Some(surface)) => self.of_mesh(surface)?,
+            (None, None) => self.of_results()?,
         };
+        if let Some(mended) = &subject.workpiece.mended {
+            streams.message(&format!("warning: {mended}\n"));
+        }
         self.override_options(&mut subject.options);
         self.refuse_bad_numbers(&subject.options)?;
         subject.options.too_tight = too_tight;
@@ -161,6 +180,9 @@ impl Verify {
             _ => Failed::file(exit_of(&error), error, &file),
         })?;
         drop(progress);
+        if let Some(mismatch) = Mismatch::of(&read.path, &subject.workpiece, &verdict.report) {
+            streams.message(&format!("hint: {mismatch}\n"));
+        }
         self.tell(&verdict, &file, subject.options.spacing, streams)
     }
 
@@ -201,14 +223,34 @@ impl Verify {
         Ok((file, too_tight))
     }
 
-    fn of_job(&self, path: &Path) -> Result<Subject, Failed> {
+    /// By the job that results were made with.
+    fn of_results(&self) -> Result<Subject, Failed> {
+        let job = self.path.join("job.resolved.toml");
+        if !job.is_file() {
+            let message = "error: give --job, or --surface and --tool; only a directory of results \
+                           holds the job it was made with\n";
+            return Err(Failed(Exit::BadJob, message.into()));
+        }
+        self.of_job(&job, |read| surface_of_results(&self.path, read)).map_err(|failed| {
+            let no_surface = failed.0 == Exit::BadSurface;
+            let help = "help: the job of these results is somewhere else: name it with --job\n";
+            Failed(failed.0, failed.1 + if no_surface { help } else { "" })
+        })
+    }
+
+    /// By a job whose surface's file `surface_path` tells.
+    fn of_job(
+        &self,
+        path: &Path,
+        surface_path: impl Fn(&Job) -> Option<PathBuf>,
+    ) -> Result<Subject, Failed> {
         let failed = |exit, faults: Faults, source: &[u8]| {
             Failed(exit, faults.render(&input::name(path), source))
         };
         let source = input::read_job(path)
             .map_err(|fault| failed(Exit::BadJob, Faults(vec![fault]), b""))?;
         let job = job::read(&source).map_err(|faults| failed(Exit::BadJob, faults, &source))?.job;
-        let surface = match input::surface_path(path, &job) {
+        let surface = match surface_path(&job) {
             None => None,
             Some(file) => Some(
                 input::read_surface(&file, &source)
@@ -229,14 +271,13 @@ impl Verify {
         })
     }
 
-    fn of_mesh(&self) -> Result<Subject, Failed> {
+    fn of_mesh(&self, file: &Path) -> Result<Subject, Failed> {
         // The arguments' rules ask for both.
-        let (Some(file), Some(tool)) = (&self.surface, self.tool) else {
-            return Err(Failed(
-                Exit::BadJob,
-                "error: give --job, or --surface and --tool\n".into(),
-            ));
+        let Some(tool) = self.tool else {
+            return Err(Failed(Exit::BadJob, "error: --surface takes --tool, too\n".into()));
         };
+        in_range("--scale", self.scale, SCALES)?;
+        in_range("--within", self.within, (0.0, 180.0))?;
         let bytes =
             std::fs::read(file).map_err(|error| Failed::file(Exit::BadSurface, error, file))?;
         let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -293,8 +334,6 @@ impl Verify {
             ("--stock", options.stock, 0.0),
             ("--mrr-limit", options.mrr_limit.unwrap_or(1.0), f64::MIN_POSITIVE),
             ("--spacing", options.spacing, f64::MIN_POSITIVE),
-            ("--scale", self.scale, f64::MIN_POSITIVE),
-            ("--within", self.within, 0.0),
         ];
         let deepest = MOST_RADII * options.tool.radius();
         for (name, value) in [("--depth", options.depth), ("--stock", options.stock)] {
@@ -386,6 +425,35 @@ fn exit_of(error: &VerdictError) -> Exit {
         | VerdictError::BadFace { .. }
         | VerdictError::Surface(_) => Exit::BadSurface,
     }
+}
+
+/// Refuses an argument outside of a range.
+fn in_range(name: &str, value: f64, (least, most): (f64, f64)) -> Result<(), Failed> {
+    if (least..=most).contains(&value) {
+        return Ok(());
+    }
+    let message = format!("error: {name} is {value}; it must be from {least} to {most}\n");
+    Err(Failed(Exit::BadJob, message))
+}
+
+/// The file of the surface that results in a directory were made from: under its name in the job from
+/// that directory, one above it or the current one, with the content that the report recorded. The job's
+/// own place where there is none, so that its absence is told.
+fn surface_of_results(directory: &Path, job: &Job) -> Option<PathBuf> {
+    let SurfaceSource::File(name) = &job.surface.source else { return None };
+    let report = std::fs::read(directory.join("report.json")).ok();
+    let report: Option<serde_json::Value> = report.and_then(|r| serde_json::from_slice(&r).ok());
+    let inputs = report.and_then(|r| r["inputs"].as_array().cloned()).unwrap_or_default();
+    let recorded = inputs.iter().find(|input| input["name"] == name.as_str());
+    let sha256 = recorded.and_then(|input| input["sha256"].as_str());
+    let absolute = std::fs::canonicalize(directory).unwrap_or_default();
+    let above = absolute.ancestors().take(MOST_ABOVE).map(Path::to_owned);
+    let places = above.chain([PathBuf::new()]).map(|place| place.join(name));
+    let is_it = |file: &PathBuf| {
+        let content = std::fs::read(file).ok();
+        content.is_some_and(|c| Some(FileRecord::of(name, &c).sha256.as_str()) == sha256)
+    };
+    Some(places.into_iter().find(is_it).unwrap_or_else(|| directory.join(name)))
 }
 
 /// A program of results in a directory.

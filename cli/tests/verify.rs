@@ -146,7 +146,7 @@ fn bad_arguments_are_named_with_a_remedy() {
         assert_eq!(code, exit, "{arguments:?}: {errors}");
         assert!(errors.contains(says), "{arguments:?}: {errors}");
     };
-    refused(&["out"], 2, "--surface");
+    refused(&["out/program.ngc"], 2, "--surface");
     refused(&["out", "--surface", "part.obj"], 2, "--tool");
     refused(&["out", "--surface", "part.obj", "--tool", "drill:3"], 2, "ball:10");
     refused(&["out", "--surface", "part.obj", "--tool", "bull:4:9"], 2, "corner radius");
@@ -159,6 +159,135 @@ fn bad_arguments_are_named_with_a_remedy() {
     let part = ["out/toolpath.csv", "--surface", "part.obj"];
     refused(&[part[0], part[1], part[2], "--tool", "ball:0.00001"], 2, "the cutter's diameter");
     refused(&[part[0], part[1], part[2], "--tool", "ball:4", "--scale", "1e30"], 2, "--scale");
+    let mesh =
+        |more: [&'static str; 2]| [part[0], part[1], part[2], "--tool", "ball:4", more[0], more[1]];
+    refused(&mesh(["--scale", "-1"]), 2, "--scale is -1; it must be from 0.000001 to 1000000");
+    refused(&mesh(["--within", "-5"]), 2, "--within is -5; it must be from 0 to 180");
+    refused(&mesh(["--within", "nan"]), 2, "--within is NaN");
+    refused(&["out", "--tool", "ball:4"], 2, "--surface");
     refused(&["out/toolpath.csv", "--surface", "no.stl", "--tool", "ball:4"], 3, "no.stl");
     refused(&["out/toolpath.csv", "--surface", "part.toml", "--tool", "ball:4"], 3, ".stl");
+}
+
+#[test]
+fn results_bring_their_job_along() {
+    let path = planned("own-job");
+    let output = evencut(&path, &["verify", "out"]);
+    assert_eq!(streams(&output).0, 0, "{}", streams(&output).2);
+    // From elsewhere, and with another surface in the way.
+    fs::create_dir_all(path.join("out/elsewhere")).unwrap();
+    fs::write(path.join("out/part.obj"), STRIP.replace("20", "30")).unwrap();
+    let output = evencut(&path.join("out/elsewhere"), &["verify", ".."]);
+    assert_eq!(streams(&output).0, 0, "{}", streams(&output).2);
+    fs::write(path.join("part.obj"), STRIP.replace("20", "25")).unwrap();
+    fs::remove_file(path.join("out/part.obj")).unwrap();
+    let output = evencut(&path, &["verify", "out"]);
+    let (exit, _, errors) = streams(&output);
+    assert_eq!(exit, 3, "{errors}");
+    assert!(errors.contains("there is no file") && errors.contains("--job"), "{errors}");
+    fs::remove_file(path.join("out/job.resolved.toml")).unwrap();
+    let output = evencut(&path, &["verify", "out"]);
+    let (exit, _, errors) = streams(&output);
+    assert_eq!(exit, 2);
+    assert!(errors.contains("give --job, or --surface and --tool"), "{errors}");
+}
+
+#[test]
+fn a_path_of_another_size_or_place_is_hinted_at() {
+    let path = planned("mismatch");
+    let hint = |surface: &str, arguments: &[&str], says: &str| {
+        fs::write(path.join("other.obj"), surface).unwrap();
+        let mut all = vec!["verify", "out/program.ngc", "--surface", "other.obj", "--tool"];
+        all.extend(["ball:4", "--scallop", "0.05"]);
+        all.extend(arguments);
+        let output = evencut(&path, &all);
+        let errors = streams(&output).2;
+        let hints: Vec<&str> = errors.lines().filter(|l| l.starts_with("hint:")).collect();
+        assert!(matches!(hints[..], [line] if line.contains(says)), "{says}: {errors}");
+    };
+    hint(STRIP, &["--scale", "0.03937"], "the surface may be in inches");
+    hint(STRIP, &["--scale", "25.4"], "the path may be in inches");
+    let moved = STRIP.replace("v 20", "v 120").replace("v 0", "v 100");
+    hint(&moved, &[], "mm beside the surface");
+    let sunk = STRIP.replace(" 0\nv", " -9\nv").replace(" 0\nf 1", " -9\nf 1");
+    hint(&sunk, &[], "beside the surface");
+}
+
+#[test]
+fn what_was_mended_of_a_mesh_is_told() {
+    let path = planned("mended");
+    // One facet is turned over, one is there twice.
+    fs::write(path.join("torn.obj"), STRIP.replace("f 1 3 4", "f 1 4 3\nf 1 2 3")).unwrap();
+    let arguments = ["verify", "out/toolpath.csv", "--surface", "torn.obj", "--tool", "ball:4"];
+    let output = evencut(&path, &arguments);
+    let (_, _, errors) = streams(&output);
+    assert!(errors.contains("warning: surface: the mesh was repaired:"), "{errors}");
+    assert!(errors.contains("1 duplicate") && errors.contains("1 faces turned over"), "{errors}");
+}
+
+#[test]
+fn what_may_stand_between_samples_is_told() {
+    let path = planned("between");
+    let report = json(&fs::read(path.join("out/report.json")).unwrap());
+    let largest = report["verification"]["scallop"]["largest_mm"].as_f64().unwrap();
+    let limit = format!("{}", largest + 1e-4);
+    let arguments = ["verify", "out", "--scallop", &limit, "--tolerance", "0.0003"];
+    let output = evencut(&path, &arguments);
+    let (_, told, _) = streams(&output);
+    assert!(told.contains("µm that may stand between samples"), "{told}");
+    let output = evencut(&path, &["verify", "out", "--scallop", "1"]);
+    assert!(!streams(&output).1.contains("that may stand"), "{}", streams(&output).1);
+}
+
+#[test]
+fn a_table_beyond_bounds_is_refused_with_its_place() {
+    let path = planned("far");
+    spoil(&path, |i, fields| {
+        if i == 3 {
+            fields[4] = "10000001".into();
+        }
+    });
+    let output = evencut(&path, &["verify", "out", "--job", "part.toml"]);
+    let (exit, _, errors) = streams(&output);
+    assert_eq!(exit, 2, "{errors}");
+    assert!(
+        errors.contains("line 5, column y: \"10000001\"; it must be at most 10 km"),
+        "{errors}"
+    );
+}
+
+#[test]
+fn every_fault_is_told_once() {
+    let path = planned("once");
+    // Every feed but the first is lost, and half of the path is missing.
+    spoil(&path, |i, fields| {
+        if i > 3 && fields[2] == "cut" {
+            fields[12] = "0.0000".into();
+        }
+    });
+    let output = evencut(&path, &["verify", "out", "--job", "part.toml", "--scallop", "0.001"]);
+    let (exit, _, errors) = streams(&output);
+    assert_eq!(exit, 5, "{errors}");
+    let faults: Vec<&str> = errors.lines().filter(|l| l.contains("verification:")).collect();
+    let mut distinct = faults.clone();
+    distinct.sort_unstable();
+    distinct.dedup();
+    assert_eq!((faults.len(), distinct.len()), (2, 2), "{errors}");
+}
+
+#[test]
+fn cusps_and_samples_agree() {
+    let path = empty("verify-cusps");
+    fs::write(path.join("part.obj"), STRIP).unwrap();
+    let job = JOB.replace("stepover = 0.8", "scallop = 0.02");
+    let job = job.replace("relative = 1.5\ncontrol = \"feed\"", "control = \"off\"");
+    fs::write(path.join("part.toml"), job + "[path]\npattern = \"iso-planar\"\n").unwrap();
+    let output = evencut(&path, &["plan", "part.toml", "-o", "out"]);
+    assert_eq!(streams(&output).0, 0, "{}", streams(&output).2);
+    let v = &json(&fs::read(path.join("out/report.json")).unwrap())["verification"];
+    let of = |keys: [&str; 2]| v[keys[0]][keys[1]].as_f64().unwrap();
+    let (cusp, sample) = (of(["cusps", "largest_mm"]), of(["scallop", "largest_mm"]));
+    assert!(cusp <= sample + of(["scallop", "sampling_bound_mm"]), "{cusp} {sample}");
+    assert!((cusp / sample - 1.0).abs() < 0.02, "{cusp} {sample}");
+    assert!(of(["cusps", "count"]) > 500.0, "{}", v["cusps"]);
 }

@@ -3,15 +3,24 @@
 use crate::gcode::{self, CheckOptions, Finding, GcodeError, Kinematics};
 use crate::geometry::{DVec3, math};
 use crate::job::Job;
-use crate::mesh::{MeshFormat, ReadError, read, repair};
+use crate::mesh::{MeshFormat, ReadError, Repaired, Repairs, read, repair};
 use crate::plan::{PlanError, cusp_limit, load};
 use crate::preview::{rate_map, residual_map};
 use crate::report::{FORMAT, FileRecord, Lines, VerificationFigures, VerificationReport, Versions};
 use crate::results::{Input, OutputFile};
-use crate::surface::Part;
-use crate::toolpath::{CsvError, Toolpath};
+use crate::surface::{Part, Warning};
+use crate::toolpath::{CsvError, MoveKind, Toolpath};
 use crate::verify::{Facets, VerifyError, VerifyOptions, verify};
 use thiserror::Error;
+
+/// Millimetres in an inch, and by how much a ratio may miss it: a path is larger than its surface by cutter
+/// and approaches.
+const INCH: f64 = 25.4;
+const INCH_SPREAD: f64 = 1.6;
+/// A path this many times as large as the surface, or as small, is likely in other units.
+const FAR_LARGER: f64 = 12.0;
+/// The same where it touches nothing.
+const LARGER: f64 = 4.0;
 
 /// Why a path is not judged.
 #[derive(Debug, Error)]
@@ -59,6 +68,79 @@ pub struct Workpiece {
     pub design: Part,
     /// What must only not be cut into.
     pub rest: Part,
+    /// What was mended about a mesh file; `None` where that is nothing worth a word.
+    pub mended: Option<Warning>,
+}
+
+/// What makes it likely that a path and a surface do not belong together.
+#[derive(Copy, Clone, Debug, PartialEq, Error)]
+pub enum Mismatch {
+    /// One is far larger.
+    #[error(
+        "the path spans {path:.1} mm, the surface {surface:.1} mm{}; check the units of both",
+        inches(*path, *surface)
+    )]
+    Size {
+        /// Longest side of the box around the cutting moves, mm.
+        path: f64,
+        /// That of the surface, mm.
+        surface: f64,
+    },
+    /// They lie apart.
+    #[error(
+        "the cutting moves lie {distance:.1} mm beside the surface; the path may belong to another \
+         job or another origin"
+    )]
+    Apart {
+        /// Distance between the boxes around them, mm.
+        distance: f64,
+    },
+    /// They lie at the same place, but do not meet.
+    #[error("no move touches the surface; check the origin and the direction of Z")]
+    Untouched,
+}
+
+/// What a ratio of sizes near 25.4 suggests.
+fn inches(path: f64, surface: f64) -> &'static str {
+    let is_inch = |ratio: f64| (INCH / INCH_SPREAD..INCH * INCH_SPREAD).contains(&ratio);
+    if is_inch(path / surface) {
+        ": the surface may be in inches (--scale 25.4)"
+    } else if is_inch(surface / path) {
+        ": the path may be in inches"
+    } else {
+        ""
+    }
+}
+
+impl Mismatch {
+    /// What is suspicious about a path that was judged.
+    pub fn of(path: &Toolpath, workpiece: &Workpiece, report: &VerificationReport) -> Option<Self> {
+        let figures = &report.verification;
+        let untouched = figures.untouched_mm2 >= (1.0 - 1e-9) * figures.area_mm2;
+        let cuts = path.points.iter().filter(|p| p.kind != MoveKind::Rapid).map(|p| p.tip);
+        let corners = workpiece.design.faces.iter().flatten();
+        let places = corners.map(|&v| workpiece.design.positions[v as usize]);
+        let ((low, high), (least, most)) = (bounds(cuts), bounds(places));
+        let (path, surface) = ((high - low).max_element(), (most - least).max_element());
+        let ratio = path.max(surface) / path.min(surface);
+        if !(path.is_finite() && surface.is_finite()) {
+            return None;
+        }
+        if ratio > if untouched { LARGER } else { FAR_LARGER } {
+            return Some(Self::Size { path, surface });
+        }
+        let distance = (low - most).max(least - high).max(DVec3::ZERO).length();
+        match untouched {
+            true if distance > 0.0 => Some(Self::Apart { distance }),
+            true => Some(Self::Untouched),
+            false => None,
+        }
+    }
+}
+
+/// Lowest and highest coordinates.
+fn bounds(places: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
+    places.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)))
 }
 
 impl Workpiece {
@@ -73,7 +155,8 @@ impl Workpiece {
         let design = Part { positions: positions.to_vec(), faces };
         let curvature = built.surface.curvature(job.surface.curvature_radius);
         let cusps = cusp_limit(job, &built.surface, &curvature);
-        Ok((Self { rest: built.part.without(&built.surface), design }, cusps))
+        let rest = built.part.without(&built.surface);
+        Ok((Self { rest, design, mended: None }, cusps))
     }
 
     /// The part in a mesh file, its lengths multiplied by `scale`: faces whose normals lie within
@@ -90,7 +173,7 @@ impl Workpiece {
         if let Some(face) = soup.faces.iter().position(|f| !f.iter().all(is_there)) {
             return Err(VerdictError::BadFace { face });
         }
-        let mesh = repair(soup).mesh;
+        let Repaired { mesh, repairs } = repair(soup);
         let steepest = math::cos(within);
         let is_machined = |f: &&[u32; 3]| {
             let [a, b, c] = f.map(|v| mesh.positions[v as usize]);
@@ -100,7 +183,10 @@ impl Workpiece {
             positions: mesh.positions.clone(),
             faces: mesh.faces.iter().filter(|f| is_machined(f) == machined).copied().collect(),
         };
-        Ok(Self { design: of(true), rest: of(false) })
+        // Welding exact copies is what every STL needs.
+        let welded = Repairs { welded: 0, tolerance: 0.0, ..repairs.clone() };
+        let mended = (welded != Repairs::default()).then_some(Warning::Repaired(repairs));
+        Ok(Self { design: of(true), rest: of(false), mended })
     }
 
     /// What is machined.

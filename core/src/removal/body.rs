@@ -18,7 +18,7 @@ const FLAT: f64 = 1e-9;
 /// A squared sine below this is none.
 const PARALLEL: f64 = 1e-18;
 /// Newton steps to the corner's round; convergence is quadratic and from below.
-const STEPS: usize = 8;
+const STEPS: usize = 10;
 /// A corner met this closely is met, mm.
 const MET: f64 = 2e-5;
 /// A column falls in a move by no more than this part of its length below where the end would have it:
@@ -45,6 +45,21 @@ impl Pose {
 pub(super) struct Stroke {
     pub from: Pose,
     pub to: Pose,
+    /// Change of the tip, mm.
+    travel: DVec3,
+    /// Its length, mm.
+    length: f64,
+    /// Change of the axis; none for most cutters.
+    turn: Option<DVec3>,
+}
+
+impl Stroke {
+    /// From pose to pose.
+    pub fn new(from: Pose, to: Pose) -> Self {
+        let (travel, turn) = (to.tip - from.tip, to.axis - from.axis);
+        let turn = (turn != DVec3::ZERO).then_some(turn);
+        Self { from, to, travel, length: travel.length(), turn }
+    }
 }
 
 /// Where columns stand: on `foot` along the unit `normal`.
@@ -140,6 +155,23 @@ impl View {
     }
 }
 
+/// A place outside of the body.
+struct Clear {
+    /// Squared distance from the core, mm².
+    square: f64,
+    /// How fast the distance falls, times itself, over the whole move.
+    approach: f64,
+}
+
+/// What is known of an entry before it is sought.
+#[derive(Copy, Clone)]
+struct Known {
+    /// A height near it; infinite where there is none.
+    near: f64,
+    /// Above this it does not matter.
+    limit: f64,
+}
+
 /// Where a line enters the body, and the body's outward direction there.
 struct Entry {
     height: f64,
@@ -174,6 +206,16 @@ impl Body {
             + up.max(0.0) * length
     }
 
+    /// The larger of that at both ends of a stroke, and that at its end.
+    pub fn supports(&self, stroke: &Stroke, d: DVec3, length: f64) -> [f64; 2] {
+        let end = self.support(&stroke.to, d, length);
+        let start = match stroke.turn {
+            None => end - d.dot(stroke.travel),
+            Some(_) => self.support(&stroke.from, d, length),
+        };
+        [end.max(start), end]
+    }
+
     /// Unit direction from the core's nearest point to `place`; none inside of the core.
     pub fn direction_to(&self, pose: &Pose, place: DVec3) -> Option<DVec3> {
         self.gap(pose, place).try_normalize()
@@ -189,30 +231,59 @@ impl Body {
         if self.corner < self.layer.top() {
             return None;
         }
-        let travel = stroke.to.tip.distance(stroke.from.tip);
-        let turn = stroke.to.axis.distance(stroke.from.axis);
-        let way = travel + 2.0 * turn * self.radius;
+        let turn = stroke.turn.map_or(0.0, DVec3::length);
+        let way = stroke.length + 2.0 * turn * self.radius;
         Some(way * way / (2.0 * self.corner))
     }
 
     /// Whether the top of a column stays out of a round body during a move at whose start it was out.
     ///
     /// The distance is convex along the move: it stays positive if it still falls at the end, or already
-    /// grows at the start.
+    /// grows at the start, or between as long as the tangents at both ends do.
     fn stays_clear(&self, stroke: &Stroke, line: &Line, height: f64) -> bool {
-        let top = line.foot + line.normal * height;
         if self.corner < self.layer.top() {
             return false;
         }
-        let end = self.gap(&stroke.to, top);
-        if end.length_squared() <= self.corner * self.corner || end.dot(line.normal) >= 0.0 {
-            return false;
-        }
-        if self.approach(&stroke.to, stroke, end, top) >= 0.0 {
+        let top = line.foot + line.normal * height;
+        let Some(end) = self.clear_of(&stroke.to, stroke, line, top) else { return false };
+        if end.approach >= 0.0 {
             return true;
         }
-        let start = self.gap(&stroke.from, top);
-        start.dot(line.normal) < 0.0 && self.approach(&stroke.from, stroke, start, top) <= 0.0
+        let Some(start) = self.clear_of(&stroke.from, stroke, line, top) else { return false };
+        if start.approach <= 0.0 {
+            return true;
+        }
+        // Distances fall by `fall` in a whole move, or grow by `rise`.
+        let (start_way, end_way) = (start.square.sqrt(), end.square.sqrt());
+        let (fall, rise) = (start.approach / start_way, -end.approach / end_way);
+        let (from, to) = (start_way - self.corner, end_way - self.corner);
+        to * fall + from * rise > fall * rise
+    }
+
+    /// How the top of a column is clear of a round body: only if the column leads away from it.
+    #[inline]
+    fn clear_of(&self, pose: &Pose, stroke: &Stroke, line: &Line, top: DVec3) -> Option<Clear> {
+        let q = top - pose.tip;
+        let z = q.dot(pose.axis);
+        let rho = (q.length_squared() - z * z).max(0.0).sqrt();
+        let (out, below) = ((rho - self.bottom).max(0.0), (z - self.corner).min(0.0));
+        let square = out * out + below * below;
+        let spread = if out > 0.0 { out / rho } else { 0.0 };
+        // The gap to the core along a direction.
+        let along = |v: DVec3| {
+            let up = v.dot(pose.axis);
+            below * up + spread * (q.dot(v) - z * up)
+        };
+        if square <= self.corner * self.corner || along(line.normal) >= 0.0 {
+            return None;
+        }
+        let mut approach = along(stroke.travel);
+        if let Some(turn) = stroke.turn {
+            // The core's nearest point is this high and in this direction.
+            let r = q - pose.axis * below - (q - pose.axis * z) * spread;
+            approach += along(turn) * r.dot(pose.axis) - along(pose.axis) * turn.dot(r);
+        }
+        Some(Clear { square, approach })
     }
 
     /// From the core's nearest point to a place; zero inside of the core.
@@ -225,14 +296,6 @@ impl Body {
         if rho > self.bottom { below + across * (1.0 - self.bottom / rho) } else { below }
     }
 
-    /// How fast the core's point from which `gap` leads to `place` goes along it, times the gap.
-    fn approach(&self, pose: &Pose, stroke: &Stroke, gap: DVec3, place: DVec3) -> f64 {
-        let r = place - gap - pose.tip;
-        let turn = stroke.to.axis - stroke.from.axis;
-        let travel = stroke.to.tip - stroke.from.tip + turn * r.dot(pose.axis);
-        (travel - pose.axis * turn.dot(r)).dot(gap)
-    }
-
     /// The height that a column of height `height` has after a move.
     ///
     /// `h(t)` is convex along a straight move, so its least is at an end or where its slope
@@ -241,8 +304,9 @@ impl Body {
         if self.stays_clear(stroke, line, height) {
             return height;
         }
-        let margin = STEEP * stroke.to.tip.distance(stroke.from.tip);
-        let Some(end) = self.meet(&stroke.to, stroke, line, height + margin) else { return height };
+        let limit = height + STEEP * stroke.length;
+        let known = Known { near: limit, limit };
+        let Some(end) = self.meet(&stroke.to, stroke, line, known) else { return height };
         let height = height.min(end.height);
         if end.slope <= 0.0 || end.height - end.slope >= height {
             return height;
@@ -252,15 +316,20 @@ impl Body {
 
     /// The same where the least may lie before the end of the move.
     fn lowered_between(&self, stroke: &Stroke, line: &Line, height: f64, end: Meeting) -> f64 {
-        let at =
-            |t: f64| self.meet(&stroke.from.toward(&stroke.to, t), stroke, line, f64::INFINITY);
-        let Some(start) = at(0.0).filter(|s| s.slope < 0.0) else { return height };
+        let at = |t: f64, near: f64| {
+            let known = Known { near, limit: f64::INFINITY };
+            self.meet(&stroke.from.toward(&stroke.to, t), stroke, line, known)
+        };
+        let Some(start) = at(0.0, end.height).filter(|s| s.slope < 0.0) else { return height };
         // Where the tangents at both ends meet: exact where the body has an edge.
         let t = (end.height - end.slope - start.height) / (start.slope - end.slope);
-        if !(0.0 < t && t < 1.0) || start.height + start.slope * t >= height {
+        let lowest = start.height + start.slope * t;
+        if !(0.0 < t && t < 1.0) || lowest >= height {
             return height;
         }
-        let Some(middle) = at(t) else { return height };
+        let Some(middle) = at(t, 0.5 * (lowest + end.height.min(start.height))) else {
+            return height;
+        };
         // Where the slope, if linear, is zero: exact where the body is round.
         let (a, b) = if middle.slope > 0.0 {
             ((0.0, start.slope), (t, middle.slope))
@@ -268,16 +337,16 @@ impl Body {
             ((t, middle.slope), (1.0, end.slope))
         };
         let level = a.0 - a.1 * (b.0 - a.0) / (b.1 - a.1);
-        let least = if level.is_finite() { at(level.clamp(a.0, b.0)) } else { None };
+        let least = if level.is_finite() { at(level.clamp(a.0, b.0), middle.height) } else { None };
         least.map_or(height, |m| m.height.min(height)).min(middle.height)
     }
 
-    /// Where the column falls to at a pose; none, too, where that is surely above `limit`.
-    fn meet(&self, pose: &Pose, stroke: &Stroke, line: &Line, limit: f64) -> Option<Meeting> {
+    /// Where the column falls to at a pose; none, too, where that is surely above what matters.
+    fn meet(&self, pose: &Pose, stroke: &Stroke, line: &Line, known: Known) -> Option<Meeting> {
         let q = line.foot - pose.tip;
         let (z, cosine) = (q.dot(pose.axis), line.normal.dot(pose.axis));
         // Nothing of the cutter is below its tip.
-        if z + cosine * limit <= 0.0 && cosine > 0.0 {
+        if z + cosine * known.limit <= 0.0 && cosine > 0.0 {
             return None;
         }
         let view = View::new(q, z, cosine, line);
@@ -293,7 +362,7 @@ impl Body {
             self.meet_smeared(pose, stroke, line, &view, near.max(0.0).sqrt())
         } else {
             self.under_bottom(pose, stroke, line, &view)
-                .or_else(|| self.meet_sharp(pose, stroke, line, &view, limit))
+                .or_else(|| self.meet_sharp(pose, stroke, line, &view, known))
         }
     }
 
@@ -323,10 +392,10 @@ impl Body {
         stroke: &Stroke,
         line: &Line,
         view: &View,
-        limit: f64,
+        known: Known,
     ) -> Option<Meeting> {
         let (first, last) = view.within(self.radius)?;
-        let entry = self.entry(pose, line, view, first, limit)?;
+        let entry = self.entry(pose, line, view, first, known)?;
         let (floor, top) = (self.layer.stock, self.layer.top());
         if entry.height > top || last <= entry.height.max(floor) {
             return None;
@@ -352,7 +421,10 @@ impl Body {
             return None;
         }
         let entry = match view.within(self.radius) {
-            Some(_) => self.entry(pose, line, view, f64::NEG_INFINITY, f64::INFINITY)?,
+            Some(_) => {
+                let nothing = Known { near: f64::INFINITY, limit: f64::INFINITY };
+                self.entry(pose, line, view, f64::NEG_INFINITY, nothing)?
+            }
             None => Entry { height: view.above(self.corner)?, outward: -pose.axis },
         };
         let (floor, top) = (self.layer.stock, self.layer.top());
@@ -364,14 +436,20 @@ impl Body {
         if covered < 1.0 && rho > 0.0 {
             let middle = view.q + line.normal * (floor + 0.5 * self.layer.depth);
             let across = middle - pose.axis * middle.dot(pose.axis);
-            let travel = stroke.to.tip - stroke.from.tip;
-            change -= (top - low) * across.dot(travel) / (rho * self.smear);
+            change -= (top - low) * across.dot(stroke.travel) / (rho * self.smear);
         }
         Some(Meeting { height: low + (1.0 - covered) * (top - low), slope: change })
     }
 
     /// Where the line enters the body; it enters the cylinder of the cutter's radius at `side`.
-    fn entry(&self, pose: &Pose, line: &Line, view: &View, side: f64, limit: f64) -> Option<Entry> {
+    fn entry(
+        &self,
+        pose: &Pose,
+        line: &Line,
+        view: &View,
+        side: f64,
+        known: Known,
+    ) -> Option<Entry> {
         if self.bottom == 0.0
             && let Some(entry) = self.entry_of_ball(pose, line, view)
         {
@@ -389,7 +467,16 @@ impl Body {
             };
             return Some(Entry { height, outward });
         }
-        self.entry_of_corner(pose, line, view, height.max(self.layer.stock - self.radius), limit)
+        let outside = height.max(self.layer.stock - self.radius);
+        let height = self.height_at_corner(view, outside, known)?;
+        let at = view.q + line.normal * height;
+        let z = at.dot(pose.axis);
+        let across = at - pose.axis * z;
+        let out = 1.0 - self.bottom / across.length().max(self.bottom);
+        let outward = across * out + pose.axis * (z - self.corner).min(0.0);
+        // Inside of the core there is no direction: from below.
+        let outward = if outward == DVec3::ZERO { -pose.axis } else { outward };
+        Some(Entry { height, outward })
     }
 
     /// Enters the sphere, unless the line came through the cylinder above it.
@@ -405,52 +492,56 @@ impl Body {
         (outward.dot(pose.axis) <= 0.0).then_some(Entry { height, outward })
     }
 
-    /// Newton on the distance from the core, which is convex along the line, from `height` outside.
-    fn entry_of_corner(
-        &self,
-        pose: &Pose,
-        line: &Line,
-        view: &View,
-        mut height: f64,
-        limit: f64,
-    ) -> Option<Entry> {
+    /// Newton on the distance from the core, which is convex along the line: from what is known, which a
+    /// first step leaves outward, or from `outside`.
+    fn height_at_corner(&self, view: &View, outside: f64, known: Known) -> Option<f64> {
+        let top = known.limit.min(self.layer.top());
+        let mut height = if known.near.is_finite() { known.near.min(top) } else { outside };
+        let mut guessed = height > outside;
+        height = height.max(outside);
         for _ in 0..STEPS {
-            let at = view.q + line.normal * height;
-            let z = at.dot(pose.axis);
-            let across = at - pose.axis * z;
-            let rho = across.length();
-            let mut gap = pose.axis * (z - self.corner).min(0.0);
-            if rho > self.bottom {
-                gap += across * (1.0 - self.bottom / rho);
-            }
-            let distance = gap.length();
+            let rho = view.rho_squared(height).max(0.0).sqrt();
+            let out = (rho - self.bottom).max(0.0);
+            let under = (self.corner - view.z - view.cosine * height).max(0.0);
+            let distance = (out * out + under * under).sqrt();
             let excess = distance - self.corner;
-            if excess <= MET {
-                // Inside of the core there is no direction: from below.
-                let outward = if distance > 0.0 { gap } else { -pose.axis };
-                return Some(Entry { height, outward });
+            let spread = if out > 0.0 { out * (view.b + view.a * height) / rho } else { 0.0 };
+            let rate = (spread - under * view.cosine) / distance;
+            // Where the body ends again the distance grows.
+            if excess <= MET && (!guessed || (rate < 0.0 && excess >= -MET)) {
+                return Some(height);
             }
-            let rate = gap.dot(line.normal) / distance;
-            if rate >= -FLAT {
+            if rate < -FLAT {
+                let step = excess / rate;
+                height -= step;
+                // The distance bends by 1/r_c at most: what a further step would change.
+                if excess.abs() < 0.1 * self.corner && step * step < -2.0 * MET * self.corner * rate
+                {
+                    return (height <= top).then_some(height.max(outside));
+                }
+                // Outside, and still below.
+                if excess > 0.0 && height > top {
+                    return None;
+                }
+                height = height.max(outside);
+            } else if guessed {
+                // Behind the body's middle, or in its core.
+                height = outside;
+            } else {
                 return None;
             }
-            height -= excess / rate;
-            if height > limit.min(self.layer.top()) {
-                return None;
-            }
+            guessed &= excess <= 0.0 && height > outside;
         }
-        let at = view.q + line.normal * height;
-        let z = at.dot(pose.axis);
-        let across = at - pose.axis * z;
-        let out = 1.0 - self.bottom / across.length().max(self.bottom);
-        Some(Entry { height, outward: across * out + pose.axis * (z - self.corner).min(0.0) })
+        Some(height)
     }
 }
 
 /// Change of the entry's height over the whole move: the body's side moves with the cutter.
 fn slope(entry: &Entry, pose: &Pose, stroke: &Stroke, line: &Line) -> f64 {
-    let above = (line.foot + line.normal * entry.height - pose.tip).dot(pose.axis);
-    let travel = stroke.to.tip - stroke.from.tip + (stroke.to.axis - stroke.from.axis) * above;
+    let swung = stroke.turn.map_or(DVec3::ZERO, |turn| {
+        turn * (line.foot + line.normal * entry.height - pose.tip).dot(pose.axis)
+    });
+    let travel = stroke.travel + swung;
     let against = entry.outward.dot(line.normal);
     if against < 0.0 { entry.outward.dot(travel) / against } else { 0.0 }
 }

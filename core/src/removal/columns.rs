@@ -15,9 +15,9 @@ use super::body::Line;
 
 /// Cells along a tile's side. More: larger tiles are opened for the sake of a corner; fewer: more
 /// of them.
-const SIDE: usize = 8;
+const SIDE: usize = 4;
 /// Columns to a nominal side step. More: smoother rates; time grows with the square.
-const PER_STEP: f64 = 10.0;
+const PER_STEP: f64 = 8.0;
 /// Columns aimed at at most: a whole part at the finest costs memory and time.
 const MOST_COLUMNS: f64 = 8e5;
 /// Angle of the grid, rad; the golden section of a right angle keeps it from lining up with paths.
@@ -25,7 +25,7 @@ const TURN: f64 = 0.599_997;
 /// Halvings below the squares of the mean scale: an uneven chart is followed over this range.
 const MOST_HALVINGS: u32 = 8;
 /// Tiles in a block.
-const BLOCK: usize = 256;
+const BLOCK: usize = 512;
 
 /// A column of material.
 #[derive(Copy, Clone, Debug)]
@@ -104,7 +104,7 @@ fn turned(p: DVec2, by: DVec2) -> DVec2 {
 }
 
 impl Columns {
-    /// Columns over all of a surface, about a tenth of `side_step` mm apart; `top`: the height
+    /// Columns over all of a surface, about an eighth of `side_step` mm apart; `top`: the height
     /// of the layer's upper side, mm.
     pub fn new(surface: &Surface, chart: &Chart, side_step: f64, top: f64) -> Self {
         let by = DVec2::new(math::cos(TURN), math::sin(TURN));

@@ -126,8 +126,7 @@ fn cut_to_pieces(points: &[PathPoint], tool: &Tool) -> (Removed, Vec<Stroke>, Ve
         for i in 0..count {
             let part = |k: usize| k as f64 / count as f64;
             if cuts {
-                let stroke =
-                    Stroke { from: from.toward(&to, part(i)), to: from.toward(&to, part(i + 1)) };
+                let stroke = Stroke::new(from.toward(&to, part(i)), from.toward(&to, part(i + 1)));
                 at.push(removed.pieces.len());
                 strokes.push(stroke);
             }
@@ -233,10 +232,11 @@ impl<'a> BlockCut<'a> {
     /// Lowers all columns that a stroke meets; returns the volume.
     fn take(&mut self, stroke: &Stroke) -> f64 {
         let mut volume = 0.0;
+        let dip = self.body.dip(stroke);
         self.open.push(0);
         while let Some(n) = self.open.pop() {
             let node = &self.block.nodes[n as usize];
-            let plane = self.supporting_plane(stroke, &node.bound, self.levels[n as usize]);
+            let plane = self.supporting_plane(stroke, dip, &node.bound, self.levels[n as usize]);
             if node.bound.least_along(plane.d, self.levels[n as usize]) >= plane.reach {
                 continue;
             }
@@ -251,16 +251,21 @@ impl<'a> BlockCut<'a> {
     /// A plane that supports the cutter throughout a stroke, toward what is left of a node.
     ///
     /// The body is held against at both ends; a round one at the end only, since what is left was clear
-    /// of the start, where the stroke before ended.
-    fn supporting_plane(&self, stroke: &Stroke, bound: &Bound, level: f64) -> Plane {
+    /// of the start, where the stroke before ended: `dip`, see [`Body::dip`].
+    fn supporting_plane(
+        &self,
+        stroke: &Stroke,
+        dip: Option<f64>,
+        bound: &Bound,
+        level: f64,
+    ) -> Plane {
         let place = bound.middle + bound.normal * level;
         let Some(d) = self.body.direction_to(&stroke.to, place) else {
             return Plane { d: DVec3::ZERO, reach: f64::INFINITY };
         };
         let length = LENGTH * self.body.reach();
-        let end = self.body.support(&stroke.to, d, length);
-        let both = end.max(self.body.support(&stroke.from, d, length));
-        let support = self.body.dip(stroke).map_or(both, |dip| both.min(end + dip));
+        let [both, end] = self.body.supports(stroke, d, length);
+        let support = dip.map_or(both, |dip| both.min(end + dip));
         Plane { d, reach: support - NEGLIGIBLE }
     }
 

@@ -205,7 +205,7 @@ fn no_tile_is_left_out() {
                         |t: f64| body::Pose { tip: w[0].tip.lerp(w[1].tip, t), axis: DVec3::Z };
                     (0..64).fold(height, |height, k| {
                         let (a, b) = (f64::from(k) / 64.0, f64::from(k + 1) / 64.0);
-                        let stroke = body::Stroke { from: pose(a), to: pose(b) };
+                        let stroke = body::Stroke::new(pose(a), pose(b));
                         body.lowered(&stroke, &column.line, height)
                     })
                 });

@@ -102,7 +102,7 @@ pub struct ScallopFigures {
 pub struct CuspFigures {
     /// Number of cusps that were measured.
     pub count: u64,
-    /// Share of the passes' sides that have none: no next pass, or the boundary.
+    /// Share of the passes' sides that have none: no next pass, or near the boundary or the end of a pass.
     pub share_left_out: f64,
     /// Height that 5 % stay below, mm.
     pub p5_mm: f64,

@@ -4,6 +4,7 @@
 //! `R - r_c` that begins `r_c` above the tip. A ball's core is a line, a flat end's core is the
 //! cutter itself. The core is convex, hence so is the cutter, and a line meets it in one interval.
 
+use super::motion::Step;
 use crate::geometry::DVec3;
 use crate::tool::Tool;
 
@@ -13,6 +14,10 @@ const ALONG_AXIS: f64 = 1e-14;
 const FLAT: f64 = 1e-6;
 /// Newton steps on the rounded rim; each doubles the digits, from below.
 const MOST_STEPS: usize = 24;
+/// Newton steps from a guess; a good one takes two.
+const FEW_STEPS: usize = 6;
+/// What a further step from a guess may change, mm.
+const CLOSE: f64 = 1e-7;
 /// A point this close to the rim lies on it, mm.
 const TOUCH: f64 = 1e-9;
 
@@ -134,7 +139,45 @@ impl Body {
     ///
     /// `direction`: unit.
     pub fn entry(&self, at: &Placed, origin: DVec3, direction: DVec3) -> Option<f64> {
+        self.entry_of(&Line::new(at, origin, direction))
+    }
+
+    /// The same, sooner where it is near a guess; the guess does not change it by more than the tolerance
+    /// of the search.
+    pub fn entry_near(
+        &self,
+        at: &Placed,
+        origin: DVec3,
+        direction: DVec3,
+        guess: f64,
+    ) -> Option<f64> {
         let line = Line::new(at, origin, direction);
+        // The others have a closed form.
+        let searched = self.bottom > 0.0 && self.corner > 0.0;
+        let near = if searched { self.entry_from_guess(&line, guess) } else { None };
+        near.or_else(|| self.entry_of(&line))
+    }
+
+    /// The lowest entry of a line during a step of a cutter with an edge that does not turn, and where the
+    /// cutter is then, if that is known at once.
+    ///
+    /// The entry is convex along the step, and linear as long as it is through the flat. So the end is
+    /// the lowest if it is through the flat and the cutter does not rise, the start if it is and does.
+    pub fn lowest_through_flat(
+        &self,
+        step: &Step,
+        origin: DVec3,
+        direction: DVec3,
+    ) -> Option<(f64, Placed)> {
+        let rises = step.half_way.dot(step.to.axis) > 0.0;
+        let at = if rises { step.from } else { step.to };
+        let line = Line::new(&at, origin, direction);
+        let t = -line.height / line.rise;
+        let within = line.rho_squared(t) < self.bottom * self.bottom;
+        (line.rise > FLAT && within).then_some((t, at))
+    }
+
+    fn entry_of(&self, line: &Line) -> Option<f64> {
         // Most lines rise through the flat.
         if line.rise > FLAT && self.bottom > 0.0 {
             let t = -line.height / line.rise;
@@ -153,7 +196,7 @@ impl Body {
                 (a, b) => a.map(|(t, _)| t).or(b),
             };
         }
-        if let Some(t) = self.entry_from_below(&line) {
+        if let Some(t) = self.entry_from_below(line) {
             return Some(t);
         }
         // Nothing of the cutter lies outside of its cylinder or below its tip.
@@ -168,7 +211,33 @@ impl Body {
             return Some(t);
         }
         let (outer, _) = line.entry(self.radius, 0.0, self.length)?;
-        self.rim_entry(&line, outer)
+        self.rim_entry(line, outer)
+    }
+
+    /// Entry by Newton's steps from a guess; `None` where that does not lead to it.
+    ///
+    /// The squared distance from the core is convex along the line and, on this side of its least, falls. So a
+    /// step from within the cutter leaves it, and the next ones come back to it from outside.
+    fn entry_from_guess(&self, line: &Line, guess: f64) -> Option<f64> {
+        let mut t = guess;
+        for _ in 0..FEW_STEPS {
+            let rho = line.rho_squared(t).max(0.0).sqrt();
+            let out = (rho - self.bottom).max(0.0);
+            let under = (self.corner - line.height_at(t)).max(0.0);
+            let excess = out * out + under * under - self.corner * self.corner;
+            let spread = if out > 0.0 { out * (line.q[1] + line.q[2] * t) / rho } else { 0.0 };
+            let slope = 2.0 * (spread - under * line.rise);
+            if slope >= 0.0 {
+                return None;
+            }
+            let way = excess / slope;
+            t -= way;
+            // The square bends by 4 at most: what a further step would change is `2 way² / slope`.
+            if excess.abs() < 0.1 * self.corner * self.corner && way * way <= -0.5 * CLOSE * slope {
+                return (line.height_at(t) <= self.length - self.corner).then_some(t);
+            }
+        }
+        None
     }
 
     /// Entry of a line that rises into the cutter, if its origin lies outside of it and not far.
@@ -356,6 +425,32 @@ mod tests {
             }
         }
         assert!(met > 40, "{met}");
+    }
+
+    #[test]
+    fn guesses_do_not_change_entries() {
+        let at =
+            Placed { tip: DVec3::new(1.0, 2.0, 3.0), axis: DVec3::new(0.2, -0.3, 0.9).normalize() };
+        let [_, _, bull] = tools();
+        let mut near = 0;
+        for direction in [DVec3::Z, DVec3::new(0.6, 0.0, 0.8), DVec3::new(-0.48, 0.64, 0.6)] {
+            for i in 0..600 {
+                let (i, k) = (f64::from(i % 25), f64::from(i / 25));
+                let origin = at.tip + DVec3::new(0.5 * i - 6.0, 0.5 * k - 6.0, -2.0);
+                let expected = bull.entry(&at, origin, direction);
+                for guess in [-3.0, 0.0, 2.0, 2.3, 3.0, 9.0] {
+                    match (bull.entry_near(&at, origin, direction, guess), expected) {
+                        (Some(a), Some(b)) => {
+                            near += 1;
+                            // Where the line grazes the rim, the tolerance is a longer way.
+                            assert!((a - b).abs() < 1e-5, "{origin} {direction} {guess}: {a} {b}");
+                        }
+                        (a, b) => assert_eq!(a.is_some(), b.is_some(), "{origin} {direction}"),
+                    }
+                }
+            }
+        }
+        assert!(near > 3000, "{near}");
     }
 
     #[test]

@@ -7,8 +7,10 @@
 //!
 //! Steps: (1) places evenly along the cutting moves; (2) the contact of each: of the samples that this
 //! move left, the one nearest to the cutter there; (3) residuals on the section, at first a few a pass
-//! distance, then closer around the highest. The next pass is known by its move, which is far along the
-//! path, not by any plan. A place near the boundary, or without a next pass, has no crest there.
+//! distance, then closer around the highest. The next pass is known by its index in the table, or, as in
+//! programs and spirals, by its move, which is far along the path; loops of a trochoid are no pass of
+//! their own. Where there is no next pass, where the boundary or the end of a pass is nearer than the
+//! passes are to each other, the crest is left out.
 
 use super::Outcome;
 use super::body::Body;
@@ -20,8 +22,10 @@ use crate::geometry::DVec3;
 use crate::parallel;
 use crate::toolpath::{MoveKind, Toolpath};
 
-/// Places on a path. More: finer shares, more time.
-const PLACES: usize = 300;
+/// Places on a path, which give shares to a percentage point. Fewer where trochoids leave cusps of their own,
+/// so that shares say little.
+const PLACES: usize = 1200;
+const PLACES_BESIDE_TROCHOIDS: usize = 300;
 /// Mean distances of passes that a section reaches to either side.
 const REACH: f64 = 1.75;
 /// Samples a mean distance of passes at first.
@@ -46,8 +50,8 @@ const FULL: f64 = 0.9;
 pub struct Crests {
     /// Heights in ascending order; each stands for as much of the path.
     pub heights: Vec<f64>,
-    /// Sides of the places at which the cutter touches; those without a height have no next pass, or lie at the
-    /// boundary.
+    /// Sides of the places at which the cutter touches; those without a height have no next pass, or lie near the
+    /// boundary or the end of a pass.
     pub sides: usize,
     /// The highest, where.
     pub highest_at: Option<DVec3>,
@@ -98,6 +102,16 @@ struct Place {
     part: f64,
 }
 
+/// Where the moves lie on their passes.
+struct Course {
+    /// Way along cuts to the start of every move, and to the end of the last, mm.
+    cut: Vec<f64>,
+    /// The same along cuts and trochoids.
+    all: Vec<f64>,
+    /// Where, on that way, the pass of a move begins and ends.
+    ends: Vec<[f64; 2]>,
+}
+
 /// A place where the cutter touches the surface.
 struct Contact {
     /// Index of the move.
@@ -115,7 +129,7 @@ impl Survey<'_> {
     pub fn crests(&self, design: Facets, samples: &[Outcome], threads: usize) -> Crests {
         let surface = Surface::new(design);
         let left = left_by(samples, self.motion.moves().len());
-        let ways = self.ways();
+        let course = Course::new(self.path);
         let (places, length) = self.places();
         let mut contacts = parallel::map(threads, &places, |p: &Place| self.contact(p, &left));
         contacts.retain(Option::is_some);
@@ -124,7 +138,7 @@ impl Survey<'_> {
         let distance = (self.cut_area(samples) / cut).min(2.0 * self.body.radius());
         let found = parallel::map(threads, &contacts, |contact: &Option<Contact>| {
             let contact = contact.as_ref()?;
-            self.beside(contact, &surface, &ways, distance)
+            self.beside(contact, &surface, &course, distance)
         });
         let mut crests: Vec<(f64, DVec3)> =
             found.into_iter().flatten().flatten().flatten().collect();
@@ -166,11 +180,13 @@ impl Survey<'_> {
             .filter(|&i| self.path.points[i + 1].kind == MoveKind::Cut)
             .collect();
         let total: f64 = cuts.iter().map(|&i| length(i)).sum();
-        let apart = total / PLACES as f64;
+        let loops = self.path.points.iter().any(|p| p.kind == MoveKind::Trochoid);
+        let count = if loops { PLACES_BESIDE_TROCHOIDS } else { PLACES };
+        let apart = total / count as f64;
         let (mut places, mut before) = (Vec::new(), 0.0);
         for i in cuts {
             let end = before + length(i);
-            while places.len() < PLACES && (places.len() as f64 + 0.5) * apart < end {
+            while places.len() < count && (places.len() as f64 + 0.5) * apart < end {
                 let part = ((places.len() as f64 + 0.5) * apart - before) / length(i);
                 places.push(Place { of: i, part });
             }
@@ -179,32 +195,22 @@ impl Survey<'_> {
         (places, total)
     }
 
-    /// The way along the path to the start of every move, mm.
-    fn ways(&self) -> Vec<f64> {
-        let mut way = 0.0;
-        let steps = self.path.points.windows(2).map(|w| w[0].tip.distance(w[1].tip));
-        core::iter::once(0.0)
-            .chain(steps.map(|s| {
-                way += s;
-                way
-            }))
-            .collect()
-    }
-
     /// The crests on the two sides of a contact.
     fn beside(
         &self,
         place: &Contact,
         surface: &Surface,
-        ways: &[f64],
+        course: &Course,
         distance: f64,
     ) -> Option<[Option<(f64, DVec3)>; 2]> {
+        if course.is_near_end(place.of, place.part, distance) {
+            return None;
+        }
         let chains = surface.across(place.contact, place.way, REACH * distance)?;
         let mut steps = Vec::new();
         let reach = REACH * distance + self.material.height;
         self.motion.near(self.body, place.contact, reach, &mut |step| steps.push(*step));
-        let here = ways[place.of] + place.part * (ways[place.of + 1] - ways[place.of]);
-        let section = Section { survey: self, steps: &steps, ways, here, distance };
+        let section = Section { survey: self, place, surface, steps: &steps, course, distance };
         Some(chains.map(|chain| section.crest(&chain)))
     }
 }
@@ -220,15 +226,51 @@ fn left_by(samples: &[Outcome], moves: usize) -> Vec<Vec<DVec3>> {
     left
 }
 
+/// Whether a move cuts along a pass or in loops on it.
+fn is_on_pass(kind: MoveKind) -> bool {
+    matches!(kind, MoveKind::Cut | MoveKind::Trochoid | MoveKind::Return)
+}
+
+impl Course {
+    fn new(path: &Toolpath) -> Self {
+        let way = |counts: &dyn Fn(MoveKind) -> bool| {
+            let mut way = 0.0;
+            let steps = path.points.windows(2).map(|w| {
+                way += if counts(w[1].kind) { w[0].tip.distance(w[1].tip) } else { 0.0 };
+                way
+            });
+            core::iter::once(0.0).chain(steps).collect::<Vec<f64>>()
+        };
+        let (cut, all) = (way(&|kind| kind == MoveKind::Cut), way(&is_on_pass));
+        let mut ends = vec![[0.0; 2]; path.points.len().saturating_sub(1)];
+        // Stretches on which neither the pass changes nor a link or rapid lies between.
+        let key = |i: usize| (is_on_pass(path.points[i + 1].kind), path.points[i + 1].pass);
+        let mut first = 0;
+        for i in 0..ends.len() {
+            if i + 1 == ends.len() || key(i + 1) != key(i) {
+                ends[first..=i].fill([all[first], all[i + 1]]);
+                first = i + 1;
+            }
+        }
+        Self { cut, all, ends }
+    }
+
+    /// Whether a part of a move lies less than `distance` mm from the end of its pass.
+    fn is_near_end(&self, of: usize, part: f64, distance: f64) -> bool {
+        let at = self.all[of] + part * (self.all[of + 1] - self.all[of]);
+        let [first, last] = self.ends[of];
+        at - first < distance || last - at < distance
+    }
+}
+
 /// What is asked along one section.
 struct Section<'a> {
     survey: &'a Survey<'a>,
+    place: &'a Contact,
+    surface: &'a Surface<'a>,
     /// The steps that reach it.
     steps: &'a [Step],
-    /// Ways along the path to its moves.
-    ways: &'a [f64],
-    /// That of the place.
-    here: f64,
+    course: &'a Course,
     /// Mean distance of passes.
     distance: f64,
 }
@@ -242,7 +284,7 @@ impl Section<'_> {
         let residuals = self.residuals(chain, &ways, self.steps);
         let end = self.next_pass(&residuals)?;
         let mut top = highest(&residuals[..=end]);
-        if chain.length() - ways[top] < 0.5 * self.distance {
+        if self.is_left_out(&residuals[end], chain, ways[top]) {
             return None;
         }
         let mut best = (residuals[top].height, ways[top]);
@@ -262,17 +304,48 @@ impl Section<'_> {
 
     /// The sample in the footprint of the next pass at which its crest is behind.
     fn next_pass(&self, residuals: &[Swept]) -> Option<usize> {
-        let another = ANOTHER * self.survey.body.radius();
-        let is_another = |by: u32| {
-            let (start, end) = (self.ways[by as usize], self.ways[by as usize + 1]);
-            (start - self.here).max(self.here - end) > another
-        };
         let mut highest: f64 = 0.0;
         residuals.iter().position(|s| {
             let height = s.height - self.survey.stock;
             highest = highest.max(height);
-            s.by.is_some_and(is_another) && height <= FALLEN * highest
+            s.by.is_some_and(|by| self.is_another(by as usize)) && height <= FALLEN * highest
         })
+    }
+
+    /// Whether a move is on another pass, or on another turn of a spiral.
+    fn is_another(&self, by: usize) -> bool {
+        let points = &self.survey.path.points;
+        let (own, other) = (&points[self.place.of + 1], &points[by + 1]);
+        if own.pass != other.pass {
+            return is_on_pass(other.kind);
+        }
+        let cut = &self.course.cut;
+        let here =
+            cut[self.place.of] + self.place.part * (cut[self.place.of + 1] - cut[self.place.of]);
+        let far = (cut[by] - here).max(here - cut[by + 1]);
+        other.kind == MoveKind::Cut && far > ANOTHER * self.survey.body.radius()
+    }
+
+    /// Whether a crest `way` mm along a chain is near the boundary, or the next pass, of which a sample is
+    /// given, ends near it.
+    fn is_left_out(&self, next: &Swept, chain: &Chain, way: f64) -> bool {
+        let (distance, crest) = (self.distance, chain.at(way));
+        let ends = |by: u32| {
+            let m = &self.survey.motion.moves()[by as usize];
+            let along = m.to.tip - m.from.tip;
+            let part = (crest.position - m.from.tip).dot(along) / along.length_squared();
+            self.course.is_near_end(
+                by as usize,
+                if part > 0.0 { part.min(1.0) } else { 0.0 },
+                distance,
+            )
+        };
+        if chain.is_near_boundary(way, distance) || next.by.is_none_or(ends) {
+            return true;
+        }
+        let across = crest.normal.cross(self.place.way).normalize_or(self.place.way);
+        let along = self.surface.across(crest.position, across, distance);
+        along.is_none_or(|chains| chains.iter().any(|c| c.is_near_boundary(0.0, distance)))
     }
 
     /// The steps that come within a distance of a point, or nearer than that to it.

@@ -132,7 +132,8 @@ struct Seen<const N: usize> {
 impl Step {
     /// The lines whose material a step may reach: not those that surely stay as they are.
     ///
-    /// `tops`: highest material on each line; `normals`: the lines' directions. The distance of the
+    /// `tops`: highest material on each line; `normals`: the lines' directions; `of`: the lines that are asked
+    /// about. The distance of the
     /// cutter from a line's material is convex along the step, and not negative at its start, where
     /// the step before ended. So it stays positive if it still falls at the end without having reached
     /// zero, or already grows at the start.
@@ -141,11 +142,16 @@ impl Step {
         body: &Body,
         tops: &Vectors<N>,
         normals: &Vectors<N>,
+        of: u32,
     ) -> u32 {
+        let of = of & !self.above(tops, normals);
+        if of == 0 {
+            return 0;
+        }
         let end = self.seen(&self.to, body, tops, normals);
         // The last is what may be no number.
         let clear = |i: usize| lesser(lesser(end.distance[i], end.down[i]), end.closing[i]) >= 0.0;
-        let away = !lanes::<N>(clear);
+        let away = of & !lanes::<N>(clear);
         let open =
             lanes::<N>(|i| lesser(lesser(end.distance[i], end.down[i]), -end.closing[i]) >= 0.0);
         if away & open == 0 {
@@ -160,6 +166,19 @@ impl Step {
             lesser(lesser(start.distance[i], start.down[i]), least) > 0.0
         });
         away & !(open & clear)
+    }
+
+    /// The lines that stay below the tip of a cutter that does not turn, and lead away from it.
+    fn above<const N: usize>(&self, tops: &Vectors<N>, normals: &Vectors<N>) -> u32 {
+        if self.half_turn != 0.0 {
+            return 0;
+        }
+        let (tip, axis) = (self.to.tip, self.to.axis);
+        // What is below the tip at the end by less than the cutter rose was above it at the start.
+        let risen = greater(2.0 * self.half_way.dot(axis), 0.0);
+        let (heights, rises) = (tops.along(axis), normals.along(axis));
+        let level = tip.dot(axis) - risen;
+        lanes::<N>(|i| heights[i] <= level && rises[i] >= 0.0)
     }
 
     fn seen<const N: usize>(

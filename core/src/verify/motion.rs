@@ -50,6 +50,8 @@ struct Cluster {
 #[derive(Clone, Debug)]
 pub struct Motion {
     moves: Vec<Move>,
+    /// What bounds every move by itself.
+    leaves: Vec<Cluster>,
     /// Clusters of [`FAN`] moves, of [`FAN`] of those, and so on.
     levels: Vec<Vec<Cluster>>,
 }
@@ -94,14 +96,15 @@ impl Motion {
             steps += u64::from(m.steps);
             moves.push(m);
         }
-        let leaves = |m: &Move| Cluster::of([m.from, m.to].into_iter());
+        let leaf = |m: &Move| Cluster::of([m.from, m.to].into_iter());
+        let leaves: Vec<Cluster> = moves.iter().map(leaf).collect();
         let mut levels: Vec<Vec<Cluster>> = Vec::new();
-        let mut below: Vec<Cluster> = moves.iter().map(leaves).collect();
+        let mut below = leaves.clone();
         while below.len() > FAN {
             below = below.chunks(FAN).map(Cluster::join).collect();
             levels.push(below.clone());
         }
-        Self { moves, levels }
+        Self { moves, leaves, levels }
     }
 
     /// The moves, in order; move `i` ends at point `i + 1`.
@@ -119,7 +122,7 @@ impl Motion {
     fn descend(&self, level: usize, index: usize, target: &Target, visit: &mut dyn FnMut(&Step)) {
         if level == 0 {
             let m = &self.moves[index];
-            if m.steps > 0 {
+            if m.steps > 0 && !target.is_clear_of(&self.leaves[index]) {
                 m.visit_steps(index as u32, 0, m.steps, target, visit);
             }
             return;
@@ -150,8 +153,13 @@ impl Move {
 
     /// The cutter a part `t` of the way.
     pub fn at(&self, t: f64) -> Placed {
+        let tip = self.from.tip.lerp(self.to.tip, t);
+        // Most cutters never turn.
+        if self.from.axis == self.to.axis {
+            return Placed { tip, axis: self.to.axis };
+        }
         let axis = self.from.axis.lerp(self.to.axis, t);
-        Placed { tip: self.from.tip.lerp(self.to.tip, t), axis: axis.normalize_or(self.to.axis) }
+        Placed { tip, axis: axis.normalize_or(self.to.axis) }
     }
 
     /// Step `k` of the move, which is the path's move `of`.
@@ -178,8 +186,9 @@ impl Move {
         visit: &mut dyn FnMut(&Step),
     ) {
         let n = f64::from(self.steps);
-        let ends = [first, end].map(|k| self.at(f64::from(k) / n));
-        if target.is_clear_of(&Cluster::of(ends.into_iter())) {
+        let all = end - first == self.steps;
+        let ends = || [first, end].map(|k| self.at(f64::from(k) / n));
+        if !all && target.is_clear_of(&Cluster::of(ends().into_iter())) {
             return;
         }
         if end - first == 1 {

@@ -31,7 +31,11 @@ pub struct Place {
 
 /// Places along a section, from its start on, with their ways along it, mm.
 #[derive(Clone, Debug)]
-pub struct Chain(Vec<(f64, Place)>);
+pub struct Chain {
+    places: Vec<(f64, Place)>,
+    /// Whether the surface ends where it does.
+    ends_at_boundary: bool,
+}
 
 /// A facet's part of a section: ends named by their edges.
 struct Piece {
@@ -160,6 +164,7 @@ impl Place {
 fn chain(pieces: &[Piece], first: usize, end: usize, start: Place, reach: f64) -> Chain {
     let mut out = vec![(0.0, start)];
     let (mut piece, mut end, mut length) = (first, end, 0.0);
+    let mut ends_at_boundary = false;
     while length < reach && out.len() < MOST_PIECES {
         let (edge, place) = pieces[piece].ends[end];
         length += place.position.distance(out[out.len() - 1].1.position);
@@ -168,22 +173,28 @@ fn chain(pieces: &[Piece], first: usize, end: usize, start: Place, reach: f64) -
             let at = p.ends.iter().position(|e| e.0 == edge)?;
             (i != piece).then_some((i, 1 - at))
         });
+        ends_at_boundary = next.is_none() && length < reach;
         let Some(next) = next else { break };
         (piece, end) = next;
     }
-    Chain(out)
+    Chain { places: out, ends_at_boundary }
 }
 
 impl Chain {
     /// How far it goes, mm.
     pub fn length(&self) -> f64 {
-        self.0.last().map_or(0.0, |l| l.0)
+        self.places.last().map_or(0.0, |l| l.0)
+    }
+
+    /// Whether the boundary is less than `distance` mm beyond the place `way` mm along it.
+    pub fn is_near_boundary(&self, way: f64, distance: f64) -> bool {
+        self.ends_at_boundary && self.length() - way < distance
     }
 
     /// The place that far along it, at most at its end.
     pub fn at(&self, way: f64) -> Place {
-        let i = self.0.partition_point(|p| p.0 < way).clamp(1, self.0.len() - 1);
-        let ((from, a), (to, b)) = (self.0[i - 1], self.0[i]);
+        let i = self.places.partition_point(|p| p.0 < way).clamp(1, self.places.len() - 1);
+        let ((from, a), (to, b)) = (self.places[i - 1], self.places[i]);
         let t = if to > from { ((way - from) / (to - from)).clamp(0.0, 1.0) } else { 0.0 };
         a.lerp(&b, t)
     }
@@ -212,6 +223,9 @@ mod tests {
         let centre = DVec3::new(4.3, 0.5, 0.5);
         let [left, right] = surface.across(centre, DVec3::X, 9.0).unwrap();
         let root = 2f64.sqrt();
+        assert!(right.is_near_boundary(0.0, root) && !right.is_near_boundary(0.0, 0.5 * root));
+        let [left_part, _] = surface.across(centre, DVec3::X, 0.5).unwrap();
+        assert!(!left_part.is_near_boundary(0.4, 1.0));
         assert!((right.length() - 0.5 * root).abs() < 1e-12, "{}", right.length());
         assert!((left.length() - 1.5 * root).abs() < 1e-12, "{}", left.length());
         assert!(

@@ -225,12 +225,12 @@ impl StepCut<'_> {
 
     /// Whether something of a block was lowered.
     fn block(&mut self, block: &mut Block, samples: &mut [Swept]) -> bool {
-        let lines = block.all & self.step.reaches(self.body, &block.tops, &block.normals);
+        let lines = self.step.reaches(self.body, &block.tops, &block.normals, block.all);
         let cells = block.cells.reached(self.step, self.body, &block.normals);
         let mut lowered = false;
         for lane in each(lines | cells) {
             let s = &mut samples[lane];
-            if self.sample(s, lines >> lane & 1 == 1) {
+            if self.sample(s, lines >> lane & 1 == 1, cells >> lane & 1 == 1) {
                 block.note(lane, s);
                 lowered = true;
             }
@@ -238,12 +238,12 @@ impl StepCut<'_> {
         lowered
     }
 
-    /// Whether something was lowered of a sample whose line the step may reach or not.
-    fn sample(&mut self, s: &mut Swept, reached: bool) -> bool {
+    /// Whether something was lowered of a sample whose line and cell the step may reach or not.
+    fn sample(&mut self, s: &mut Swept, line: bool, cell: bool) -> bool {
         let (step, body, material) = (self.step, self.body, self.material);
         let mut lowered = false;
-        let height = if reached { lowered_to(s, step, body, material) } else { None };
-        if s.sample.machined {
+        let height = if line { lowered_to(s, step, body, material) } else { None };
+        if s.sample.machined && (cell || s.cell == Cell::Line) {
             let (left, cell) = left_on_cell(s, height, step, body, material);
             self.volume += (s.left - left) * s.sample.area;
             lowered = left < s.left;
@@ -324,8 +324,16 @@ fn left_on_cell(
 /// lowest; else it is found between.
 fn lowest_entry(s: &Swept, step: &Step, body: &Body) -> Option<(f64, Placed)> {
     let Sample { position, normal, .. } = s.sample;
-    let entry = |at: Placed| body.entry(&at, position, normal).map(|height| (height, at));
-    let end = entry(step.to);
+    if !body.is_rounded()
+        && step.half_turn == 0.0
+        && let Some(lowest) = body.lowest_through_flat(step, position, normal)
+    {
+        return Some(lowest);
+    }
+    let entry = |at: Placed, guess: f64| {
+        body.entry_near(&at, position, normal, guess).map(|height| (height, at))
+    };
+    let end = entry(step.to, s.height);
     if let Some((height, _)) = end
         && body.is_rounded()
     {
@@ -335,18 +343,21 @@ fn lowest_entry(s: &Swept, step: &Step, body: &Body) -> Option<(f64, Placed)> {
         }
     }
     // The start is the end of the step before, or where the path begins.
-    let start = entry(step.from);
+    let guess = end.map_or(s.height, |e| e.0);
+    let start = entry(step.from, guess);
     if body.is_ball() && step.half_turn == 0.0 {
         let between = body.ball_sweep_entry(&step.from, &step.to, position, normal);
         return [between, start, end].into_iter().flatten().reduce(lower);
     }
-    let middle = entry(step.middle);
+    let guess = start.map_or(guess, |s| 0.5 * (s.0 + guess));
+    let middle = entry(step.middle, guess);
     let between = {
         start.zip(middle).zip(end).and_then(|((a, b), c)| {
             let at = vertex(a.0, b.0, c.0)?;
             let tip = step.middle.tip + step.half_way * at;
             let axis = step.middle.axis + 0.5 * at * (step.to.axis - step.from.axis);
-            entry(Placed { tip, axis: axis.normalize_or(step.middle.axis) })
+            let least = b.0 - 0.25 * at * (a.0 - c.0);
+            entry(Placed { tip, axis: axis.normalize_or(step.middle.axis) }, least)
         })
     };
     [between, start, middle, end].into_iter().flatten().reduce(lower)
@@ -407,7 +418,7 @@ impl Cells {
     fn reached(&self, step: &Step, body: &Body, normals: &Vectors<BLOCK>) -> u32 {
         let mut reached = 0;
         if self.covered != 0 {
-            reached |= self.covered & step.reaches(body, &self.tops, normals);
+            reached |= step.reaches(body, &self.tops, normals, self.covered);
         }
         if self.open != 0 {
             let [middle, to] = [&step.middle, &step.to].map(|at| self.middles.rho_squared(at));

@@ -499,3 +499,12 @@ fn a_single_pass_has_no_crest() {
     assert_eq!(v.crests.heights, [] as [f64; 0]);
     assert!(v.crests.sides > 0 && v.crests.percentile(0.5).is_none());
 }
+
+#[test]
+fn too_many_samples_are_put_farther_apart() {
+    let path = path(&raster(20.0, &[10.0]));
+    let asked = |spacing| VerifyOptions { spacing, ..options(5.0, 5.0) };
+    assert_eq!(checked(&path, 400.0, 0.0, &asked(0.02)).unwrap(), 0.02);
+    let spacing = checked(&path, 300.0, 100.0, &asked(0.001)).unwrap();
+    assert_close(spacing, 0.01, 1e-9);
+}
