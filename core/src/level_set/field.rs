@@ -12,6 +12,8 @@ const MOST_PASSES: f64 = 20_000.0;
 /// Intervals per pass in which a field is paced. More: slower; fewer: the tightest place of an
 /// interval counts for more than its pass.
 const INTERVALS: f64 = 4.0;
+/// A change of the field's gradient from one face to the next, per pass, that leaves gaps.
+const SHARP: f64 = 0.4;
 /// Level curves at least this part of a side step apart are even.
 const EVEN: f64 = 0.9;
 /// A vertex nearer to a curve than this, passes, is on it.
@@ -159,7 +161,7 @@ impl PassField {
             sums.push(sums[sums.len() - 1] + cheapest_pace(list) * step);
         }
         let total = sums[count];
-        if !(total <= MOST_PASSES) {
+        if total.is_nan() || total > MOST_PASSES {
             return Err(LevelSetError::Uneven { passes: total });
         }
         let stretched = |value: &f64| {
@@ -190,6 +192,24 @@ impl PassField {
     pub fn range(&self) -> (f64, f64) {
         let finite = self.values.iter().copied().filter(|v| v.is_finite());
         finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)))
+    }
+
+    /// Length of the ridges at which fronts meet at so sharp an angle that they leave gaps, mm.
+    pub fn ridges(&self, mesh: &PassMesh) -> f64 {
+        let connectivity = mesh.connectivity();
+        let gradients: Vec<_> = (connectivity.faces().iter())
+            .map(|face| {
+                let corners = face.map(|v| mesh.uv()[v.index()]);
+                gradient(corners, face.map(|v| self.values[v.index()]))
+            })
+            .collect();
+        let length = |side: HalfEdgeId| {
+            let other = connectivity.opposite(side).filter(|o| side < *o)?;
+            let (here, there) = (gradients[side.face().index()]?, gradients[other.face().index()]?);
+            let turn = mesh.flat_metric(side.face())?.slope(here - there);
+            (turn > SHARP).then(|| mesh.length(side))
+        };
+        (0..3 * connectivity.face_count() as u32).filter_map(|h| length(HalfEdgeId(h))).sum()
     }
 
     /// Share of the area on which neighbouring level curves are at least 0.9 side steps apart.
@@ -223,7 +243,7 @@ impl PassField {
             let Some(metric) = mesh.flat_metric(FaceId(f as u32)) else { return 0.0 };
             let slope = gradient(face.map(|v| mesh.uv()[v.index()]), value)
                 .map_or(1.0, |gradient| metric.slope(gradient));
-            if !value.iter().all(|v| v.is_finite()) || !(twice_area > 0.0) {
+            if value.iter().any(|v| !v.is_finite()) || twice_area <= 0.0 {
                 return 0.0;
             }
             let missing = if slope < FLAT { (1.0 / slope - 1.0).min(1.0) } else { 0.0 };

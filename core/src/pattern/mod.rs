@@ -34,6 +34,8 @@ use start::Source;
 
 /// What a pass in one more piece is as bad as: path of this many cutter radii.
 const PIECE: f64 = 4.0;
+/// Length of the spurs for each length of a ridge.
+const SPURS: f64 = 2.0;
 /// Directions in which iso-planar passes are tried, evenly over half a turn.
 const ANGLES: u32 = 12;
 
@@ -174,7 +176,9 @@ impl Sketch<'_> {
     fn cost(&self, field: PassField) -> f64 {
         let Laid { passes, field } = laid(self.coarse, field, self.options);
         let pieces = passes.len() as f64 - field.range().1.max(0.0);
-        field.length(self.coarse) + PIECE * self.radius * pieces.max(0.0)
+        field.length(self.coarse)
+            + SPURS * field.ridges(self.coarse)
+            + PIECE * self.radius * pieces.max(0.0)
     }
 
     fn iso_parametric(&self, own: Option<&Parameters>) -> Result<PassField, LevelSetError> {
