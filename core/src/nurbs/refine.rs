@@ -134,19 +134,17 @@ impl<'a> Mesh<'a> {
     }
 
     /// How much longer the straight line between the parameters of two vertices is than the
-    /// straight line in space; short ones that hardly bend are what they are in space.
+    /// straight line in space; 1 where they hardly differ.
     fn detour(&self, [v, w]: [u32; 2], [p, q]: [DVec2; 2]) -> f64 {
         let [v, w] = [v as usize, w as usize];
         let (a, b) = (self.positions[v], self.positions[w]);
         let (chord, line) = (a.distance(b), self.sizing.length(p, q));
-        if chord <= 0.0 {
+        if chord <= 0.0 || chord >= STRAIGHT * line {
             return 1.0;
         }
-        if line > 1.5 * self.metrics[v].wide.min(self.metrics[w].wide) {
-            return (line / chord).max(1.0);
-        }
-        // Around a thin edge, or where the grid errs.
-        if chord < STRAIGHT * line { self.way([a, b], [p, q]) / chord } else { 1.0 }
+        // The grid knows long lines; short ones, as around a thin edge, are followed.
+        let long = line > 1.5 * self.metrics[v].wide.min(self.metrics[w].wide);
+        if long { line / chord } else { self.way([a, b], [p, q]) / chord }
     }
 
     /// Length of a polyline on the surface, mm.
@@ -157,12 +155,18 @@ impl<'a> Mesh<'a> {
     }
 
     /// Shape of a face as its metrics see it: 1 for the best, 0 for a needle.
-    fn shape_of(&self, face: [u32; 3], corners: [DVec2; 3]) -> f64 {
+    fn shape_of(&self, face: [u32; 3]) -> f64 {
+        let p = face.map(|v| self.positions[v as usize]);
+        shape([0, 1, 2].map(|i| self.square(face, p[(i + 1) % 3] - p[i])))
+    }
+
+    /// Shape of a face from the lengths of its sides on the surface.
+    fn shape_along(&self, face: [u32; 3], corners: [DVec2; 3]) -> f64 {
         shape([0, 1, 2].map(|i| {
             let j = (i + 1) % 3;
             let detour = self.detour([face[i], face[j]], [corners[i], corners[j]]);
-            let edge = self.positions[face[j] as usize] - self.positions[face[i] as usize];
-            self.square(face, edge) * detour * detour
+            let (a, b) = (self.positions[face[i] as usize], self.positions[face[j] as usize]);
+            detour * detour * a.distance_squared(b)
         }))
     }
 
@@ -364,10 +368,17 @@ impl<'a> Mesh<'a> {
         if old <= 0.0 {
             return true;
         }
+        // Sides that take a short cut have no direction, so that metrics say nothing of them.
+        let sides = [(0, 1), (1, 2), (2, 0), (0, 3), (3, 1), (2, 3)];
+        let (v, at) = ([a, b, c, d], [pa, pb, pc, pd]);
+        let bent = sides.iter().any(|&(i, j)| self.detour([v[i], v[j]], [at[i], at[j]]) > 1.0);
+        let shape = |face: [u32; 3], corners: [DVec2; 3]| {
+            if bent { self.shape_along(face, corners) } else { self.shape_of(face) }
+        };
         let (old_a, old_b) =
             (self.settled([a, b, c], [pa, pb, pc]), self.settled([b, a, d], [pb, pa, pd]));
-        let before = self.shape_of([a, b, c], old_a).min(self.shape_of([b, a, d], old_b));
-        let after = self.shape_of([a, d, c], new_a).min(self.shape_of([d, b, c], new_b));
+        let before = shape([a, b, c], old_a).min(shape([b, a, d], old_b));
+        let after = shape([a, d, c], new_a).min(shape([d, b, c], new_b));
         // The worse of two shapes gets better with every flip, so that flipping ends.
         after > BETTER * before + 1e-9
     }
