@@ -178,10 +178,15 @@ impl<'a> Mesh<'a> {
     /// Length of a side over what is allowed.
     fn excess(&self, side: usize) -> f64 {
         let ((a, b), (p, q)) = (self.ends(side), self.along(side));
+        self.excess_between([a as u32, b as u32], [p, q])
+    }
+
+    fn excess_between(&self, ends: [u32; 2], [p, q]: [DVec2; 2]) -> f64 {
+        let [a, b] = ends.map(|v| v as usize);
         let edge = self.positions[b] - self.positions[a];
-        let ends = 0.5 * (self.metrics[a].length(edge) + self.metrics[b].length(edge));
+        let mean = 0.5 * (self.metrics[a].length(edge) + self.metrics[b].length(edge));
         let middle = self.sizing.metric(0.5 * (p + q)).length(edge);
-        self.detour([a as u32, b as u32], [p, q]) * ends.max(middle)
+        self.detour(ends, [p, q]) * mean.max(middle)
     }
 
     /// Splits, flips and moves until no edge is too long.
@@ -380,7 +385,12 @@ impl<'a> Mesh<'a> {
         let before = shape([a, b, c], old_a).min(shape([b, a, d], old_b));
         let after = shape([a, d, c], new_a).min(shape([d, b, c], new_b));
         // The worse of two shapes gets better with every flip, so that flipping ends.
-        after > BETTER * before + 1e-9
+        // No flip makes an edge that is too long still longer: splits would halve it forever.
+        let no_longer = || {
+            let old = self.excess_between([a, b], [pa, pb]);
+            self.excess_between([c, d], [pc, pd]) <= old.max(TOO_LONG)
+        };
+        after > BETTER * before + 1e-9 && no_longer()
     }
 
     /// Corners with the free parameter of a pole between the others.
