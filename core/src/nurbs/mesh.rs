@@ -17,6 +17,9 @@ use crate::mesh::repair::compact;
 
 /// Rounds of splitting the faces that are too far off the surface.
 const ROUNDS: usize = 24;
+/// Rounds that move vertices after the splits, and rounds that flip edges.
+const SMOOTHED: usize = 10;
+const FLIPPED: usize = 16;
 /// Triangles that a mesh may have, in those estimated from the curvature, and how many more.
 const ASTRAY: usize = 8;
 const FEWEST: usize = 20_000;
@@ -107,7 +110,7 @@ enum Missed {
 /// Splits until all faces are within `chord`; the largest error.
 fn reach(mesh: &mut Mesh<'_>, chord: f64) -> Result<f64, Missed> {
     let mut worst = (0.0, 0);
-    for _ in 0..ROUNDS {
+    for round in 0..ROUNDS {
         worst = (0.0, 0);
         let mut far: Vec<(f64, usize)> = Vec::new();
         for f in 0..mesh.faces.len() {
@@ -125,8 +128,13 @@ fn reach(mesh: &mut Mesh<'_>, chord: f64) -> Result<f64, Missed> {
         far.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let sides = far.into_iter().map(|(_, side)| side).collect();
         mesh.split(sides).map_err(Missed::TooMany)?;
-        mesh.flip_all();
-        mesh.smooth();
+        // Flips and moves may undo what a split did; the last rounds go without.
+        if round < FLIPPED {
+            mesh.flip_all();
+        }
+        if round < SMOOTHED {
+            mesh.smooth();
+        }
     }
     Err(Missed::At(mesh.place(worst.1), worst.0))
 }

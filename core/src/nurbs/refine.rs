@@ -19,6 +19,8 @@ use crate::geometry::{DVec2, DVec3};
 const NONE: u32 = u32::MAX;
 /// Edge over the allowed length from which it is split.
 const TOO_LONG: f64 = 1.25;
+/// Edge over the allowed length below which its faces are not split any more.
+const TOO_SHORT: f64 = 0.05;
 /// Passes of splitting; each halves the longest edges.
 const SPLIT_PASSES: usize = 80;
 /// Rounds of the last smoothing.
@@ -217,11 +219,20 @@ impl<'a> Mesh<'a> {
         let mut long: Vec<(f64, usize)> = (0..self.across.len())
             .filter(|&s| is_first(s))
             .map(|s| (self.excess(s), s))
-            .filter(|(excess, _)| *excess > TOO_LONG)
+            .filter(|&(excess, s)| excess > TOO_LONG && !self.beside_short(s))
             .collect();
         long.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let sides = long.into_iter().map(|(_, s)| s).collect();
         self.split(sides)
+    }
+
+    /// Whether a face of a side is a needle already, which halving its long sides makes no better.
+    fn beside_short(&self, side: usize) -> bool {
+        [side, self.across[side] as usize].into_iter().any(|s| {
+            let face = self.faces[s / 3];
+            let p = face.map(|v| self.positions[v as usize]);
+            (0..3).any(|i| self.square(face, p[(i + 1) % 3] - p[i]) < 3.0 * TOO_SHORT * TOO_SHORT)
+        })
     }
 
     /// Splits sides, leaving out those of faces that changed before; how many.
