@@ -380,7 +380,9 @@ pub(super) fn sampled(
         let piece = Piece { surface, sizing, points, chord };
         result.extend(piece.sampled(fewest, domain.ring));
         if result.len() > MOST_POINTS {
-            return Err(NurbsError::TooFine { chord, most: 2 * MOST_POINTS });
+            let at = surface.point(line.points[0]);
+            let (count, most) = (result.len() as f64, MOST_POINTS);
+            return Err(NurbsError::TooFine { at, chord, count, most });
         }
     }
     Ok(result)
@@ -405,7 +407,7 @@ impl Piece<'_> {
         let mut total = 0.0;
         for k in 1..steps.len() {
             let middle = self.at(0.5 * (steps[k - 1] + steps[k]));
-            total += places[k].distance(places[k - 1]) / self.sizing.size(middle);
+            total += self.sizing.metric(middle).length(places[k] - places[k - 1]);
             needed.push(total);
         }
         let length: f64 = places.windows(2).map(|p| p[0].distance(p[1])).sum();

@@ -185,9 +185,13 @@ pub enum NurbsError {
     },
     /// The mesh would be too large.
     #[error(
-        "nurbs: a chord error of {chord} mm takes more than {most} triangles; allow more with surface.chord, or machine a part of the surface"
+        "nurbs: a chord error of {chord} mm takes {count:.0} triangles or more, most of them near ({:.4}, {:.4}, {:.4}) mm, more than the {most} that are allowed; allow a larger error with surface.chord, or machine a part of the surface", at.x, at.y, at.z
     )]
     TooFine {
+        /// Where the surface bends most, mm.
+        at: DVec3,
+        /// Triangles (points of the boundary) it took so far, or estimated.
+        count: f64,
         /// The chord error asked for, mm.
         chord: f64,
         /// Most triangles.

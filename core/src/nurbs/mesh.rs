@@ -17,6 +17,12 @@ use crate::mesh::repair::compact;
 
 /// Rounds of splitting the faces that are too far off the surface.
 const ROUNDS: usize = 24;
+/// Rounds that move vertices after the splits, and rounds that flip edges.
+const SMOOTHED: usize = 10;
+const FLIPPED: usize = 16;
+/// Triangles that a mesh may have, in those estimated from the curvature, and how many more.
+const ASTRAY: usize = 8;
+const FEWEST: usize = 20_000;
 
 /// What is asked of a mesh.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -30,9 +36,9 @@ pub struct MeshOptions {
 }
 
 impl Default for MeshOptions {
-    /// 0.01 mm, some four thousand triangles at least, two million at most.
+    /// 0.01 mm, some four thousand triangles at least, a million at most.
     fn default() -> Self {
-        Self { chord: 0.01, longest: 0.025, most_faces: 2_000_000 }
+        Self { chord: 0.01, longest: 0.025, most_faces: 1_000_000 }
     }
 }
 
@@ -70,18 +76,24 @@ pub fn mesh(
         Trim::Loops(loops) => Domain::trimmed(surface, loops)?,
     };
     let MeshOptions { chord, longest, most_faces } = options;
-    let too_fine = |_: TooMany| NurbsError::TooFine { chord, most: most_faces };
     let sizing = Sizing::new(surface, (domain.low, domain.high), Limits { chord, longest });
+    let estimate = sizing.triangles();
+    let too_fine = |count: f64| {
+        let at = surface.point(sizing.finest());
+        NurbsError::TooFine { at, chord, count, most: most_faces }
+    };
     // The estimate is of the whole rectangle, of which loops may leave a tenth.
-    if sizing.triangles() > 10.0 * most_faces as f64 {
-        return Err(NurbsError::TooFine { chord, most: most_faces });
+    if estimate.is_nan() || estimate > 10.0 * most_faces as f64 {
+        return Err(too_fine(estimate));
     }
+    // Beyond some multiple the surface has a place that no triangle fits.
+    let most = most_faces.min(ASTRAY * (estimate as usize) + FEWEST);
     domain.fit(&sizing);
     let start = Start::new(surface, &sizing, &domain, chord)?;
-    let mut mesh = Mesh::new(surface, &sizing, start, most_faces);
-    mesh.refine().map_err(too_fine)?;
+    let mut mesh = Mesh::new(surface, &sizing, start, most);
+    mesh.refine().map_err(|TooMany(count)| too_fine(count as f64))?;
     let chord_error = reach(&mut mesh, chord).map_err(|fault| match fault {
-        Missed::TooMany => too_fine(TooMany),
+        Missed::TooMany(TooMany(count)) => too_fine(count as f64),
         Missed::At(at, error) => NurbsError::NotReached { at, error, chord },
     })?;
     let texture = Some(mesh.corners);
@@ -91,14 +103,14 @@ pub fn mesh(
 }
 
 enum Missed {
-    TooMany,
+    TooMany(TooMany),
     At(crate::geometry::DVec3, f64),
 }
 
 /// Splits until all faces are within `chord`; the largest error.
 fn reach(mesh: &mut Mesh<'_>, chord: f64) -> Result<f64, Missed> {
     let mut worst = (0.0, 0);
-    for _ in 0..ROUNDS {
+    for round in 0..ROUNDS {
         worst = (0.0, 0);
         let mut far: Vec<(f64, usize)> = Vec::new();
         for f in 0..mesh.faces.len() {
@@ -115,9 +127,14 @@ fn reach(mesh: &mut Mesh<'_>, chord: f64) -> Result<f64, Missed> {
         }
         far.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let sides = far.into_iter().map(|(_, side)| side).collect();
-        mesh.split(sides).map_err(|TooMany| Missed::TooMany)?;
-        mesh.flip_all();
-        mesh.smooth();
+        mesh.split(sides).map_err(Missed::TooMany)?;
+        // Flips and moves may undo what a split did; the last rounds go without.
+        if round < FLIPPED {
+            mesh.flip_all();
+        }
+        if round < SMOOTHED {
+            mesh.smooth();
+        }
     }
     Err(Missed::At(mesh.place(worst.1), worst.0))
 }

@@ -11,6 +11,7 @@ mod domain;
 mod error;
 mod json;
 mod mesh;
+mod metric;
 mod refine;
 mod sizing;
 mod start;

@@ -10,7 +10,8 @@
 //! Botsch and Kobbelt, "A remeshing approach to multiresolution modeling", SGP 2004, for the
 //! operations; Lawson 1977 for the flips.
 
-use super::sizing::{Sizing, grown};
+use super::metric::{Metric, shape};
+use super::sizing::Sizing;
 use super::start::Start;
 use super::surface::NurbsSurface;
 use crate::geometry::{DVec2, DVec3};
@@ -18,6 +19,8 @@ use crate::geometry::{DVec2, DVec3};
 const NONE: u32 = u32::MAX;
 /// Edge over the allowed length from which it is split.
 const TOO_LONG: f64 = 1.25;
+/// Edge over the allowed length below which its faces are not split any more.
+const TOO_SHORT: f64 = 0.05;
 /// Passes of splitting; each halves the longest edges.
 const SPLIT_PASSES: usize = 80;
 /// Rounds of the last smoothing.
@@ -28,6 +31,10 @@ const FLIPS_PER_EDGE: usize = 8;
 const UPRIGHT: f64 = 1e-3;
 /// Factor by which a flip must better the worse of two shapes; below it rounding could go in circles.
 const BETTER: f64 = 1.001;
+/// Part of the length on the surface below which a straight line takes a short cut.
+const STRAIGHT: f64 = 0.7;
+/// Height of a face, in its longest edge, from which it has a plane.
+const NEEDLE: f64 = 1e-3;
 /// Shape (1 for equilateral) from which a vertex may move although the worst face gets worse.
 const GOOD: f64 = 0.75;
 
@@ -36,8 +43,8 @@ pub(super) struct Mesh<'a> {
     surface: &'a NurbsSurface,
     sizing: &'a Sizing,
     pub positions: Vec<DVec3>,
-    /// Allowed length of edges, mm.
-    sizes: Vec<f64>,
+    /// Allowed lengths of edges.
+    metrics: Vec<Metric>,
     free: Vec<Option<usize>>,
     fixed: Vec<bool>,
     pub faces: Vec<[u32; 3]>,
@@ -50,8 +57,8 @@ pub(super) struct Mesh<'a> {
     most_faces: usize,
 }
 
-/// More faces would be needed than are allowed.
-pub(super) struct TooMany;
+/// More faces would be needed than are allowed; how many there are.
+pub(super) struct TooMany(pub usize);
 
 impl<'a> Mesh<'a> {
     pub fn new(
@@ -63,14 +70,14 @@ impl<'a> Mesh<'a> {
         let positions: Vec<DVec3> = start.parameters.iter().map(|p| surface.point(*p)).collect();
         let (faces, corners): (Vec<_>, Vec<_>) = start.faces.into_iter().unzip();
         let across = across(&faces);
-        let sizes = start.parameters.iter().map(|p| sizing.size(*p)).collect();
+        let metrics = start.parameters.iter().map(|p| sizing.metric(*p)).collect();
         let (free, fixed) = (start.free, start.fixed);
         let dirty = vec![true; faces.len()];
         let mut mesh = Self {
             surface,
             sizing,
             positions,
-            sizes,
+            metrics,
             free,
             fixed,
             faces,
@@ -89,14 +96,14 @@ impl<'a> Mesh<'a> {
         let mut sums = vec![(0.0, 0.0); self.positions.len()];
         for side in (0..self.across.len()).filter(|&s| self.across[s] == NONE) {
             let (a, b) = self.ends(side);
-            let length = self.positions[a].distance(self.positions[b]);
             for v in [a, b] {
+                let length = self.metrics[v].length(self.positions[b] - self.positions[a]);
                 sums[v] = (sums[v].0 + length, sums[v].1 + 1.0);
             }
         }
-        for (size, (sum, count)) in self.sizes.iter_mut().zip(sums) {
-            if count > 0.0 {
-                *size = size.min(1.2 * sum / count);
+        for (metric, (sum, count)) in self.metrics.iter_mut().zip(sums) {
+            if sum > 0.0 {
+                *metric = metric.scaled((1.2 * sum / count).min(1.0));
             }
         }
     }
@@ -128,38 +135,60 @@ impl<'a> Mesh<'a> {
         }
     }
 
-    /// Length of a side on the surface, mm.
-    fn length(&self, side: usize) -> f64 {
-        let ((v, w), (p, q)) = (self.ends(side), self.along(side));
-        self.distance([v as u32, w as u32], [p, q])
+    /// How much longer the straight line between the parameters of two vertices is than the
+    /// straight line in space; 1 where they hardly differ.
+    fn detour(&self, [v, w]: [u32; 2], [p, q]: [DVec2; 2]) -> f64 {
+        let [v, w] = [v as usize, w as usize];
+        let (a, b) = (self.positions[v], self.positions[w]);
+        let (chord, line) = (a.distance(b), self.sizing.length(p, q));
+        if chord <= 0.0 || chord >= STRAIGHT * line {
+            return 1.0;
+        }
+        // The grid knows long lines; short ones, as around a thin edge, are followed.
+        let long = line > 1.5 * self.metrics[v].wide.min(self.metrics[w].wide);
+        if long { line / chord } else { self.way([a, b], [p, q]) / chord }
     }
 
-    /// Length of the straight line between the parameters of two vertices, mm.
-    fn distance(&self, [v, w]: [u32; 2], [p, q]: [DVec2; 2]) -> f64 {
-        let chord = self.positions[v as usize].distance(self.positions[w as usize]);
-        let line = self.sizing.length(p, q);
-        // The grid knows long lines, chords short ones.
-        let short = line < 1.5 * self.sizes[v as usize].min(self.sizes[w as usize]);
-        if short && chord > 0.7 * line { chord } else { line.max(chord) }
+    /// Length of a polyline on the surface, mm.
+    fn way(&self, [a, b]: [DVec3; 2], [p, q]: [DVec2; 2]) -> f64 {
+        let between = [0.25, 0.5, 0.75].map(|t| self.surface.point(p.lerp(q, t)));
+        let places = [a, between[0], between[1], between[2], b];
+        places.windows(2).map(|pair| pair[0].distance(pair[1])).sum()
     }
 
-    /// Shape of a face from the lengths of its sides: 1 for an equilateral one, 0 for a needle.
-    fn shape_of(&self, face: [u32; 3], corners: [DVec2; 3]) -> f64 {
-        let l = |i: usize, j: usize| self.distance([face[i], face[j]], [corners[i], corners[j]]);
-        let (a, b, c) = (l(0, 1), l(1, 2), l(2, 0));
-        let s = 0.5 * (a + b + c);
-        // Lengths along different lines may miss the triangle inequality.
-        let square = (s * (s - a) * (s - b) * (s - c)).max(0.0);
-        let squares = a * a + b * b + c * c;
-        if squares > 0.0 { 4.0 * (3.0 * square).sqrt() / squares } else { 0.0 }
+    /// Shape of a face as its metrics see it: 1 for the best, 0 for a needle.
+    fn shape_of(&self, face: [u32; 3]) -> f64 {
+        let p = face.map(|v| self.positions[v as usize]);
+        shape([0, 1, 2].map(|i| self.square(face, p[(i + 1) % 3] - p[i])))
+    }
+
+    /// Shape of a face from the lengths of its sides on the surface.
+    fn shape_along(&self, face: [u32; 3], corners: [DVec2; 3]) -> f64 {
+        shape([0, 1, 2].map(|i| {
+            let j = (i + 1) % 3;
+            let detour = self.detour([face[i], face[j]], [corners[i], corners[j]]);
+            let (a, b) = (self.positions[face[i] as usize], self.positions[face[j] as usize]);
+            detour * detour * a.distance_squared(b)
+        }))
+    }
+
+    /// Square of an edge's length for a face, in those that are allowed.
+    fn square(&self, face: [u32; 3], edge: DVec3) -> f64 {
+        face.iter().map(|&v| self.metrics[v as usize].square(edge)).sum()
     }
 
     /// Length of a side over what is allowed.
     fn excess(&self, side: usize) -> f64 {
-        let (a, b) = self.ends(side);
-        let (p, q) = self.along(side);
-        let size = 0.5 * (self.sizes[a] + self.sizes[b]);
-        self.length(side) / size.min(self.sizing.size(0.5 * (p + q)))
+        let ((a, b), (p, q)) = (self.ends(side), self.along(side));
+        self.excess_between([a as u32, b as u32], [p, q])
+    }
+
+    fn excess_between(&self, ends: [u32; 2], [p, q]: [DVec2; 2]) -> f64 {
+        let [a, b] = ends.map(|v| v as usize);
+        let edge = self.positions[b] - self.positions[a];
+        let mean = 0.5 * (self.metrics[a].length(edge) + self.metrics[b].length(edge));
+        let middle = self.sizing.metric(0.5 * (p + q)).length(edge);
+        self.detour(ends, [p, q]) * mean.max(middle)
     }
 
     /// Splits, flips and moves until no edge is too long.
@@ -190,11 +219,20 @@ impl<'a> Mesh<'a> {
         let mut long: Vec<(f64, usize)> = (0..self.across.len())
             .filter(|&s| is_first(s))
             .map(|s| (self.excess(s), s))
-            .filter(|(excess, _)| *excess > TOO_LONG)
+            .filter(|&(excess, s)| excess > TOO_LONG && !self.beside_short(s))
             .collect();
         long.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let sides = long.into_iter().map(|(_, s)| s).collect();
         self.split(sides)
+    }
+
+    /// Whether a face of a side is a needle already, which halving its long sides makes no better.
+    fn beside_short(&self, side: usize) -> bool {
+        [side, self.across[side] as usize].into_iter().any(|s| {
+            let face = self.faces[s / 3];
+            let p = face.map(|v| self.positions[v as usize]);
+            (0..3).any(|i| self.square(face, p[(i + 1) % 3] - p[i]) < 3.0 * TOO_SHORT * TOO_SHORT)
+        })
     }
 
     /// Splits sides, leaving out those of faces that changed before; how many.
@@ -212,7 +250,7 @@ impl<'a> Mesh<'a> {
             self.dirty.resize(self.faces.len(), true);
             count += 1;
             if self.faces.len() > self.most_faces {
-                return Err(TooMany);
+                return Err(TooMany(self.faces.len()));
             }
         }
         Ok(count)
@@ -234,12 +272,11 @@ impl<'a> Mesh<'a> {
         let (a, b) = self.ends(side);
         let m = self.positions.len() as u32;
         self.positions.push(self.surface.point(at));
-        let own = self.sizing.size(at);
-        let near = |v: usize, mesh: &Self| {
-            grown(mesh.sizes[v], mesh.positions[v].distance(mesh.positions[m as usize]))
+        let near = |metric: Metric, v: usize| {
+            metric.near(&self.metrics[v], self.positions[v].distance(self.positions[m as usize]))
         };
-        let size = own.min(near(a, self)).min(near(b, self));
-        self.sizes.push(size);
+        let metric = near(near(self.sizing.metric(at), a), b);
+        self.metrics.push(metric);
         self.free.push(None);
         let other = self.across[side];
         self.fixed.push(other == NONE);
@@ -347,12 +384,24 @@ impl<'a> Mesh<'a> {
         if old <= 0.0 {
             return true;
         }
+        // Sides that take a short cut have no direction, so that metrics say nothing of them.
+        let sides = [(0, 1), (1, 2), (2, 0), (0, 3), (3, 1), (2, 3)];
+        let (v, at) = ([a, b, c, d], [pa, pb, pc, pd]);
+        let bent = sides.iter().any(|&(i, j)| self.detour([v[i], v[j]], [at[i], at[j]]) > 1.0);
+        let shape = |face: [u32; 3], corners: [DVec2; 3]| {
+            if bent { self.shape_along(face, corners) } else { self.shape_of(face) }
+        };
         let (old_a, old_b) =
             (self.settled([a, b, c], [pa, pb, pc]), self.settled([b, a, d], [pb, pa, pd]));
-        let before = self.shape_of([a, b, c], old_a).min(self.shape_of([b, a, d], old_b));
-        let after = self.shape_of([a, d, c], new_a).min(self.shape_of([d, b, c], new_b));
+        let before = shape([a, b, c], old_a).min(shape([b, a, d], old_b));
+        let after = shape([a, d, c], new_a).min(shape([d, b, c], new_b));
         // The worse of two shapes gets better with every flip, so that flipping ends.
-        after > BETTER * before + 1e-9
+        // No flip makes an edge that is too long still longer: splits would halve it forever.
+        let no_longer = || {
+            let old = self.excess_between([a, b], [pa, pb]);
+            self.excess_between([c, d], [pc, pd]) <= old.max(TOO_LONG)
+        };
+        after > BETTER * before + 1e-9 && no_longer()
     }
 
     /// Corners with the free parameter of a pole between the others.
@@ -468,8 +517,9 @@ impl<'a> Mesh<'a> {
         for &corner in star {
             let face = self.faces[corner as usize / 3];
             let [a, b, c] = face.map(|v| self.positions[v as usize]);
-            let size: f64 = face.iter().map(|&v| self.sizes[v as usize]).sum();
-            let weight = (b - a).cross(c - a).length() / (size * size);
+            let allowed =
+                |&v: &u32| self.metrics[v as usize].narrow * self.metrics[v as usize].wide;
+            let weight = (b - a).cross(c - a).length() / face.iter().map(allowed).sum::<f64>();
             sum += (a + b + c) * (weight / 3.0);
             total += weight;
         }
@@ -490,7 +540,10 @@ impl<'a> Mesh<'a> {
             let old = Self::parameter_area(corners);
             corners[i] += step;
             let corners = self.settled(self.faces[f], corners);
-            if Self::parameter_area(corners) <= UPRIGHT * old.abs() { -1.0 } else { shape(p) }
+            if Self::parameter_area(corners) <= UPRIGHT * old.abs() {
+                return -1.0;
+            }
+            shape([0, 1, 2].map(|i| self.square(self.faces[f], p[(i + 1) % 3] - p[i])))
         };
         star.iter().map(quality).fold(f64::INFINITY, f64::min)
     }
@@ -500,7 +553,10 @@ impl<'a> Mesh<'a> {
     pub fn chord_error(&self, f: usize, chord: f64) -> (f64, usize) {
         let p = self.faces[f].map(|v| self.positions[v as usize]);
         let c = self.corners[f];
-        let normal = (p[1] - p[0]).cross(p[2] - p[0]).normalize_or_zero();
+        let cross = (p[1] - p[0]).cross(p[2] - p[0]);
+        let longest = (0..3).map(|i| p[i].distance_squared(p[(i + 1) % 3])).fold(0.0, f64::max);
+        let needle = cross.length() <= NEEDLE * longest;
+        let normal = cross.normalize_or_zero();
         let middle = (c[0] + c[1] + c[2]) / 3.0;
         let mut error = (self.surface.point(middle) - p[0]).dot(normal).abs();
         let mut best = (-1.0, 3 * f);
@@ -512,10 +568,10 @@ impl<'a> Mesh<'a> {
             let way = (b - a).normalize_or_zero();
             let line = || (x - a - way * (x - a).dot(way)).length();
             // Beside an edge of the boundary there is nothing that could be nearer.
-            let off = if inner { (x - a).dot(normal).abs() } else { line() };
+            let off = if inner && !needle { (x - a).dot(normal).abs() } else { line() };
             error = error.max(off);
             let rank = match inner {
-                true => a.distance(b),
+                true => self.square(self.faces[f], b - a),
                 false if off > chord => f64::INFINITY,
                 false => 0.0,
             };
@@ -530,14 +586,6 @@ impl<'a> Mesh<'a> {
     pub fn place(&self, f: usize) -> DVec3 {
         self.faces[f].iter().map(|v| self.positions[*v as usize]).sum::<DVec3>() / 3.0
     }
-}
-
-/// Shape of a triangle: 1 for an equilateral one, 0 for a needle.
-fn shape(p: [DVec3; 3]) -> f64 {
-    let [a, b, c] = [p[1] - p[0], p[2] - p[1], p[0] - p[2]];
-    let squares = a.length_squared() + b.length_squared() + c.length_squared();
-    let area = 0.5 * a.cross(c).length();
-    if squares > 0.0 { 4.0 * 3.0_f64.sqrt() * area / squares } else { 0.0 }
 }
 
 /// The side across every side.
