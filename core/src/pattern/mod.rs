@@ -3,11 +3,11 @@
 //! | pattern | field |
 //! |---|---|
 //! | `contour` | distance from the boundary |
-//! | `iso-scallop` | signed distance from a start curve ([`start`]) |
+//! | `iso-scallop` | signed distance from a start curve (`start`) |
 //! | `iso-parametric` | surface parameter or conformal coordinate, paced |
 //! | `iso-planar` | distance from a vertical plane, paced |
-//! | `direction-field` | least-squares potential of the best cross directions ([`direction`]), paced |
-//! | `spiral` | the rings of `contour`, joined ([`spiral`]) |
+//! | `direction-field` | least-squares potential of the best cross directions (`direction`), paced |
+//! | `spiral` | the rings of `contour`, joined (`spiral`) |
 //!
 //! Where a pattern leaves a choice open, the one is taken whose level curves are the shortest.
 //!
