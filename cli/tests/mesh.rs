@@ -64,9 +64,9 @@ fn a_mesh_is_inspected_as_text_and_as_json() {
 #[test]
 fn what_cannot_be_inspected_is_refused() {
     let directory = scratch("refused");
-    fs::write(directory.join("part.step"), "").unwrap();
+    fs::write(directory.join("part.iges"), "").unwrap();
     fs::write(directory.join("empty.stl"), "").unwrap();
-    for (file, part) in [("part.step", ".stl"), ("empty.stl", "empty"), ("none.stl", "none.stl")] {
+    for (file, part) in [("part.iges", ".stl"), ("empty.stl", "empty"), ("none.stl", "none.stl")] {
         for command in ["inspect", "new"] {
             let output = evencut(&directory, &[command, file]);
             let (code, data, messages) = streams(&output);

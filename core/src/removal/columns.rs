@@ -17,7 +17,7 @@ use super::body::Line;
 /// of them.
 const SIDE: usize = 4;
 /// Columns to a nominal side step. More: smoother rates; time grows with the square.
-const PER_STEP: f64 = 8.0;
+const PER_STEP: f64 = 10.0;
 /// Columns aimed at at most: a whole part at the finest costs memory and time.
 const MOST_COLUMNS: f64 = 8e5;
 /// Angle of the grid, rad; the golden section of a right angle keeps it from lining up with paths.
