@@ -22,10 +22,10 @@ use crate::geometry::DVec3;
 use crate::parallel;
 use crate::toolpath::{MoveKind, Toolpath};
 
-/// Places on a path, which give shares to a percentage point. Fewer where trochoids leave cusps of their own,
-/// so that shares say little.
+/// Places on a path, which give shares to a percentage point. Fewer on a path that tells its removal rate:
+/// it is meant for an even cut, and trochoids leave cusps of their own.
 const PLACES: usize = 1200;
-const PLACES_BESIDE_TROCHOIDS: usize = 300;
+const PLACES_OF_EVEN_CUT: usize = 300;
 /// Mean distances of passes that a section reaches to either side.
 const REACH: f64 = 1.75;
 /// Samples a mean distance of passes at first.
@@ -180,8 +180,8 @@ impl Survey<'_> {
             .filter(|&i| self.path.points[i + 1].kind == MoveKind::Cut)
             .collect();
         let total: f64 = cuts.iter().map(|&i| length(i)).sum();
-        let loops = self.path.points.iter().any(|p| p.kind == MoveKind::Trochoid);
-        let count = if loops { PLACES_BESIDE_TROCHOIDS } else { PLACES };
+        let tells_rate = self.path.points.iter().any(|p| p.mrr > 0.0);
+        let count = if tells_rate { PLACES_OF_EVEN_CUT } else { PLACES };
         let apart = total / count as f64;
         let (mut places, mut before) = (Vec::new(), 0.0);
         for i in cuts {
