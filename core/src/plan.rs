@@ -45,6 +45,8 @@ const SHARE_OF_STRIP: f64 = 0.9975;
 const CHORDS: (f64, f64) = (0.2, 0.05);
 /// Part of the tolerance that the mesh of a NURBS surface may be off it.
 const CHORD: f64 = 0.25;
+/// Inner vertices of the mesh on which patterns are compared. Fewer: the shortest may be missed; more: slower.
+const SKETCH: usize = 5000;
 /// Rounds of passes over what the columns show as left.
 const TOUCH_UPS: usize = 2;
 /// Farthest distance of a part from the rotary centre, in diagonals of its box.
@@ -222,7 +224,8 @@ pub fn plan(
     let curvature = surface.curvature(job.surface.curvature_radius);
     let tightest = tightest(&surface, &curvature);
     let coarse = PassMesh::coarse(&surface, &chart, strip_metrics(job, &curvature))?;
-    let mesh = coarse.clone().refined()?;
+    let sketch = coarse.thinned(SKETCH);
+    let mesh = coarse.refined()?;
     let length_floor = length_floor(&mesh) * part_of_strip(job);
     let refined = Locator::new(mesh.connectivity(), mesh.uv());
     let locator = Locator::new(surface.connectivity(), chart.uv());
@@ -230,7 +233,7 @@ pub fn plan(
         .then(|| Parameters::of(&surface, &locator, &mesh))
         .flatten();
     let Laid { field, passes } =
-        pattern::lay_out(&coarse, &mesh, &refined, &job.path, job.tool.radius(), own.as_ref())?;
+        pattern::lay_out(&sketch, &mesh, &refined, &job.path, job.tool.radius(), own.as_ref())?;
     let mut passes = simplified(passes, job, &chart);
     if passes.is_empty() {
         let (low, high) = field.range();
