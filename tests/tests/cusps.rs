@@ -1,7 +1,12 @@
 //! Even cusps and short paths, measured by the judge on surfaces whose best passes are known.
 
 use evencut_core::compare::{Figures, judged, planned, with_pattern};
-use evencut_core::job::{self, Job, Pattern};
+use evencut_core::job::{self, Job, Pattern, SurfaceSource};
+use evencut_tests::shared_data;
+use std::path::Path;
+
+/// Jobs on real surfaces.
+const PATCHES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/patches");
 
 /// A job on an analytic surface, ball of 10 mm, tolerance a twentieth of the scallop.
 fn job(surface: &str, scallop: f64) -> Job {
@@ -19,7 +24,11 @@ fn job(surface: &str, scallop: f64) -> Job {
 
 fn measured(name: &str, job: &Job, pattern: Pattern) -> Figures {
     let job = with_pattern(job, pattern);
-    let plan = planned(&job, None, 2).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let file = match &job.surface.source {
+        SurfaceSource::File(file) => Some(std::fs::read(Path::new(PATCHES).join(file)).unwrap()),
+        SurfaceSource::Analytic(_) => None,
+    };
+    let plan = planned(&job, file.as_deref(), 2).unwrap_or_else(|error| panic!("{name}: {error}"));
     let figures = judged(&job, &plan, 2).unwrap_or_else(|error| panic!("{name}: {error}"));
     let v = figures.report.verification.as_ref().unwrap();
     let cusps = v.cusps.as_ref().unwrap();
@@ -80,5 +89,26 @@ fn every_pattern_keeps_the_limit() {
             let v = figures.report.verification.as_ref().unwrap();
             assert!(v.passed, "{name}, {}: {:?}", pattern.name(), v.broken);
         }
+    }
+}
+
+/// On real surfaces, five of them NURBS and one from a STEP file: the limit is kept, the passes are even and
+/// hardly longer than the floor.
+#[test]
+fn real_surfaces_have_even_cusps() {
+    if shared_data().is_none() {
+        return;
+    }
+    let mut jobs: Vec<_> =
+        std::fs::read_dir(PATCHES).unwrap().map(|entry| entry.unwrap().path()).collect();
+    jobs.sort();
+    assert!(jobs.len() >= 6);
+    for path in jobs {
+        let name = path.file_stem().unwrap().to_string_lossy();
+        let job = job::read(&std::fs::read(&path).unwrap()).unwrap().job;
+        let figures = measured(&name, &job, job.path.pattern);
+        check_even(&name, &figures);
+        let over = figures.report.passes.length_over_floor;
+        assert!(over <= 1.06, "{name}: {over}");
     }
 }

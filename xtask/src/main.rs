@@ -1,9 +1,10 @@
 //! Project tasks: `cargo xtask test` runs all tests, `cargo xtask page` builds the page for the
-//! browser, `cargo xtask serve` shows it, `cargo xtask surfaces` writes the surfaces that `jobs/`
-//! machines.
+//! browser, `cargo xtask serve` shows it, `cargo xtask patterns` compares the patterns, `cargo xtask
+//! surfaces` writes the surfaces that `jobs/` machines.
 
 mod mesh_file;
 mod page;
+mod patterns;
 mod serve;
 mod surfaces;
 mod test;
@@ -18,6 +19,7 @@ usage: cargo xtask test        runs all tests, natively and of native against We
        cargo xtask page        builds the page for the browser into web/dist
        cargo xtask serve [PORT]  builds it and serves it on this machine, port 8080 unless told
        cargo xtask speed       plans all jobs in the page and natively, and compares the times
+       cargo xtask patterns    writes docs/patterns.md, every pattern on every surface
        cargo xtask surfaces    writes jobs/surfaces/*";
 
 fn main() -> ExitCode {
@@ -29,6 +31,7 @@ fn main() -> ExitCode {
         ["serve"] => report(serve("8080")),
         ["serve", port] => report(serve(port)),
         ["speed"] => report(test::speed(&project())),
+        ["patterns"] => report(patterns::patterns(&project())),
         ["surfaces"] => report(write_surfaces(&surfaces_folder())),
         _ => {
             eprintln!("{USAGE}");

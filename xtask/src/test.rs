@@ -134,7 +134,7 @@ pub fn speed(project: &Path) -> Result<(), String> {
 }
 
 /// The command as `cargo build --release` leaves it.
-fn native(project: &Path) -> PathBuf {
+pub fn native(project: &Path) -> PathBuf {
     let name = format!("evencut{}", std::env::consts::EXE_SUFFIX);
     target_folder(project).join("release").join(name)
 }

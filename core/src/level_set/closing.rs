@@ -34,7 +34,7 @@ use spur::{Chooser, Detour, closed};
 use tree::Tree;
 
 /// Blobs whose widest gap is not above this are left, passes: the field is no better.
-const ACCEPTED: f64 = 0.51;
+const ACCEPTED: f64 = 0.506;
 /// Rounds of closing and measuring. More: branches of branches of a blob are followed.
 const ROUNDS: usize = 6;
 
@@ -62,7 +62,7 @@ pub struct ClosingReport {
     pub widest_gap: f64,
     /// Where that is, flat mm.
     pub widest_at: DVec2,
-    /// Area left farther than 0.51 passes from a pass, on the surface, mm².
+    /// Area left farther than 0.506 passes from a pass, on the surface, mm².
     pub left: f64,
 }
 

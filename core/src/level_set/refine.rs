@@ -10,6 +10,10 @@ use crate::surface::Surface;
 /// Edges longer than this many passes are split in a fine mesh. Longer: corners of rings and summits of
 /// the field are blunted; shorter: more triangles, quadratically.
 const FINE: f64 = 1.0;
+/// Where the mesh stays small, longer edges than this are split, too.
+const FINEST: f64 = 0.25;
+/// A mesh of at most so many triangles is small.
+const CHEAP: f64 = 1.2e5;
 /// Edges longer than this many passes are split in a coarse mesh: good enough to compare fields.
 pub(super) const COARSE: f64 = 6.0;
 /// Refinement stops with an error beyond this many triangles.
@@ -70,7 +74,21 @@ impl PassMesh {
     /// # Errors
     /// [`LevelSetError::TooFine`] when millions of triangles would be needed.
     pub fn refined(self) -> Result<Self, LevelSetError> {
-        self.with_edges_below(FINE)
+        let mesh = self.with_edges_below(FINE)?;
+        let mut longest = FINE;
+        while longest > FINEST && 4.0 * mesh.faces_below(longest) <= CHEAP {
+            longest *= 0.5;
+        }
+        mesh.with_edges_below(longest)
+    }
+
+    /// About how many triangles it takes when no edge is longer than that many passes.
+    fn faces_below(&self, longest: f64) -> f64 {
+        let split = |h: u32| {
+            let parts = (self.pass_length(HalfEdgeId(h)) / longest).max(1.0);
+            parts * parts
+        };
+        (0..3 * self.connectivity.face_count() as u32).map(split).sum::<f64>() / 3.0
     }
 
     pub(super) fn with_edges_below(self, longest: f64) -> Result<Self, LevelSetError> {

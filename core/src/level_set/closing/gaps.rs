@@ -18,7 +18,7 @@ use std::collections::VecDeque;
 
 /// Places farther than this from a pass are to be closed, passes. Smaller: the error of the field
 /// and the tolerance of the rings would be taken for gaps; larger: cusps grow with its square.
-pub const LIMIT: f64 = 0.508;
+pub const LIMIT: f64 = 0.504;
 /// Size of the pieces in which gaps are told, passes. Larger: gaps are overlooked; smaller: slower,
 /// with its square inside of gaps.
 pub const RASTER: f64 = 0.06;

@@ -11,7 +11,7 @@ use core::f64::consts::TAU;
 use std::collections::BTreeMap;
 
 /// Gaps wider than this fail a test: the limit and the raster of the measurement, passes.
-const WIDEST: f64 = 0.51 + 0.02;
+const WIDEST: f64 = 0.506 + 0.02;
 
 /// A flat part: `nx` by `ny` quads with corners at `at`, those that `keep` takes by their indices.
 fn flat(
@@ -173,7 +173,7 @@ fn check(name: &str, c: &Closed) {
     );
     assert!(c.widest <= WIDEST, "{name}: {}", c.widest);
     assert_eq!(c.report.left, 0.0, "{name}");
-    assert!(c.report.widest_gap <= 0.51, "{name}");
+    assert!(c.report.widest_gap <= 0.506, "{name}");
     assert_eq!(c.rings.iter().map(|r| r.spurs.len()).sum::<usize>() > 0, c.report.spurs > 0);
 }
 
