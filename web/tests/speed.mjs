@@ -29,9 +29,13 @@ async function inPage(page) {
   const phases = ["laid", "planned", "judged"];
   await page.evaluate(() => {
     const shown = {};
+    let began = false;
     const start = performance.now();
     const note = () => {
-      const { shown: phase, planned } = document.body.dataset;
+      const { state, shown: phase, planned } = document.body.dataset;
+      // What an earlier plan left does not count.
+      began ||= state === "working";
+      if (!began) return;
       if (phase) shown[phase] ??= 0;
       // After the next frame it is drawn.
       if (shown[phase] === 0) requestAnimationFrame(() => setTimeout(() => (shown[phase] ||= (performance.now() - start) / 1000)));

@@ -228,6 +228,21 @@ describe("what stays", () => {
     await context.close();
   });
 
+  it("an edited job of one's own that gives way comes back", async () => {
+    const { page, context } = await open(browser, PAGE);
+    await drop(page, [{ name: "mine.toml", bytes: ownJob }]);
+    await named(page, "mine.toml");
+    await type(page, String(ownJob).replace(/^name = .*$/m, 'name = "long thought"'));
+    await page.locator("#edited:visible").waitFor();
+    await drop(page, [{ name: "other.toml", bytes: ownJob }]);
+    await named(page, "other.toml");
+    await notice(page, "mine.toml had edits and gave way");
+    await page.getByRole("button", { name: "Back to mine.toml" }).click();
+    await named(page, "mine.toml");
+    await page.locator("#editor", { hasText: "long thought" }).waitFor();
+    await context.close();
+  });
+
   it("two tabs do not disturb each other", async () => {
     const { page, context } = await open(browser, `${PAGE}?example=${QUICK}`);
     const other = await context.newPage();

@@ -8,6 +8,9 @@ async function compiled(url) {
   try {
     return await WebAssembly.compileStreaming(response);
   } catch (error) {
+    if (error instanceof WebAssembly.CompileError) {
+      throw new Error("This browser cannot run the planner, which needs WebAssembly with SIMD: Chrome 91, Firefox 89, Safari 16.4 or newer.");
+    }
     if (!(error instanceof TypeError)) throw error;
     return WebAssembly.compile(await copy.arrayBuffer());
   }
@@ -84,6 +87,11 @@ export class Engine {
   #parts = Promise.all([compiled("evencut.wasm"), kept("worker.js")]);
   #short = null;
   #planning = null;
+
+  constructor() {
+    // Whoever asks is told.
+    this.#parts.catch(() => {});
+  }
 
   async #ask(call, args) {
     const parts = await this.#parts;

@@ -42,7 +42,7 @@ const editor = new Editor($("editor"), {
     $("edited").hidden = !edited;
     $("revert").hidden = !edited || !job.example;
     $("stale").hidden = planned === null || text === planned;
-    if (byUser) drafts.set(job.example ?? "", edited || !job.example ? { name: job.name, text } : null);
+    if (byUser) drafts.set(job.example ?? "", edited || !job.example ? { name: job.name, text, edited } : null);
     clearTimeout(checking);
     checking = setTimeout(check, REST);
   },
@@ -75,11 +75,17 @@ function setJob(name, text, example, { original = text, visit = "push" } = {}) {
   else history.replaceState(null, "", url);
 }
 
-/** A job of the user's own. */
-function setOwn(name, text, visit) {
+/** A job of the user's own; the edited one that gives way to it, as a message and what to do about it. */
+function setOwn(name, text) {
+  const before = drafts.get("");
   drafts.set("", { name, text });
   ownChoice();
-  setJob(name, text, null, { visit });
+  setJob(name, text, null);
+  if (!before?.edited || before.text === text) return [];
+  return [`${before.name} had edits and gave way.`, [`Back to ${before.name}`, () => {
+    setOwn(before.name, before.text);
+    drafts.set("", before);
+  }]];
 }
 
 /** The entry of the user's own job among the examples. */
@@ -320,7 +326,8 @@ async function content(file) {
   }
 }
 
-async function take(list) {
+/** Takes files; `afresh`: a surface gets a job of its own, whatever is waited for. */
+async function take(list, afresh = false) {
   tell();
   const all = [...list];
   const known = all.filter(({ name }) => isJob(name) || isMesh(name));
@@ -331,52 +338,55 @@ async function take(list) {
   const good = files.filter((file) => !file.trouble);
   const meshes = good.filter((file) => isMesh(file.name));
   const jobs = good.filter((file) => isJob(file.name));
+  const actions = [];
+  const open = (name, text) => {
+    const [trouble, action] = setOwn(name, text);
+    if (trouble) troubles.push(trouble);
+    if (action) actions.push(action);
+    pane("job");
+  };
   for (const file of meshes) {
     const stays = await surfaces.add(file.name, file.bytes);
     if (!stays) troubles.push(`${file.name}: too large, or not allowed, to be kept in this browser: it is gone when the page is closed`);
   }
   if (jobs.length > 1) troubles.push(`${jobs.slice(1).map(({ name }) => name).join(", ")}: one job at a time; ${jobs[0].name} was opened`);
   if (jobs.length > 0) {
-    setOwn(jobs[0].name, new TextDecoder().decode(jobs[0].bytes));
-    pane("job");
+    open(jobs[0].name, new TextDecoder().decode(jobs[0].bytes));
   } else if (meshes.length > 0) {
-    await surfaceAlone(meshes, troubles);
+    await surfaceAlone(meshes, open, troubles, actions, afresh);
   }
-  if (troubles.length > 0) tell(troubles.join("\n"));
+  if (troubles.length > 0) tell(troubles.join("\n"), ...actions);
   await check();
 }
 
-/** A surface without a job: the job on the page may wait for it; otherwise a new one is written. */
-async function surfaceAlone(meshes, troubles) {
+/** A surface without a job: the job on the page may wait for it; otherwise a new one is opened. */
+async function surfaceAlone(meshes, open, troubles, actions, afresh) {
   const found = await check();
   const wanted = found?.surface;
   if (wanted && meshes.some(({ name }) => base(wanted) === name) && !surfaces.isExample(wanted)) return;
   // A job that can be read has no other error than that its surface is not here.
   const waits = wanted ? found.faults.find((fault) => fault.severity === "error") : null;
   const [mesh] = meshes;
-  if (!job.example && waits && waits.from !== null) {
-    tell(`${job.name} asks for ${base(wanted)}, not for ${mesh.name}.`,
+  if (!afresh && !job.example && waits && waits.from !== null) {
+    troubles.push(`${job.name} asks for ${base(wanted)}, not for ${mesh.name}.`);
+    actions.push(
       [`Use ${mesh.name} in ${job.name}`, () => editor.put(waits.from, waits.to, JSON.stringify(mesh.name))],
-      [`New job for ${mesh.name}`, () => jobFor(mesh).then((trouble) => trouble && tell(trouble))]);
+      [`New job for ${mesh.name}`, () => take([new File([mesh.bytes], mesh.name)], true)]);
     return;
   }
-  const trouble = await jobFor(mesh);
-  if (trouble) troubles.push(trouble);
+  try {
+    open(mesh.name.replace(/\.[^.]*$/, ".toml"), await newJob(mesh));
+  } catch (error) {
+    troubles.push(`${mesh.name}: ${error.message ?? error}`);
+  }
   if (meshes.length > 1) troubles.push(`A job has one surface: ${mesh.name} was taken.`);
 }
 
-/** Writes a job for a surface; what is wrong with that, if anything. */
-async function jobFor({ name, bytes: mesh }) {
+/** A job for a surface, which takes a while for large ones. */
+function newJob({ name, bytes: mesh }) {
   $("verdict").className = "";
   $("verdict").textContent = `Reading ${name} …`;
-  try {
-    const text = await engine.newJob(name, mesh);
-    setOwn(name.replace(/\.[^.]*$/, ".toml"), text);
-    pane("job");
-    return null;
-  } catch (error) {
-    return `${name}: ${error.message ?? error}`;
-  }
+  return engine.newJob(name, mesh);
 }
 
 function listen() {
@@ -414,7 +424,7 @@ function listen() {
       take(event.clipboardData.files);
     } else if (!$("editor").contains(event.target)) {
       const text = event.clipboardData.getData("text/plain");
-      if (/^\s*version\s*=/m.test(text)) setOwn("job.toml", text);
+      if (/^\s*version\s*=/m.test(text)) tell(...setOwn("job.toml", text));
       else if (text.trim()) tell("What was pasted is not a job: a job has a line such as version = 1.");
     }
   }, true);
