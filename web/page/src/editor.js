@@ -96,6 +96,7 @@ export class Editor {
   /** Opens another text, which cannot be undone. */
   open(text) {
     this.view.setState(this.#state(text));
+    this.view.scrollDOM.scrollTop = 0;
     this.#opened();
   }
 

@@ -18,6 +18,8 @@ const OVERLAP = 1.7;
 /** Share of the light that comes from everywhere, on dots. */
 const AMBIENT = 0.62;
 const LIGHT = new Vector3(-0.35, -0.45, 0.82).normalize();
+/** A cell and those around it, itself first. */
+const NEIGHBOURS = [0, 1, -1].flatMap((x) => [0, 1, -1].flatMap((y) => [0, 1, -1].map((z) => [x, y, z])));
 
 export class Space {
   #renderer;
@@ -184,9 +186,11 @@ export class Space {
     const near = this.#normals();
     const colours = new Float32Array(places.length);
     const colour = new Color();
+    let light = 1;
     for (let i = 0; i < tones.length; i++) {
       const normal = near(places[3 * i], places[3 * i + 1], places[3 * i + 2]);
-      const light = AMBIENT + (1 - AMBIENT) * Math.max(normal ? normal.dot(LIGHT) : 1, 0);
+      // Far from all vertices: as the place before, which lies beside it.
+      if (normal) light = AMBIENT + (1 - AMBIENT) * Math.max(normal.dot(LIGHT), 0);
       const [r, g, b] = palette[tones[i]];
       colour.setRGB(r / 255, g / 255, b / 255, "srgb").multiplyScalar(light).toArray(colours, 3 * i);
     }
@@ -218,14 +222,26 @@ export class Space {
       const [a, b, c] = [x, y, z].map((v) => Math.floor(v / cell) & 0xffff);
       return (a * 0x10000 + b) * 0x10000 + c;
     };
+    const { meshFaces } = this.path.tables;
     const cells = new Map();
-    for (let i = 0; i < positions.length / 3; i++) {
-      cells.set(key(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]), i);
+    for (let i = 0; i < 3 * this.path.scales.machined; i++) {
+      const [v, next] = [meshFaces[i], meshFaces[i % 3 === 2 ? i - 2 : i + 1]];
+      // Sides longer than a cell mark those between, too.
+      const [from, to] = [v, next].map((k) => positions.subarray(3 * k, 3 * k + 3));
+      const pieces = Math.min(Math.ceil(Math.hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]) / cell), 64);
+      for (let k = 0; k < Math.max(pieces, 1); k++) {
+        const part = k / Math.max(pieces, 1);
+        const place = key(...[0, 1, 2].map((j) => from[j] + part * (to[j] - from[j])));
+        if (!cells.has(place)) cells.set(place, part < 0.5 ? v : next);
+      }
     }
     const found = new Vector3();
     return (x, y, z) => {
-      const i = cells.get(key(x, y, z));
-      return i === undefined ? null : found.fromBufferAttribute(normal, i);
+      for (const cube of NEIGHBOURS) {
+        const i = cells.get(key(x + cube[0] * cell, y + cube[1] * cell, z + cube[2] * cell));
+        if (i !== undefined) return found.fromBufferAttribute(normal, i);
+      }
+      return null;
     };
   }
 
