@@ -214,6 +214,35 @@ pub fn plan(
     threads: usize,
     progress: &mut dyn FnMut(Stage, f64),
 ) -> Result<Planned, PlanError> {
+    plan_showing(job, file, threads, progress, &mut |_| {})
+}
+
+/// A path before it is delivered: where it runs, but not yet where the cutter stands and how fast, nor
+/// what is cut again because the cutter did not fit.
+#[derive(Copy, Clone, Debug)]
+pub struct Sketch<'a> {
+    /// The surface.
+    pub surface: &'a Surface,
+    /// Its flat image.
+    pub chart: &'a Chart,
+    /// The path in the flat plane.
+    pub points: &'a [FlatPoint],
+    /// Whether its removal rates are known: those of a disc in the plane.
+    pub is_rated: bool,
+}
+
+/// As [`plan`], and `sketched` is called once with the path before it is delivered, which takes most of the
+/// time.
+///
+/// # Errors
+/// As [`plan`].
+pub fn plan_showing(
+    job: &Job,
+    file: Option<&[u8]>,
+    threads: usize,
+    progress: &mut dyn FnMut(Stage, f64),
+    sketched: &mut dyn FnMut(Sketch),
+) -> Result<Planned, PlanError> {
     progress(Stage::Surface, 0.0);
     let Built { surface, part, warnings, .. } = load(job, file)?;
     refuse_too_far(job, &part)?;
@@ -263,6 +292,7 @@ pub fn plan(
         let (points, counts) = plain();
         (FlatCut { points, counts }, None)
     };
+    sketched(Sketch { surface: &surface, chart: &chart, points: &cut.points, is_rated: is_walked });
     progress(Stage::Locate, 0.0);
     let rest = part.without(&surface);
     let options = deliver_options(job, rapid_plane(&part, job), threads);

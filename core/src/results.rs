@@ -1,11 +1,11 @@
 //! A plan → the files of its results, the same bytes wherever it was made.
 
 use crate::feed::machine_time;
-use crate::flatten::Locator;
+use crate::flatten::{Chart, Locator};
 use crate::gcode::{self, GcodeError};
 use crate::geometry::DVec3;
 use crate::job::{FlattenMethod, ForceControl, Job, Picture};
-use crate::plan::{PlanError, Planned, Stage, plan};
+use crate::plan::{PlanError, Planned, Sketch, Stage, plan_showing};
 use crate::post::{PostError, ProgramOptions, program};
 use crate::preview::{Drawn, Linked, flat_map, mrr_chart, rate_map, residual_map, surface_view};
 use crate::report::{
@@ -13,7 +13,7 @@ use crate::report::{
     PassFigures, PathFigures, Profile, RaisedStretch, RateFigures, Report, StepoverFigures,
     SurfaceFigures, VerificationFigures, Versions, Warning,
 };
-use crate::surface;
+use crate::surface::{self, Surface};
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use crate::verify::{Facets, Sphere, Verification, VerifyError, VerifyOptions, verify};
 use thiserror::Error;
@@ -76,9 +76,28 @@ pub struct ResultsOptions {
     pub verify: bool,
 }
 
+/// What can be shown before all results are there.
+#[derive(Clone, Debug)]
+pub struct Early {
+    /// Files as the results will hold them; of a path that is only laid, pictures of it instead.
+    pub files: Vec<OutputFile>,
+    /// The numbers behind the pictures.
+    pub linked: Linked,
+    /// What is known of the planned path without its verification; `None` while it is only laid.
+    pub report: Option<Report>,
+}
+
+/// How somebody follows the making of results.
+pub struct Watch<'a> {
+    /// Called with the stage and the part of it that is done.
+    pub progress: &'a mut dyn FnMut(Stage, f64),
+    /// Called when the path is laid, and when it is planned but not judged.
+    pub show: &'a mut dyn FnMut(Early),
+}
+
 /// Plans a job, writes all files it asks for, and gives the numbers behind their pictures.
 ///
-/// Arguments and files as of [`results()`].
+/// Arguments and files as of [`results()`]; `watch` is told what can be shown before the end.
 ///
 /// # Errors
 /// [`ResultsError`]; nothing is half done.
@@ -87,11 +106,19 @@ pub fn linked_results(
     job_file: Input,
     surface_file: Option<Input>,
     options: ResultsOptions,
-    progress: &mut dyn FnMut(Stage, f64),
+    watch: Watch,
 ) -> Result<(Results, Linked), ResultsError> {
-    let made = made(job, job_file, surface_file, options, progress)?;
-    let linked = linked(job, &made.planned, made.judged.as_ref());
-    Ok((made.results, linked))
+    let Watch { progress, show } = watch;
+    let inputs = Inputs { job, job_file, surface_file };
+    let mut on_sketch = |sketch: Sketch| show(sketched(job, &sketch));
+    let planned = inputs.plan(options.threads, progress, &mut on_sketch)?;
+    let written = Written::of(&inputs, &planned)?;
+    let files = written.in_order(job, Vec::new()).cloned().collect();
+    let linked = written.linked(job, &planned, None);
+    show(Early { files, linked, report: Some(written.report.clone()) });
+    let judged = inputs.judge(&planned, options, progress)?;
+    let linked = written.linked(job, &planned, judged.as_ref());
+    Ok((written.finish(&inputs, &planned, judged.as_ref(), progress), linked))
 }
 
 /// Plans a job and writes all files it asks for.
@@ -108,84 +135,226 @@ pub fn results(
     options: ResultsOptions,
     progress: &mut dyn FnMut(Stage, f64),
 ) -> Result<Results, ResultsError> {
-    made(job, job_file, surface_file, options, progress).map(|made| made.results)
+    let inputs = Inputs { job, job_file, surface_file };
+    let planned = inputs.plan(options.threads, progress, &mut |_| {})?;
+    let written = Written::of(&inputs, &planned)?;
+    let judged = inputs.judge(&planned, options, progress)?;
+    Ok(written.finish(&inputs, &planned, judged.as_ref(), progress))
 }
 
-/// Results with what they were made of.
-struct Made {
-    results: Results,
-    planned: Planned,
-    judged: Option<(Verification, VerifyOptions)>,
+/// What results are made of.
+struct Inputs<'a> {
+    job: &'a Job,
+    job_file: Input<'a>,
+    surface_file: Option<Input<'a>>,
 }
 
-fn made(
-    job: &Job,
-    job_file: Input,
-    surface_file: Option<Input>,
-    options: ResultsOptions,
-    progress: &mut dyn FnMut(Stage, f64),
-) -> Result<Made, ResultsError> {
-    let threads = options.threads;
-    let planned = plan(job, surface_file.map(|f| f.bytes), threads, progress)?;
-    let judged = match options.verify {
-        true => Some(judge(job, &planned, threads, &mut |p| progress(Stage::Verify, p))?),
-        false => None,
-    };
-    progress(Stage::Write, 0.0);
-    let mut files = vec![
-        OutputFile { name: "job.resolved.toml".into(), bytes: job.to_toml().into_bytes() },
-        OutputFile { name: "toolpath.csv".into(), bytes: planned.toolpath.to_csv().into_bytes() },
-    ];
-    let mut findings = Vec::new();
-    if let Some(post) = job.output.gcode {
-        let options = ProgramOptions {
-            post,
-            name: job.name.clone(),
-            machine: job.machine,
-            rapid_plane: planned.rapid_plane,
-            tool: job.tool,
-            tool_number: 1,
-            spindle: job.cut.spindle,
+type Judged = (Verification, VerifyOptions);
+
+impl Inputs<'_> {
+    fn plan(
+        &self,
+        threads: usize,
+        progress: &mut dyn FnMut(Stage, f64),
+        sketched: &mut dyn FnMut(Sketch),
+    ) -> Result<Planned, PlanError> {
+        plan_showing(self.job, self.surface_file.map(|f| f.bytes), threads, progress, sketched)
+    }
+
+    fn judge(
+        &self,
+        planned: &Planned,
+        options: ResultsOptions,
+        progress: &mut dyn FnMut(Stage, f64),
+    ) -> Result<Option<Judged>, VerifyError> {
+        let progress = &mut |part| progress(Stage::Verify, part);
+        let judge = || judge(self.job, planned, options.threads, progress);
+        options.verify.then(judge).transpose()
+    }
+
+    fn records(&self) -> Vec<FileRecord> {
+        let files = [Some(self.job_file), self.surface_file];
+        files.into_iter().flatten().map(|f| FileRecord::of(f.name, f.bytes)).collect()
+    }
+}
+
+/// What is written of a plan, whatever its verification finds.
+struct Written {
+    /// The place on the surface of every point of the path.
+    contacts: Vec<Option<DVec3>>,
+    /// Resolved job, table, and program with what its check found.
+    files: Vec<OutputFile>,
+    findings: Vec<String>,
+    pictures: Vec<Drawing>,
+    /// Without verification and outputs.
+    report: Report,
+}
+
+/// A picture that was drawn.
+struct Drawing {
+    picture: Picture,
+    heading: &'static str,
+    file: OutputFile,
+}
+
+impl Written {
+    fn of(inputs: &Inputs, planned: &Planned) -> Result<Self, ResultsError> {
+        let job = inputs.job;
+        let mut files = vec![
+            OutputFile { name: "job.resolved.toml".into(), bytes: job.to_toml().into_bytes() },
+            OutputFile {
+                name: "toolpath.csv".into(),
+                bytes: planned.toolpath.to_csv().into_bytes(),
+            },
+        ];
+        let mut findings = Vec::new();
+        if let Some(post) = job.output.gcode {
+            let options = ProgramOptions {
+                post,
+                name: job.name.clone(),
+                machine: job.machine,
+                rapid_plane: planned.rapid_plane,
+                tool: job.tool,
+                tool_number: 1,
+                spindle: job.cut.spindle,
+                tolerance: job.cut.tolerance,
+            };
+            let program = program(&planned.toolpath, &options)?;
+            findings = checked(&program.text, job, planned.rapid_plane)?;
+            let name = format!("program.{}", program.extension);
+            files.push(OutputFile { name, bytes: program.text.into_bytes() });
+        }
+        let contacts = contacts(&planned.surface, &planned.chart, &planned.toolpath);
+        let pictures = pictures(job, planned, &contacts);
+        let report = report_on(job, planned, inputs.records(), &contacts);
+        Ok(Self { contacts, files, findings, pictures, report })
+    }
+
+    /// The files, and pictures in the order in which the job asks for them; `measured`: further pictures.
+    fn in_order<'a>(
+        &'a self,
+        job: &'a Job,
+        measured: Vec<&'a Drawing>,
+    ) -> impl Iterator<Item = &'a OutputFile> {
+        let drawings = self.drawings(job, measured);
+        self.files.iter().chain(drawings.into_iter().map(|d| &d.file))
+    }
+
+    fn drawings<'a>(&'a self, job: &Job, measured: Vec<&'a Drawing>) -> Vec<&'a Drawing> {
+        let mut all: Vec<&Drawing> = self.pictures.iter().chain(measured).collect();
+        all.sort_by_key(|d| job.output.pictures.iter().position(|p| *p == d.picture));
+        all
+    }
+
+    fn linked(&self, job: &Job, planned: &Planned, judged: Option<&Judged>) -> Linked {
+        Linked::of(&Drawn {
+            surface: &planned.surface,
+            chart: &planned.chart,
+            path: &planned.toolpath,
+            contacts: &self.contacts,
+            plain: planned.plain.as_ref(),
+            rest: Facets { positions: &planned.rest.positions, faces: &planned.rest.faces },
+            verification: judged.map(|(verification, _)| verification),
+            limit: rate_limit(job),
+            scallop: planned.cusp_limit,
             tolerance: job.cut.tolerance,
-        };
-        let program = program(&planned.toolpath, &options)?;
-        findings = checked(&program.text, job, planned.rapid_plane)?;
-        let name = format!("program.{}", program.extension);
-        files.push(OutputFile { name, bytes: program.text.into_bytes() });
+        })
     }
-    let pictures = pictures(job, &planned, judged.as_ref());
-    for (name, _, svg) in &pictures {
-        files.push(OutputFile { name: (*name).into(), bytes: svg.clone().into_bytes() });
+
+    /// The results, the report last.
+    fn finish(
+        self,
+        inputs: &Inputs,
+        planned: &Planned,
+        judged: Option<&Judged>,
+        progress: &mut dyn FnMut(Stage, f64),
+    ) -> Results {
+        progress(Stage::Write, 0.0);
+        let measured = judged.map_or_else(Vec::new, |judged| measured(inputs.job, planned, judged));
+        let mut report = self.report.clone();
+        report.verification = judged.map(|(verification, options)| {
+            let findings = self.findings.clone();
+            VerificationFigures::of(verification, options, Lines::Table, findings)
+        });
+        let mut files: Vec<OutputFile> =
+            self.in_order(inputs.job, measured.iter().collect()).cloned().collect();
+        report.outputs = files.iter().map(|f| FileRecord::of(&f.name, &f.bytes)).collect();
+        let shown = self.drawings(inputs.job, measured.iter().collect());
+        let shown: Vec<(&str, &str)> = shown.iter().map(|d| (d.heading, d.text())).collect();
+        let page = report.to_html(&shown);
+        files.push(OutputFile { name: "report.html".into(), bytes: page.into_bytes() });
+        files.push(OutputFile { name: "report.json".into(), bytes: report.to_json().into_bytes() });
+        progress(Stage::Write, 1.0);
+        Results { files, report }
     }
-    let inputs = [Some(job_file), surface_file];
-    let inputs = inputs.into_iter().flatten().map(|f| FileRecord::of(f.name, f.bytes)).collect();
-    let mut report = report(job, &planned, inputs);
-    report.verification = judged.as_ref().map(|(verification, options)| {
-        VerificationFigures::of(verification, options, Lines::Table, findings)
-    });
-    report.outputs = files.iter().map(|f| FileRecord::of(&f.name, &f.bytes)).collect();
-    let shown: Vec<(&str, &str)> = pictures.iter().map(|(_, t, svg)| (*t, svg.as_str())).collect();
-    let page = report.to_html(&shown);
-    files.push(OutputFile { name: "report.html".into(), bytes: page.into_bytes() });
-    files.push(OutputFile { name: "report.json".into(), bytes: report.to_json().into_bytes() });
-    progress(Stage::Write, 1.0);
-    Ok(Made { results: Results { files, report }, planned, judged })
 }
 
-fn linked(job: &Job, planned: &Planned, judged: Option<&(Verification, VerifyOptions)>) -> Linked {
-    Linked::of(&Drawn {
-        surface: &planned.surface,
-        chart: &planned.chart,
-        path: &planned.toolpath,
-        contacts: &contacts(planned),
-        // Where the rate is not limited there is no other path to compare with.
-        plain: planned.plain.as_ref().unwrap_or(&planned.toolpath),
-        rest: Facets { positions: &planned.rest.positions, faces: &planned.rest.faces },
-        verification: judged.map(|(verification, _)| verification),
-        limit: job.mrr_limit(),
-        scallop: planned.cusp_limit,
+impl Drawing {
+    fn new(picture: Picture, name: &str, heading: &'static str, svg: String) -> Self {
+        Self { picture, heading, file: OutputFile { name: name.into(), bytes: svg.into_bytes() } }
+    }
+
+    fn text(&self) -> &str {
+        // A drawing is made of text.
+        std::str::from_utf8(&self.file.bytes).unwrap_or_default()
+    }
+}
+
+/// The limit on the removal rate, mm³/s, where there is one.
+fn rate_limit(job: &Job) -> Option<f64> {
+    (job.force.control != ForceControl::Off).then(|| job.mrr_limit())
+}
+
+/// Pictures of a path that is laid.
+fn sketched(job: &Job, sketch: &Sketch) -> Early {
+    let path = sketched_path(sketch);
+    let contacts = contacts(sketch.surface, sketch.chart, &path);
+    let limit = rate_limit(job).filter(|_| sketch.is_rated);
+    let flat = flat_map(sketch.surface, sketch.chart, &path, limit);
+    let surface = surface_view(sketch.surface, &path, &contacts, limit);
+    let file = |name: &str, svg: String| OutputFile { name: name.into(), bytes: svg.into_bytes() };
+    let linked = Linked::of(&Drawn {
+        surface: sketch.surface,
+        chart: sketch.chart,
+        path: &path,
+        contacts: &contacts,
+        plain: None,
+        rest: Facets { positions: &[], faces: &[] },
+        verification: None,
+        limit,
+        scallop: 0.0,
         tolerance: job.cut.tolerance,
-    })
+    });
+    Early {
+        files: vec![file("flat.svg", flat), file("surface.svg", surface)],
+        linked,
+        report: None,
+    }
+}
+
+/// The path that is laid, its tips on the surface.
+fn sketched_path(sketch: &Sketch) -> Toolpath {
+    let locator = Locator::new(sketch.surface.connectivity(), sketch.chart.uv());
+    let mut time = 0.0;
+    let mut tip = DVec3::ZERO;
+    let points = sketch.points.iter().map(|p| {
+        tip = locator.locate(p.at).map_or(tip, |at| sketch.surface.position(at));
+        time += if p.feed > 0.0 { p.length / p.feed } else { 0.0 };
+        PathPoint {
+            kind: p.kind,
+            pass: p.pass,
+            region: 0,
+            tip,
+            axis: DVec3::Z,
+            normal: DVec3::Z,
+            flat: Some(p.at),
+            feed: p.feed,
+            mrr: p.mrr,
+            alpha: p.alpha,
+            time,
+        }
+    });
+    Toolpath { points: points.collect() }
 }
 
 /// Simulates the delivered path and measures what it leaves and removes.
@@ -244,55 +413,56 @@ fn checked(text: &str, job: &Job, rapid_plane: f64) -> Result<Vec<String>, Gcode
     Ok(findings.iter().map(ToString::to_string).collect())
 }
 
-/// File name, heading and SVG of every picture the job asks for; those of the simulation only where it
-/// was run.
-fn pictures(
-    job: &Job,
-    planned: &Planned,
-    judged: Option<&(Verification, VerifyOptions)>,
-) -> Vec<(&'static str, &'static str, String)> {
-    let limit = job.mrr_limit();
-    let (positions, faces) = planned.surface.triangles();
-    let design = Facets { positions, faces: &faces };
-    let rest = Facets { positions: &planned.rest.positions, faces: &planned.rest.faces };
-    let draw = |picture: &Picture| match picture {
+/// The pictures of the planned path that the job asks for.
+fn pictures(job: &Job, planned: &Planned, contacts: &[Option<DVec3>]) -> Vec<Drawing> {
+    let (surface, path, limit) = (&planned.surface, &planned.toolpath, rate_limit(job));
+    let draw = |&picture: &Picture| match picture {
         Picture::Flat => {
-            let svg = flat_map(&planned.surface, &planned.chart, &planned.toolpath, limit);
-            Some(("flat.svg", "Flat map", svg))
+            let svg = flat_map(surface, &planned.chart, path, limit);
+            Some(Drawing::new(picture, "flat.svg", "Flat map", svg))
         }
         Picture::Surface => {
-            let contacts = contacts(planned);
-            let svg = surface_view(&planned.surface, &planned.toolpath, &contacts, limit);
-            Some(("surface.svg", "Surface", svg))
+            let svg = surface_view(surface, path, contacts, limit);
+            Some(Drawing::new(picture, "surface.svg", "Surface", svg))
         }
         Picture::Mrr => planned.plain.as_ref().map(|plain| {
-            let (before, after) = (Profile::of(plain), Profile::of(&planned.toolpath));
-            ("mrr.svg", "Removal rate along time", mrr_chart(&before, &after, limit))
+            let svg = mrr_chart(&Profile::of(plain), &Profile::of(path), job.mrr_limit());
+            Drawing::new(picture, "mrr.svg", "Removal rate along time", svg)
         }),
-        Picture::Scallop => judged.map(|(v, o)| {
-            let svg = residual_map(design, rest, v, o.scallop, o.tolerance);
-            ("scallop.svg", "Measured: what is left", svg)
-        }),
-        Picture::Removal => judged.map(|(v, o)| {
-            let svg = rate_map(design, rest, v, &planned.toolpath, o.mrr_limit);
-            ("removal.svg", "Measured: removal rate", svg)
-        }),
+        Picture::Scallop | Picture::Removal => None,
     };
     job.output.pictures.iter().filter_map(draw).collect()
 }
 
-/// The place on the surface of every point of the path.
-fn contacts(planned: &Planned) -> Vec<Option<DVec3>> {
-    let surface = &planned.surface;
-    let locator = Locator::new(surface.connectivity(), planned.chart.uv());
+/// The pictures of the simulation that the job asks for.
+fn measured(job: &Job, planned: &Planned, (found, options): &Judged) -> Vec<Drawing> {
+    let (positions, faces) = planned.surface.triangles();
+    let design = Facets { positions, faces: &faces };
+    let rest = Facets { positions: &planned.rest.positions, faces: &planned.rest.faces };
+    let draw = |&picture: &Picture| match picture {
+        Picture::Scallop => {
+            let svg = residual_map(design, rest, found, options.scallop, options.tolerance);
+            Some(Drawing::new(picture, "scallop.svg", "Measured: what is left", svg))
+        }
+        Picture::Removal => {
+            let svg = rate_map(design, rest, found, &planned.toolpath, options.mrr_limit);
+            Some(Drawing::new(picture, "removal.svg", "Measured: removal rate", svg))
+        }
+        Picture::Flat | Picture::Surface | Picture::Mrr => None,
+    };
+    job.output.pictures.iter().filter_map(draw).collect()
+}
+
+/// The place on the surface of every point of a path.
+fn contacts(surface: &Surface, chart: &Chart, path: &Toolpath) -> Vec<Option<DVec3>> {
+    let locator = Locator::new(surface.connectivity(), chart.uv());
     let place = |at| locator.locate(at).ok().map(|p| surface.position(p));
-    planned.toolpath.points.iter().map(|p| p.flat.and_then(place)).collect()
+    path.points.iter().map(|p| p.flat.and_then(place)).collect()
 }
 
 /// Length of the contacts along passes, mm.
-fn length_of_passes(planned: &Planned) -> f64 {
-    let contacts = contacts(planned);
-    let points = planned.toolpath.points.windows(2).zip(contacts.windows(2));
+fn length_of_passes(path: &Toolpath, contacts: &[Option<DVec3>]) -> f64 {
+    let points = path.points.windows(2).zip(contacts.windows(2));
     let length = |(points, contacts): (&[PathPoint], &[Option<DVec3>])| match contacts {
         [Some(a), Some(b)] if points[1].kind == MoveKind::Cut => a.distance(*b),
         _ => 0.0,
@@ -302,6 +472,15 @@ fn length_of_passes(planned: &Planned) -> f64 {
 
 /// What is told of a plan that was not judged yet.
 pub(crate) fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> Report {
+    report_on(job, planned, inputs, &contacts(&planned.surface, &planned.chart, &planned.toolpath))
+}
+
+fn report_on(
+    job: &Job,
+    planned: &Planned,
+    inputs: Vec<FileRecord>,
+    contacts: &[Option<DVec3>],
+) -> Report {
     let limit = job.mrr_limit();
     let surface = &planned.surface;
     let figures = |path: &Toolpath, feed: f64| {
@@ -317,7 +496,7 @@ pub(crate) fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> R
         let factor = (1.0 / peak).min(1.0);
         figures(&slowed(path, factor, job), job.cut.feed * factor)
     });
-    let length = length_of_passes(planned);
+    let length = length_of_passes(&planned.toolpath, contacts);
     let delivered = figures(&planned.toolpath, job.cut.feed);
     let (low, high) = surface
         .positions()

@@ -1,6 +1,8 @@
 // A headless Chromium with the page, and what all tests of the page need.
+import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
-import { existsSync } from "node:fs";
+import { existsSync, readFileSync } from "node:fs";
+import { createRequire } from "node:module";
 import { chromium } from "playwright-core";
 
 const PLACES = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
@@ -11,6 +13,7 @@ const FLAGS = [
 ];
 /** What Chromium says of its own software renderer. */
 const OWN = /GL Driver Message/;
+const axe = createRequire(import.meta.url).resolve("axe-core/axe.min.js");
 
 export const sha256 = (bytes) => createHash("sha256").update(bytes).digest("hex");
 
@@ -20,8 +23,11 @@ export function launch(...flags) {
   return chromium.launch({ executablePath, headless: true, args: [...FLAGS, ...flags] });
 }
 
-/** A page that is ready, with all that it complained about and all that it asked the network for. */
-export async function open(browser, url, options = {}) {
+/**
+ * A page that is ready, with all that it complained about and all that it asked the network for. `init`:
+ * a script that runs before the page's own, and its argument.
+ */
+export async function open(browser, url, { init, ...options } = {}) {
   const context = await browser.newContext({ viewport: { width: 1440, height: 900 }, acceptDownloads: true, colorScheme: "light", ...options });
   const page = await context.newPage();
   const complaints = [];
@@ -32,6 +38,7 @@ export async function open(browser, url, options = {}) {
   page.on("pageerror", (error) => complaints.push(String(error)));
   page.on("request", (request) => requests.push(request.url()));
   page.setDefaultTimeout(60_000);
+  if (init) await page.addInitScript(...init);
   await page.goto(url);
   await ready(page);
   return { page, context, complaints, requests };
@@ -58,4 +65,27 @@ export async function drop(page, files) {
     return made;
   }, coded);
   await page.dispatchEvent("body", "drop", { dataTransfer: transfer });
+}
+
+/** Replaces the editor's text by pasting over it. */
+export async function type(page, text) {
+  const content = page.locator("#editor .cm-content");
+  await content.click();
+  await page.keyboard.press("Control+a");
+  await content.evaluate((element, pasted) => {
+    const clipboardData = new DataTransfer();
+    clipboardData.setData("text/plain", pasted);
+    element.dispatchEvent(new ClipboardEvent("paste", { clipboardData, bubbles: true, cancelable: true, composed: true }));
+  }, text);
+}
+
+/** Fails where axe finds somebody kept out. */
+export async function accessible(page, where) {
+  if (!(await page.evaluate(() => "axe" in globalThis))) {
+    // The page's own policy keeps scripts of others out; the test's comes through the debugger.
+    await page.evaluate(readFileSync(axe, "utf8"));
+  }
+  const { violations } = await page.evaluate(() => globalThis.axe.run(document, { resultTypes: ["violations"] }));
+  const told = violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => `${node.target} ${node.failureSummary}`).join("; ")}`);
+  assert.deepEqual(told, [], where);
 }

@@ -3,19 +3,17 @@
 import assert from "node:assert/strict";
 import { execFile, spawnSync } from "node:child_process";
 import { mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
-import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, describe, it } from "node:test";
 import { promisify } from "node:util";
 import { unzipSync } from "fflate";
-import { drop, launch, open, plan, ready, sha256 } from "./browser.mjs";
+import { accessible, drop, launch, open, plan, ready, sha256, type } from "./browser.mjs";
 
 const { PAGE, EVENCUT, PICTURES } = process.env;
 const JOBS = readdirSync("jobs").filter((name) => name.endsWith(".toml")).map((name) => name.replace(".toml", ""));
 /** The job that is planned soonest. */
 const QUICK = "crown";
-const axe = createRequire(import.meta.url).resolve("axe-core/axe.min.js");
 const scratch = mkdtempSync(join(tmpdir(), "evencut-page-"));
 let browser;
 
@@ -55,28 +53,6 @@ async function files(page) {
   const unzipped = Object.entries(unzipSync(zip.bytes)).map(([name, bytes]) => [name.split("/").pop(), sha256(bytes)]);
   const sorted = (entries) => Object.fromEntries(entries.sort(([a], [b]) => (a < b ? -1 : 1)));
   return { single: sorted(Object.entries(single)), zip: sorted(unzipped) };
-}
-
-/** Replaces the editor's text by pasting over it. */
-async function type(page, text) {
-  const content = page.locator("#editor .cm-content");
-  await content.click();
-  await page.keyboard.press("Control+a");
-  await content.evaluate((element, pasted) => {
-    const clipboardData = new DataTransfer();
-    clipboardData.setData("text/plain", pasted);
-    element.dispatchEvent(new ClipboardEvent("paste", { clipboardData, bubbles: true, cancelable: true, composed: true }));
-  }, text);
-}
-
-async function accessible(page, where) {
-  if (!(await page.evaluate(() => "axe" in globalThis))) {
-    // The page's own policy keeps scripts of others out; the test's comes through the debugger.
-    await page.evaluate(readFileSync(axe, "utf8"));
-  }
-  const { violations } = await page.evaluate(() => globalThis.axe.run(document, { resultTypes: ["violations"] }));
-  const told = violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => `${node.target} ${node.failureSummary}`).join("; ")}`);
-  assert.deepEqual(told, [], where);
 }
 
 describe("examples", () => {

@@ -1,8 +1,10 @@
-// Plans jobs natively on one thread and in the page, in turn, and prints the ratio of the times.
+// Plans jobs natively on one thread and in the page, in turn, and prints the ratio of the times, and
+// how long the page takes until it shows the laid path, the planned one, and all.
 //
 //   PAGE=address EVENCUT=command [RUNS=3] node speed.mjs JOB...
 //
-// Both times are of planning, simulating and writing; the command's holds starting and files too.
+// The first two times are of planning, simulating and writing; the command's holds starting and files
+// too. All are the least of the runs.
 import { spawnSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -22,13 +24,32 @@ function native(job) {
   return (performance.now() - start) / 1000;
 }
 
-/** Seconds in the planner, and until the result is on the screen. */
+/** Seconds in the planner, and from the click until each part of the result is on the screen. */
 async function inPage(page) {
-  const start = performance.now();
+  const phases = ["laid", "planned", "judged"];
+  await page.evaluate(() => {
+    const shown = {};
+    let began = false;
+    const start = performance.now();
+    const note = () => {
+      const { state, shown: phase, planned } = document.body.dataset;
+      // What an earlier plan left does not count.
+      began ||= state === "working";
+      if (!began) return;
+      if (phase) shown[phase] ??= 0;
+      // After the next frame it is drawn.
+      if (shown[phase] === 0) requestAnimationFrame(() => setTimeout(() => (shown[phase] ||= (performance.now() - start) / 1000)));
+      if (planned && phase === "judged") observer.disconnect();
+    };
+    const observer = new MutationObserver(note);
+    observer.observe(document.body, { attributes: true });
+    globalThis.shownAt = shown;
+  });
   await plan(page);
-  const shown = (performance.now() - start) / 1000;
+  await page.waitForFunction(() => globalThis.shownAt.judged > 0);
+  const shown = await page.evaluate(() => globalThis.shownAt);
   const told = await page.locator("#report .faint").textContent();
-  return { planner: Number(told.match(/([\d.]+) s/)[1]), shown };
+  return { planner: Number(told.match(/([\d.]+) s/)[1]), shown: phases.map((phase) => shown[phase] || shown.judged) };
 }
 
 async function load(page, job) {
@@ -43,7 +64,7 @@ async function load(page, job) {
 
 const browser = await launch();
 const ratios = [];
-console.log(`${"job".padEnd(24)}${["native, s", "page, s", "ratio", "shown, s"].map((t) => t.padStart(11)).join("")}`);
+console.log(`${"job".padEnd(24)}${["native, s", "page, s", "ratio", "laid, s", "planned, s", "all, s"].map((t) => t.padStart(11)).join("")}`);
 for (const job of process.argv.slice(2)) {
   const { page, context } = await open(browser, PAGE);
   await load(page, job);
@@ -55,8 +76,8 @@ for (const job of process.argv.slice(2)) {
   await context.close();
   const [a, b] = [least(there), least(here.map((run) => run.planner))];
   ratios.push(b / a);
-  const shown = least(here.map((run) => run.shown));
-  console.log(`${basename(job, ".toml").padEnd(24)}${[a, b, b / a, shown].map((x) => x.toFixed(2).padStart(11)).join("")}`);
+  const shown = [0, 1, 2].map((phase) => least(here.map((run) => run.shown[phase])));
+  console.log(`${basename(job, ".toml").padEnd(24)}${[a, b, b / a, ...shown].map((x) => x.toFixed(2).padStart(11)).join("")}`);
 }
 console.log(`median ratio ${median(ratios).toFixed(2)}, best of ${RUNS} runs each`);
 await browser.close();

@@ -32,7 +32,8 @@ pub fn page(project: &Path) -> Result<(), String> {
     }
     run(cargo(project).args(["build", "--release", "--package", "evencut-cli"]))?;
     with_page(project, |node, address| {
-        node.args(["--test", "--test-reporter=spec", "web/tests/page.test.mjs"])
+        node.args(["--test", "--test-concurrency=1", "--test-reporter=spec"])
+            .args(["web/tests/page.test.mjs", "web/tests/using.test.mjs"])
             .env("PAGE", address)
             .env("EVENCUT", native(project))
             .env("PICTURES", target_folder(project).join("page-pictures"));

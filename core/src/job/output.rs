@@ -16,7 +16,7 @@ pub enum Post {
 )]
 #[serde(rename_all = "kebab-case")]
 pub enum Picture {
-    /// Flat map with the path coloured by removal rate.
+    /// Flat map with the path coloured by removal rate, or by time where that is not limited.
     Flat,
     /// Shaded surface with the path on it.
     Surface,

@@ -2,12 +2,12 @@
 
 use super::colour;
 use super::linked::Placement;
-use super::path_layers::{PathLayers, legend, line_width, scale_bar};
+use super::path_layers::{PathLayers, Tint, legend, line_width, scale_bar};
 use super::svg::{Anchor, Stroke, Svg};
 use crate::flatten::Chart;
 use crate::geometry::{DVec2, math};
 use crate::surface::Surface;
-use crate::toolpath::{MoveKind, Toolpath};
+use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 
 /// Room for the map, px.
 const MAP: DVec2 = DVec2::new(720.0, 640.0);
@@ -16,11 +16,13 @@ const HEADER: f64 = 50.0;
 const LEGEND_WIDTH: f64 = 170.0;
 const LEGEND_HEIGHT: f64 = 330.0;
 
-/// The outline of the flat surface with its holes, and the path in it coloured by removal rate.
+/// The outline of the flat surface with its holes, and the path in it coloured by removal rate, or
+/// where that is not limited by the time of cutting.
 ///
 /// `limit`: removal rate at the end of the colour scale, mm³/s. The chart is turned so that it
 /// lies broad.
-pub fn flat_map(surface: &Surface, chart: &Chart, path: &Toolpath, limit: f64) -> String {
+pub fn flat_map(surface: &Surface, chart: &Chart, path: &Toolpath, limit: Option<f64>) -> String {
+    let tint = Tint::of(path, limit);
     let outlines = outlines(surface, chart);
     let frame = Frame::around(&outlines);
     let map = frame.size * frame.scale;
@@ -32,17 +34,20 @@ pub fn flat_map(surface: &Surface, chart: &Chart, path: &Toolpath, limit: f64) -
         size.x,
         size.y,
         "Flat map of the path",
-        "Outline of the flattened surface with the cutter path, coloured by removal rate.",
+        &format!(
+            "Outline of the flattened surface with the cutter path, coloured by {}.",
+            tint.words()
+        ),
     );
     svg.text(DVec2::new(MARGIN, 30.0), Anchor::Start, 16.0, "Path in the flat map");
     let placed: Vec<Vec<DVec2>> =
         outlines.iter().map(|l| l.iter().map(|&p| frame.place(p)).collect()).collect();
     svg.region(&placed, colour::MATERIAL, Some(Stroke::solid(colour::INK, 1.0)));
-    let mut layers = PathLayers::new(limit);
+    let mut layers = PathLayers::new(tint);
     let length = add_path(&mut layers, &frame, path);
     let area = surface.area() * frame.scale * frame.scale;
     layers.draw(&mut svg, line_width(area / length.max(1.0)));
-    legend(&mut svg, DVec2::new(map.x + 2.0 * MARGIN, HEADER), limit);
+    legend(&mut svg, DVec2::new(map.x + 2.0 * MARGIN, HEADER), tint);
     scale_bar(&mut svg, DVec2::new(MARGIN, size.y - 24.0), frame.scale, "mm (flat)");
     svg.finish()
 }
@@ -111,9 +116,10 @@ fn add_path(layers: &mut PathLayers, frame: &Frame, path: &Toolpath) -> f64 {
         };
         let here = frame.place(flat);
         if let Some(before) = last {
-            let kind = away.unwrap_or(point.kind);
-            layers.add(kind, if away.is_some() { 0.0 } else { point.mrr }, before, here);
-            if kind == MoveKind::Cut {
+            let direct = away.map(|kind| PathPoint { kind, mrr: 0.0, ..*point });
+            let shown = direct.as_ref().unwrap_or(point);
+            layers.add(shown, before, here);
+            if shown.kind == MoveKind::Cut {
                 length += here.distance(before);
             }
         }
@@ -131,7 +137,7 @@ mod tests {
     fn same_input_same_bytes() {
         let s = samples::bump(20);
         let path = samples::rings(&s, 2_000);
-        let draw = || flat_map(&s.surface, &s.chart, &path, samples::LIMIT);
+        let draw = || flat_map(&s.surface, &s.chart, &path, Some(samples::LIMIT));
         assert_eq!(draw(), draw());
     }
 
@@ -140,7 +146,7 @@ mod tests {
         let s = samples::bump(20);
         let path = samples::rings(&s, 200_000);
         assert_eq!(path.points.len(), 200_000);
-        let bytes = flat_map(&s.surface, &s.chart, &path, samples::LIMIT).len();
+        let bytes = flat_map(&s.surface, &s.chart, &path, Some(samples::LIMIT)).len();
         assert!(bytes < 5_000_000, "{bytes}");
     }
 
@@ -154,6 +160,6 @@ mod tests {
     #[test]
     fn empty_path_is_drawn() {
         let s = samples::bump(4);
-        assert!(flat_map(&s.surface, &s.chart, &Toolpath::default(), 1.0).ends_with("</svg>\n"));
+        assert!(flat_map(&s.surface, &s.chart, &Toolpath::default(), None).ends_with("</svg>\n"));
     }
 }

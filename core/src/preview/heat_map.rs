@@ -61,7 +61,7 @@ pub fn residual_map(
     let shape = Shape::of_part(design, rest);
     let view = View::of(&shape, &gouged(figures, tolerance));
     let canvas = Canvas::new(&shape, view, FINENESS);
-    let scale = residual_scale(&shape, verification, limit, tolerance);
+    let scale = residual_scale(shape.has_rest(), verification, limit, tolerance);
     let marks = residual_marks(samples, &scale, tolerance);
     let mut lines = residual_lines(figures, limit, tolerance);
     lines[1] += &hidden(&canvas, samples);
@@ -101,8 +101,9 @@ fn place(sample: &Outcome) -> DVec3 {
     DVec3::from(sample.position.map(f64::from))
 }
 
-fn residual_scale(
-    shape: &Shape,
+/// `has_rest`: whether the part has more than what is machined.
+pub(super) fn residual_scale(
+    has_rest: bool,
     verification: &Verification,
     limit: Option<f64>,
     tolerance: f64,
@@ -115,7 +116,7 @@ fn residual_scale(
     if samples.iter().any(|s| s.machined && s.too_tight) {
         others.push((APART, "too tight for the cutter"));
     }
-    if shape.has_rest() {
+    if has_rest {
         others.push((PLAIN, "not machined"));
     }
     Scale {
@@ -138,7 +139,7 @@ fn residual_marks<'a>(
 }
 
 /// The mark of a sample; what is only guarded has one where it is cut into.
-fn residual_mark(sample: &Outcome, scale: &Scale, tolerance: f64) -> Option<Mark> {
+pub(super) fn residual_mark(sample: &Outcome, scale: &Scale, tolerance: f64) -> Option<Mark> {
     let residual = f64::from(sample.residual);
     let value = MICRO * residual;
     let (rank, tone) = if residual < -tolerance {
@@ -284,7 +285,7 @@ pub fn rate_map(
     let measured = &verification.rate;
     let shape = Shape::of_part(design, rest);
     let canvas = Canvas::new(&shape, View::of(&shape, &[]), FINENESS);
-    let scale = rate_scale(&shape, measured, limit);
+    let scale = rate_scale(shape.has_rest(), measured, limit);
     let samples = verification.samples.iter().filter(|s| s.machined);
     let marks = samples.map(|s| (place(s), rate_mark(opening_rate(s, path, measured), &scale)));
     let words = Words {
@@ -296,9 +297,10 @@ pub fn rate_map(
     sheet(&canvas, &field(&canvas, marks), &scale, &words, &rate_places(measured, &scale))
 }
 
-fn rate_scale(shape: &Shape, measured: &Rate, limit: Option<f64>) -> Scale {
+/// `has_rest`: whether the part has more than what is machined.
+pub(super) fn rate_scale(has_rest: bool, measured: &Rate, limit: Option<f64>) -> Scale {
     let mut others = vec![(MISSING, "never opened at feed")];
-    if shape.has_rest() {
+    if has_rest {
         others.push((PLAIN, "not machined"));
     }
     let per_minute = limit.map(|l| PER_MINUTE * l);
@@ -312,7 +314,7 @@ fn rate_scale(shape: &Shape, measured: &Rate, limit: Option<f64>) -> Scale {
     }
 }
 
-fn rate_mark(rate: Option<f64>, scale: &Scale) -> Mark {
+pub(super) fn rate_mark(rate: Option<f64>, scale: &Scale) -> Mark {
     let Some(rate) = rate else { return Mark { rank: Rank::Apart, value: 0.0, tone: MISSING } };
     let tone = scale.tone(PER_MINUTE * rate);
     let rank = if tone == OVER { Rank::Above } else { Rank::Within };
@@ -448,7 +450,7 @@ mod tests {
     fn ranks(verification: &Verification) -> [usize; 5] {
         let shape = Shape::of_part(PLANE, NOTHING);
         let canvas = Canvas::new(&shape, View::of(&shape, &[]), FINENESS);
-        let scale = residual_scale(&shape, verification, Some(0.03), TOLERANCE);
+        let scale = residual_scale(shape.has_rest(), verification, Some(0.03), TOLERANCE);
         let field = field(&canvas, residual_marks(&verification.samples, &scale, TOLERANCE));
         let count = |rank| field.iter().flatten().filter(|m| m.rank == rank).count();
         [Rank::Apart, Rank::Within, Rank::Above, Rank::Untouched, Rank::Gouge].map(count)

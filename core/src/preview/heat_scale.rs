@@ -117,6 +117,11 @@ impl Scale {
         GOUGE + ((share.clamp(0.0, 1.0) * f64::from(DEPTHS)) as u8).min(DEPTHS - 1)
     }
 
+    /// The colours of all tones, unshaded.
+    pub fn colours(&self) -> Vec<[u8; 3]> {
+        (0..GOUGE + DEPTHS).map(|tone| self.colour(tone).0).collect()
+    }
+
     fn colour(&self, tone: u8) -> Rgb {
         match tone {
             OVER => self.over,

@@ -6,6 +6,7 @@
 
 use super::flat_map;
 use super::heat_map::{self, opening_rate};
+use super::heat_scale::{PLAIN, Scale};
 use super::mrr_chart::{self, ChartPlacement};
 use super::surface_view;
 use crate::flatten::Chart;
@@ -81,6 +82,10 @@ pub struct SampleTable {
     pub residual: Vec<f32>,
     /// Measured removal rates when the places were opened, mm³/min; not a number where never.
     pub rate: Vec<f32>,
+    /// Colours of the heights in `scallop.svg`, as places in [`Linked::residual_colours`].
+    pub residual_tone: Vec<u8>,
+    /// Colours of the rates in `removal.svg`, as places in [`Linked::rate_colours`].
+    pub rate_tone: Vec<u8>,
     /// 0 where a move came, 1 where none did, 2 where the cutter does not fit.
     pub state: Vec<u8>,
 }
@@ -117,12 +122,17 @@ pub struct Linked {
     pub samples: SampleTable,
     /// What is drawn in three dimensions.
     pub mesh: MeshTable,
-    /// Largest removal rate allowed, mm³/min.
-    pub limit: f64,
+    /// Largest removal rate allowed, mm³/min; `None` where none is, and then no rate is predicted.
+    pub limit: Option<f64>,
     /// Height of cusps that is allowed, µm.
     pub scallop_limit: f64,
-    /// Colours of removal rates from none to the limit, then of what is above it.
+    /// Colours of removal rates from none to the limit, then of what is above it; without a limit of
+    /// times from the start to the end.
     pub colours: Vec<[u8; 3]>,
+    /// Colours of heights left.
+    pub residual_colours: Vec<[u8; 3]>,
+    /// Colours of measured rates.
+    pub rate_colours: Vec<[u8; 3]>,
 }
 
 /// What the pictures of a plan were drawn of.
@@ -136,14 +146,14 @@ pub struct Drawn<'a> {
     pub path: &'a Toolpath,
     /// For each point of it the place on the surface.
     pub contacts: &'a [Option<DVec3>],
-    /// The plain rings.
-    pub plain: &'a Toolpath,
+    /// The plain rings; where the rate is not limited there is no other path to compare with.
+    pub plain: Option<&'a Toolpath>,
     /// Facets of the part that are not machined.
     pub rest: Facets<'a>,
     /// What the judge found.
     pub verification: Option<&'a Verification>,
-    /// Limit on the removal rate, mm³/s.
-    pub limit: f64,
+    /// Limit on the removal rate, mm³/s, where there is one.
+    pub limit: Option<f64>,
     /// Height of cusps that is allowed, mm.
     pub scallop: f64,
     /// By how much it may be exceeded, mm.
@@ -155,21 +165,26 @@ impl Linked {
     pub fn of(drawn: &Drawn) -> Self {
         let (positions, faces) = drawn.surface.triangles();
         let design = Facets { positions, faces: &faces };
-        let (before, after) = (Profile::of(drawn.plain), Profile::of(drawn.path));
+        let plain = drawn.plain.unwrap_or(drawn.path);
+        let (before, after) = (Profile::of(plain), Profile::of(drawn.path));
+        let heat = drawn.verification.map(|v| Heat::of(drawn, v));
+        let [residual_colours, rate_colours] = heat
+            .as_ref()
+            .map_or_else(Default::default, |h| [&h.residual, &h.rate].map(Scale::colours));
         let scallop = |v| heat_map::residual_placement(design, drawn.rest, v, drawn.tolerance);
         Self {
             flat: flat_map::placement(drawn.surface, drawn.chart),
             surface: surface_view::placement(drawn.surface),
             scallop: drawn.verification.map(scallop),
             removal: drawn.verification.map(|_| heat_map::rate_placement(design, drawn.rest)),
-            chart: mrr_chart::placement(&before, &after, drawn.limit),
+            chart: mrr_chart::placement(&before, &after, drawn.limit.unwrap_or(0.0)),
             path: path_table(drawn.path, drawn.contacts),
             plain: [single(&before.time, 1.0), single(&before.mrr, PER_MINUTE)],
-            samples: drawn.verification.map_or_else(SampleTable::default, |v| {
-                sample_table(v, drawn.path, drawn.surface.area())
-            }),
+            samples: heat.as_ref().map_or_else(SampleTable::default, |heat| heat.table(drawn)),
+            residual_colours,
+            rate_colours,
             mesh: mesh_table(design, drawn.rest),
-            limit: PER_MINUTE * drawn.limit,
+            limit: drawn.limit.map(|limit| PER_MINUTE * limit),
             scallop_limit: 1e3 * drawn.scallop,
             colours: super::path_layers::colours().map(|c| c.0).to_vec(),
         }
@@ -203,23 +218,48 @@ fn path_table(path: &Toolpath, contacts: &[Option<DVec3>]) -> PathTable {
     }
 }
 
-/// The worst sample of each cube of a grid that is as fine as the largest table allows.
-fn sample_table(verification: &Verification, path: &Toolpath, area: f64) -> SampleTable {
-    let cube = (area / MOST_SAMPLES).sqrt().max(f64::MIN_POSITIVE);
-    let cell = |s: &Outcome| s.position.map(|x| (f64::from(x) / cube).floor() as i64);
-    let mut rows: Vec<([i64; 3], &Outcome)> =
-        verification.samples.iter().filter(|s| s.machined).map(|s| (cell(s), s)).collect();
-    rows.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.residual.abs().total_cmp(&a.1.residual.abs())));
-    rows.dedup_by_key(|row| row.0);
-    let rate = |s: &Outcome| opening_rate(s, path, &verification.rate);
-    SampleTable {
-        place: rows.iter().flat_map(|(_, s)| s.position).collect(),
-        residual: rows.iter().map(|(_, s)| 1e3 * s.residual).collect(),
-        rate: rows
-            .iter()
-            .map(|(_, s)| rate(s).map_or(f32::NAN, |r| (PER_MINUTE * r) as f32))
-            .collect(),
-        state: rows.iter().map(|(_, s)| state(s)).collect(),
+/// What the judge found, with the colours of its pictures.
+struct Heat<'a> {
+    verification: &'a Verification,
+    tolerance: f64,
+    residual: Scale,
+    rate: Scale,
+}
+
+impl<'a> Heat<'a> {
+    fn of(drawn: &Drawn, verification: &'a Verification) -> Self {
+        let has_rest = !drawn.rest.faces.is_empty();
+        let (limit, tolerance) = (Some(drawn.scallop), drawn.tolerance);
+        Self {
+            verification,
+            tolerance,
+            residual: heat_map::residual_scale(has_rest, verification, limit, tolerance),
+            rate: heat_map::rate_scale(has_rest, &verification.rate, drawn.limit),
+        }
+    }
+
+    /// The worst sample of each cube of a grid that is as fine as the largest table allows.
+    fn table(&self, drawn: &Drawn) -> SampleTable {
+        let cube = (drawn.surface.area() / MOST_SAMPLES).sqrt().max(f64::MIN_POSITIVE);
+        let cell = |s: &Outcome| s.position.map(|x| (f64::from(x) / cube).floor() as i64);
+        let samples = self.verification.samples.iter().filter(|s| s.machined);
+        let mut rows: Vec<([i64; 3], &Outcome)> = samples.map(|s| (cell(s), s)).collect();
+        rows.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.residual.abs().total_cmp(&a.1.residual.abs())));
+        rows.dedup_by_key(|row| row.0);
+        let mut table = SampleTable::default();
+        rows.iter().for_each(|(_, s)| self.push(&mut table, s, drawn.path));
+        table
+    }
+
+    fn push(&self, table: &mut SampleTable, sample: &Outcome, path: &Toolpath) {
+        let rate = opening_rate(sample, path, &self.verification.rate);
+        let height = heat_map::residual_mark(sample, &self.residual, self.tolerance);
+        table.place.extend(sample.position);
+        table.residual.push(1e3 * sample.residual);
+        table.rate.push(rate.map_or(f32::NAN, |r| (PER_MINUTE * r) as f32));
+        table.residual_tone.push(height.map_or(PLAIN, |mark| mark.tone));
+        table.rate_tone.push(heat_map::rate_mark(rate, &self.rate).tone);
+        table.state.push(state(sample));
     }
 }
 
@@ -283,10 +323,10 @@ mod tests {
             chart: &s.chart,
             path,
             contacts: &s.contacts(path),
-            plain: path,
+            plain: None,
             rest: NO_REST,
             verification: judged,
-            limit: samples::LIMIT,
+            limit: Some(samples::LIMIT),
             scallop: 0.03,
             tolerance: 0.005,
         })
@@ -318,10 +358,10 @@ mod tests {
             assert!(svg.contains(&format!("\"M{x} {y}l")), "{x} {y}");
         };
         let flat = path.points[0].flat.unwrap().extend(0.0);
-        let svg = flat_map::flat_map(&s.surface, &s.chart, &path, samples::LIMIT);
+        let svg = flat_map::flat_map(&s.surface, &s.chart, &path, Some(samples::LIMIT));
         starts(&svg, linked.flat.place(flat));
         let contacts = s.contacts(&path);
-        let svg = surface_view::surface_view(&s.surface, &path, &contacts, samples::LIMIT);
+        let svg = surface_view::surface_view(&s.surface, &path, &contacts, Some(samples::LIMIT));
         starts(&svg, linked.surface.place(contacts[0].unwrap()));
     }
 
@@ -335,6 +375,9 @@ mod tests {
         let all = highest(&mut judged.samples.iter().map(|s| 1e3 * s.residual));
         assert_eq!(highest(&mut linked.samples.residual.iter().copied()), all);
         assert_eq!(linked.samples.place.len(), 3 * linked.samples.state.len());
+        let tones = linked.samples.residual_tone.iter().map(|&t| usize::from(t));
+        assert!(tones.max().unwrap() < linked.residual_colours.len());
+        assert_eq!(linked.samples.rate_tone.len(), linked.samples.state.len());
         assert!(linked.scallop.is_some() && linked.removal.is_some());
     }
 }

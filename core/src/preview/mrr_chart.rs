@@ -2,7 +2,7 @@
 
 use super::colour::{self, Rgb};
 use super::path_layers::rate;
-use super::svg::{Anchor, Stroke, Svg, round_step};
+use super::svg::{Anchor, Stroke, Svg, clock, round_step};
 use crate::geometry::DVec2;
 use crate::report::Profile;
 
@@ -150,15 +150,6 @@ fn time_step(duration: f64) -> f64 {
     let hour = 3600.0;
     let round = seconds.into_iter().find(|s| duration / s <= 8.0);
     round.unwrap_or_else(|| hour * round_step(duration / hour, 8.0).max(1.0))
-}
-
-/// Time as min:s, with tenths where seconds do not tell times apart.
-fn clock(time: f64) -> String {
-    if time > 0.0 && time < 8.0 {
-        return format!("0:{time:04.1}");
-    }
-    let seconds = time.round() as u64;
-    format!("{}:{:02}", seconds / 60, seconds % 60)
 }
 
 /// Range and mean of the rate in one column.

@@ -1,12 +1,12 @@
 //! The path as a few fine polylines, one layer for each colour, with the legend that explains them.
 
 use super::colour::{self, Rgb};
-use super::svg::{Anchor, Stroke, Svg};
+use super::svg::{Anchor, Stroke, Svg, clock};
 use crate::geometry::DVec2;
-use crate::toolpath::MoveKind;
+use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use std::fmt::Write;
 
-/// Colours between nothing and the limit: more grow the file, fewer show bands.
+/// Colours between nothing and the end of the scale: more grow the file, fewer show bands.
 const SHADES: usize = 12;
 /// What rounding may add to a rate that is at the limit.
 const AT_LIMIT: f64 = 1.0 + 1e-6;
@@ -21,23 +21,57 @@ const FIRST_SHADE: usize = 3;
 const OVER: usize = FIRST_SHADE + SHADES;
 const LAYERS: usize = OVER + 1;
 
+/// What the colours of cutting moves tell.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub enum Tint {
+    /// The removal rate; the scale ends at this limit, mm³/s.
+    Rate(f64),
+    /// When they are cut; the scale ends with the path, s.
+    Time(f64),
+}
+
+impl Tint {
+    /// The removal rate where it is limited, else when a path cuts. `limit`: mm³/s.
+    pub fn of(path: &Toolpath, limit: Option<f64>) -> Self {
+        let duration = || path.points.last().map_or(0.0, |p| p.time);
+        limit.map_or_else(|| Self::Time(duration()), Self::Rate)
+    }
+
+    /// What the colours tell, in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Rate(_) => "removal rate",
+            Self::Time(_) => "time of cutting",
+        }
+    }
+
+    /// Where a move lies on the scale; above 1 only where a limit is exceeded.
+    fn share(self, point: &PathPoint) -> f64 {
+        let share = |value: f64, end: f64| if end > 0.0 { value / end } else { 0.0 };
+        match self {
+            Self::Rate(limit) => share(point.mrr, limit),
+            Self::Time(end) => share(point.time, end).min(1.0),
+        }
+    }
+}
+
 /// Moves sorted into layers, px.
 pub struct PathLayers {
-    limit: f64,
+    tint: Tint,
     data: Vec<String>,
     run: Vec<DVec2>,
     layer: usize,
 }
 
 impl PathLayers {
-    /// Empty layers; `limit`: removal rate at the end of the colour scale, mm³/s.
-    pub fn new(limit: f64) -> Self {
-        Self { limit, data: vec![String::new(); LAYERS], run: Vec::new(), layer: RAPID }
+    /// Empty layers.
+    pub fn new(tint: Tint) -> Self {
+        Self { tint, data: vec![String::new(); LAYERS], run: Vec::new(), layer: RAPID }
     }
 
-    /// Adds a straight move between two points of the picture.
-    pub fn add(&mut self, kind: MoveKind, mrr: f64, from: DVec2, to: DVec2) {
-        let layer = self.layer_of(kind, mrr);
+    /// Adds the straight move that ends at a point of the path, between two points of the picture.
+    pub fn add(&mut self, point: &PathPoint, from: DVec2, to: DVec2) {
+        let layer = self.layer_of(point);
         if layer != self.layer || self.run.last() != Some(&from) {
             self.flush();
             self.layer = layer;
@@ -46,9 +80,9 @@ impl PathLayers {
         self.run.push(to);
     }
 
-    fn layer_of(&self, kind: MoveKind, mrr: f64) -> usize {
-        let share = if self.limit > 0.0 { mrr / self.limit } else { 0.0 };
-        match kind {
+    fn layer_of(&self, point: &PathPoint) -> usize {
+        let share = self.tint.share(point);
+        match point.kind {
             MoveKind::Rapid => RAPID,
             _ if share > AT_LIMIT => OVER,
             MoveKind::Link => LINK,
@@ -150,30 +184,49 @@ fn farthest(points: &[DVec2], from: usize, to: usize) -> Option<usize> {
     worst.1
 }
 
-/// Colour bar in mm³/min and the list of lines, from the upper left corner `at`, 170 x 330 px.
-pub fn legend(svg: &mut Svg, at: DVec2, limit: f64) {
+/// Colour bar and the list of lines, from the upper left corner `at`, 170 x 330 px.
+pub fn legend(svg: &mut Svg, at: DVec2, tint: Tint) {
+    let (title, unit) = match tint {
+        Tint::Rate(_) => ("Removal rate", "mm³/min"),
+        Tint::Time(_) => ("Time of cutting", "min:s"),
+    };
     let bar = DVec2::new(16.0, 168.0);
     let top = at + DVec2::new(0.0, 40.0);
-    svg.text(at + DVec2::new(0.0, 10.0), Anchor::Start, 13.0, "Removal rate");
-    svg.text(at + DVec2::new(0.0, 27.0), Anchor::Start, 12.0, "mm³/min");
+    svg.text(at + DVec2::new(0.0, 10.0), Anchor::Start, 13.0, title);
+    svg.text(at + DVec2::new(0.0, 27.0), Anchor::Start, 12.0, unit);
     let piece = bar.y / SHADES as f64;
     for shade in 0..SHADES {
         let y = top.y + bar.y - (shade + 1) as f64 * piece;
         svg.rectangle(DVec2::new(at.x, y), DVec2::new(bar.x, piece), shade_colour(shade));
     }
-    let per_minute = 60.0 * limit;
-    for (share, note) in [(0.0, ""), (0.25, ""), (0.5, ""), (0.75, ""), (1.0, " limit")] {
+    for share in [0.0, 0.25, 0.5, 0.75, 1.0] {
         let y = top.y + bar.y * (1.0 - share);
         let from = DVec2::new(at.x + bar.x, y);
         svg.line(from, from + DVec2::new(4.0, 0.0), Stroke::solid(colour::INK, 1.0));
-        let label = format!("{}{note}", rate(share * per_minute));
-        svg.text(from + DVec2::new(8.0, 4.0), Anchor::Start, 12.0, &label);
+        svg.text(from + DVec2::new(8.0, 4.0), Anchor::Start, 12.0, &label(tint, share));
     }
-    let lines =
+    list_lines(svg, top + DVec2::new(0.0, bar.y + 28.0), tint);
+}
+
+fn label(tint: Tint, share: f64) -> String {
+    match tint {
+        Tint::Rate(limit) if share == 1.0 => format!("{} limit", rate(60.0 * limit)),
+        Tint::Rate(limit) => rate(60.0 * limit * share),
+        Tint::Time(end) if share == 1.0 => format!("{} end", clock(end)),
+        Tint::Time(end) => clock(end * share),
+    }
+}
+
+/// The lines that are told apart by other colours; where no rate is known nothing exceeds it.
+fn list_lines(svg: &mut Svg, at: DVec2, tint: Tint) {
+    let all =
         [(OVER, "above the limit"), (RETURN, "trochoid return"), (LINK, "link"), (RAPID, "rapid")];
-    for (i, (layer, label)) in lines.into_iter().enumerate() {
-        let y = top.y + bar.y + 28.0 + 20.0 * i as f64;
-        let from = DVec2::new(at.x, y);
+    let of_rates = match tint {
+        Tint::Rate(_) => 0,
+        Tint::Time(_) => 2,
+    };
+    for (i, (layer, label)) in all.into_iter().skip(of_rates).enumerate() {
+        let from = at + DVec2::new(0.0, 20.0 * i as f64);
         svg.line(from, from + DVec2::new(26.0, 0.0), stroke_of(layer, 1.8));
         svg.text(from + DVec2::new(34.0, 4.0), Anchor::Start, 12.0, label);
     }
@@ -199,6 +252,23 @@ pub fn scale_bar(svg: &mut Svg, at: DVec2, scale: f64, unit: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::DVec3;
+
+    fn point(kind: MoveKind, mrr: f64, time: f64) -> PathPoint {
+        PathPoint {
+            kind,
+            pass: 0,
+            region: 0,
+            tip: DVec3::ZERO,
+            axis: DVec3::Z,
+            normal: DVec3::Z,
+            flat: None,
+            feed: 1.0,
+            mrr,
+            alpha: 0.0,
+            time,
+        }
+    }
 
     #[test]
     fn straight_runs_become_one_chord() {
@@ -233,12 +303,24 @@ mod tests {
 
     #[test]
     fn rates_fall_into_layers() {
-        let layers = PathLayers::new(10.0);
-        assert_eq!(layers.layer_of(MoveKind::Cut, 10.0), OVER - 1);
-        assert_eq!(layers.layer_of(MoveKind::Trochoid, 10.1), OVER);
-        assert_eq!(layers.layer_of(MoveKind::Link, 0.0), LINK);
-        assert_eq!(layers.layer_of(MoveKind::Link, 11.0), OVER);
-        assert_eq!(layers.layer_of(MoveKind::Cut, 0.0), FIRST_SHADE);
+        let layers = PathLayers::new(Tint::Rate(10.0));
+        let layer = |kind, mrr| layers.layer_of(&point(kind, mrr, 0.0));
+        assert_eq!(layer(MoveKind::Cut, 10.0), OVER - 1);
+        assert_eq!(layer(MoveKind::Trochoid, 10.1), OVER);
+        assert_eq!(layer(MoveKind::Link, 0.0), LINK);
+        assert_eq!(layer(MoveKind::Link, 11.0), OVER);
+        assert_eq!(layer(MoveKind::Cut, 0.0), FIRST_SHADE);
+    }
+
+    #[test]
+    fn without_a_limit_colours_tell_the_time() {
+        let points = vec![point(MoveKind::Cut, 0.0, 0.0), point(MoveKind::Cut, 0.0, 90.0)];
+        let layers = PathLayers::new(Tint::of(&Toolpath { points }, None));
+        let layer = |kind, time| layers.layer_of(&point(kind, 99.0, time));
+        assert_eq!(layer(MoveKind::Cut, 0.0), FIRST_SHADE);
+        assert_eq!(layer(MoveKind::Cut, 46.0), FIRST_SHADE + SHADES / 2);
+        assert_eq!(layer(MoveKind::Cut, 90.0), OVER - 1);
+        assert_eq!(layer(MoveKind::Link, 90.0), LINK);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The path on the shaded surface, seen in parallel projection.
 
 use super::linked::Placement;
-use super::path_layers::{PathLayers, legend, line_width, scale_bar};
+use super::path_layers::{PathLayers, Tint, legend, line_width, scale_bar};
 use super::svg::{Anchor, Svg};
 use super::view::{Canvas, Shape, View, triad};
 use super::{png, shading};
@@ -20,7 +20,8 @@ const FINENESS: f64 = 2.0;
 /// Length after which a move is looked at anew for being hidden, px.
 const LOOK_EVERY: f64 = 2.0;
 
-/// The shaded surface with the path on it, coloured by removal rate; hidden parts are left out.
+/// The shaded surface with the path on it, coloured by removal rate, or where that is not limited by
+/// the time of cutting; hidden parts are left out.
 ///
 /// `contacts`: for each path point its place on the surface, mm, `None` away from it; a missing
 /// entry counts as `None`. `limit`: removal rate at the end of the colour scale, mm³/s.
@@ -28,8 +29,9 @@ pub fn surface_view(
     surface: &Surface,
     path: &Toolpath,
     contacts: &[Option<DVec3>],
-    limit: f64,
+    limit: Option<f64>,
 ) -> String {
+    let tint = Tint::of(path, limit);
     let shape = Shape::of(surface);
     let canvas = Canvas::new(&shape, View::of(&shape, &[]), FINENESS);
     let (view, raster) = (&canvas.view, &canvas.raster);
@@ -42,17 +44,20 @@ pub fn surface_view(
         size.x,
         size.y,
         "Path on the surface",
-        "Shaded view of the surface with the cutter path on it, coloured by removal rate.",
+        &format!(
+            "Shaded view of the surface with the cutter path on it, coloured by {}.",
+            tint.words()
+        ),
     );
     svg.text(DVec2::new(MARGIN, 30.0), Anchor::Start, 16.0, "Path on the surface");
     let (w, h) = (raster.width, raster.height);
     let picture = png::encode(w as u32, h as u32, &raster.shade, &shading::palette());
     svg.image(ORIGIN, canvas.size(), &picture);
-    let mut layers = PathLayers::new(limit);
+    let mut layers = PathLayers::new(tint);
     let length = add_path(&mut layers, &canvas, path, contacts);
     let area = raster.shade.iter().filter(|&&s| s > 0).count() as f64 / (FINENESS * FINENESS);
     layers.draw(&mut svg, line_width(area / length.max(1.0)));
-    legend(&mut svg, DVec2::new(drawn.x + 2.0 * MARGIN, HEADER), limit);
+    legend(&mut svg, DVec2::new(drawn.x + 2.0 * MARGIN, HEADER), tint);
     scale_bar(&mut svg, DVec2::new(MARGIN, size.y - 24.0), view.scale, "mm");
     triad(&mut svg, view, DVec2::new(size.x - 70.0, size.y - 50.0));
     svg.finish()
@@ -94,7 +99,7 @@ fn add_move(
     for i in 0..pieces {
         let (a, b) = (at(i), at(i + 1));
         if canvas.is_visible(a) && canvas.is_visible(b) {
-            layers.add(point.kind, point.mrr, ORIGIN + view.place(a), ORIGIN + view.place(b));
+            layers.add(point, ORIGIN + view.place(a), ORIGIN + view.place(b));
             length += total / pieces as f64;
         }
     }
@@ -111,7 +116,7 @@ mod tests {
         let s = samples::bump(708);
         assert!(s.surface.connectivity().face_count() > 1_000_000);
         let path = samples::rings(&s, 200_000);
-        let text = surface_view(&s.surface, &path, &s.contacts(&path), samples::LIMIT);
+        let text = surface_view(&s.surface, &path, &s.contacts(&path), Some(samples::LIMIT));
         assert!(text.len() < 5_000_000, "{}", text.len());
     }
 }

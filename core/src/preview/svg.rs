@@ -215,6 +215,15 @@ pub fn round_step(range: f64, most: f64) -> f64 {
     factor * decade
 }
 
+/// Time as min:s, with tenths where seconds do not tell times apart.
+pub fn clock(time: f64) -> String {
+    if time > 0.0 && time < 8.0 {
+        return format!("0:{time:04.1}");
+    }
+    let seconds = time.round() as u64;
+    format!("{}:{:02}", seconds / 60, seconds % 60)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

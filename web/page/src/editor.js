@@ -51,6 +51,8 @@ const LOOK = EditorView.theme({
 export class Editor {
   #schema = { properties: {} };
   #quiet = false;
+  #extensions;
+  #opened;
 
   /** `changed` is called after edits of the user, `plan` on Ctrl+Enter. */
   constructor(parent, { changed, plan }) {
@@ -59,25 +61,21 @@ export class Editor {
     const edited = (update) => {
       if (update.docChanged) changed(this.text, !this.#quiet);
     };
-    this.view = new EditorView({
-      parent: root,
-      root,
-      state: EditorState.create({
-        extensions: [
-          lineNumbers(), EditorView.lineWrapping, lintGutter(), history(), drawSelection(), closeBrackets(),
-          highlightActiveLine(), highlightActiveLineGutter(), highlightSelectionMatches(),
-          StreamLanguage.define(toml),
-          syntaxHighlighting(COLOURS),
-          autocompletion({ override: [(context) => this.#complete(context)] }),
-          hoverTooltip((view, at) => this.#hover(view, at)),
-          Prec.highest(keymap.of([{ key: "Mod-Enter", run: () => (plan(), true) }])),
-          keymap.of([...defaultKeymap, ...historyKeymap, ...completionKeymap, ...searchKeymap, ...lintKeymap]),
-          EditorView.contentAttributes.of({ "aria-label": "Job file, TOML", tabindex: "0", spellcheck: "false" }),
-          EditorView.updateListener.of(edited),
-          LOOK,
-        ],
-      }),
-    });
+    this.#extensions = [
+      lineNumbers(), EditorView.lineWrapping, lintGutter(), history(), drawSelection(), closeBrackets(),
+      highlightActiveLine(), highlightActiveLineGutter(), highlightSelectionMatches(),
+      StreamLanguage.define(toml),
+      syntaxHighlighting(COLOURS),
+      autocompletion({ override: [(context) => this.#complete(context)] }),
+      hoverTooltip((view, at) => this.#hover(view, at)),
+      Prec.highest(keymap.of([{ key: "Mod-Enter", run: () => (plan(), true) }])),
+      keymap.of([...defaultKeymap, ...historyKeymap, ...completionKeymap, ...searchKeymap, ...lintKeymap]),
+      EditorView.contentAttributes.of({ "aria-label": "Job file, TOML", tabindex: "0", spellcheck: "false" }),
+      EditorView.updateListener.of(edited),
+      LOOK,
+    ];
+    this.#opened = () => changed(this.text, false);
+    this.view = new EditorView({ parent: root, root, state: this.#state("") });
     const style = new CSSStyleSheet();
     style.replaceSync(":host { display: block; min-height: 0 } .cm-editor { height: 100% }");
     root.adoptedStyleSheets = [...root.adoptedStyleSheets, style];
@@ -89,6 +87,22 @@ export class Editor {
 
   set schema(schema) {
     this.#schema = schema;
+  }
+
+  #state(doc) {
+    return EditorState.create({ doc, extensions: this.#extensions });
+  }
+
+  /** Opens another text, which cannot be undone. */
+  open(text) {
+    this.view.setState(this.#state(text));
+    this.view.scrollDOM.scrollTop = 0;
+    this.#opened();
+  }
+
+  /** Puts a text between two places, in UTF-16 units, as if it were typed. */
+  put(from, to, insert) {
+    this.view.dispatch({ changes: { from, to, insert } });
   }
 
   /** Replaces the text; undo brings the old one back. */

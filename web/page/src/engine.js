@@ -8,18 +8,29 @@ async function compiled(url) {
   try {
     return await WebAssembly.compileStreaming(response);
   } catch (error) {
+    if (error instanceof WebAssembly.CompileError) {
+      throw new Error("This browser cannot run the planner, which needs WebAssembly with SIMD: Chrome 91, Firefox 89, Safari 16.4 or newer.");
+    }
     if (!(error instanceof TypeError)) throw error;
     return WebAssembly.compile(await copy.arrayBuffer());
   }
 }
 
+/** The worker's script, kept so that planning goes on when the server does not. */
+async function kept(url) {
+  const response = await fetch(url);
+  if (!response.ok) throw new Error(`${url}: ${response.status}`);
+  return URL.createObjectURL(new Blob([await response.text()], { type: "text/javascript" }));
+}
+
 /** A worker that answers calls in their order. */
 class Hand {
-  #worker = new Worker("worker.js", { type: "module", name: "evencut" });
+  #worker;
   #waiting = new Map();
   #next = 0;
 
-  constructor(module) {
+  constructor([module, script]) {
+    this.#worker = new Worker(script, { type: "module", name: "evencut" });
     this.#worker.onmessage = ({ data }) => this.#take(data);
     this.#worker.onerror = (event) => {
       event.preventDefault();
@@ -29,8 +40,9 @@ class Hand {
     this.#send({ module }).catch(() => {});
   }
 
-  call(call, args, progress) {
-    return this.#send({ call, args }, progress);
+  /** `on.progress` and `on.early` are told what a plan reports before its end. */
+  call(call, args, on = {}) {
+    return this.#send({ call, args }, on);
   }
 
   /** Ends the worker; what it was asked fails with `reason`. */
@@ -39,19 +51,20 @@ class Hand {
     this.#fail(reason);
   }
 
-  #send(message, progress) {
+  #send(message, on = {}) {
     const id = this.#next++;
     return new Promise((resolve, reject) => {
-      this.#waiting.set(id, { resolve, reject, progress });
+      this.#waiting.set(id, { resolve, reject, on });
       this.#worker.postMessage({ id, ...message });
     });
   }
 
-  #take({ id, value, error, progress }) {
+  #take({ id, value, error, progress, early }) {
     const asked = this.#waiting.get(id);
     if (!asked) return;
-    if (progress) {
-      asked.progress?.(progress);
+    if (progress || early) {
+      if (progress) asked.on.progress?.(progress);
+      if (early) asked.on.early?.(early);
       return;
     }
     this.#waiting.delete(id);
@@ -71,13 +84,18 @@ export const CANCELLED = { cancelled: true };
 
 /** The planner as the page knows it. Errors are `{fault}` or `{message}`, or `CANCELLED`. */
 export class Engine {
-  #module = compiled("evencut.wasm");
+  #parts = Promise.all([compiled("evencut.wasm"), kept("worker.js")]);
   #short = null;
   #planning = null;
 
+  constructor() {
+    // Whoever asks is told.
+    this.#parts.catch(() => {});
+  }
+
   async #ask(call, args) {
-    const module = await this.#module;
-    if (!this.#short || this.#short.dead) this.#short = new Hand(module);
+    const parts = await this.#parts;
+    if (!this.#short || this.#short.dead) this.#short = new Hand(parts);
     return this.#short.call(call, args);
   }
 
@@ -94,12 +112,12 @@ export class Engine {
   }
 
   /** Plans in a worker of its own, whose memory is given back at the end. */
-  async plan(name, source, surface, progress) {
+  async plan(name, source, surface, on) {
     this.cancel();
-    const hand = new Hand(await this.#module);
+    const hand = new Hand(await this.#parts);
     this.#planning = hand;
     try {
-      return await hand.call("plan", [name, source, surface], progress);
+      return await hand.call("plan", [name, source, surface], on);
     } finally {
       hand.end(CANCELLED);
       if (this.#planning === hand) this.#planning = null;

@@ -2,37 +2,47 @@
 import { $, bytes, make } from "./dom.js";
 import { Editor, spoken } from "./editor.js";
 import { CANCELLED, Engine } from "./engine.js";
-import { Surfaces, isJob, isMesh, saveJob, saveTheme, savedJob, savedTheme } from "./store.js";
+import { Drafts, Surfaces, base, isJob, isMesh, saveTheme, savedTheme } from "./store.js";
 import { Views } from "./views.js";
 
 /** Rest after the last key before a job is checked, ms. */
 const REST = 150;
+/** Largest surface and job that a tab takes, bytes. */
+const LARGEST = { surface: 1e9, job: 1e6 };
+/** The example that the page begins with. */
+const FIRST = "mould";
 /** Parts of the work that lie behind the start of each stage, roughly. */
 const STAGES = {
-  "reading the surface": [0, 0.03],
-  "laying the surface flat": [0.03, 0.08],
-  "laying rings": [0.08, 0.2],
-  "cutting within the limit": [0.2, 0.35],
-  "locating the cutter": [0.35, 0.6],
-  "simulating the path": [0.6, 0.97],
-  "writing the results": [0.97, 1],
+  "reading the surface": [0, 0.02],
+  "laying the surface flat": [0.02, 0.04],
+  "laying rings": [0.04, 0.12],
+  "cutting within the limit": [0.12, 0.18],
+  "locating the cutter": [0.18, 0.58],
+  "simulating the path": [0.58, 0.96],
+  "writing the results": [0.96, 1],
 };
 
 const engine = new Engine();
 const surfaces = new Surfaces();
+const drafts = new Drafts();
 const views = new Views();
 let examples = [];
 /** The job as it is edited: its name, the example it came from, its text when it came. */
 let job = { name: "job.toml", example: null, original: "" };
 let checking = 0;
 let checked = null;
+/** The plan that is being made: what has been shown of it; null while none is. */
+let run = null;
+/** The text that the shown plan was made of. */
+let planned = null;
 
 const editor = new Editor($("editor"), {
   changed(text, byUser) {
     const edited = text !== job.original;
     $("edited").hidden = !edited;
     $("revert").hidden = !edited || !job.example;
-    if (byUser) saveJob({ name: job.name, text, example: job.example });
+    $("stale").hidden = planned === null || text === planned;
+    if (byUser) drafts.set(job.example ?? "", edited || !job.example ? { name: job.name, text, edited } : null);
     clearTimeout(checking);
     checking = setTimeout(check, REST);
   },
@@ -41,17 +51,46 @@ const editor = new Editor($("editor"), {
 
 // ---- the job
 
-function setJob(name, text, example, original = text) {
+/** Shows a job. `original`: its text before it was edited; `visit`: how the address takes it. */
+function setJob(name, text, example, { original = text, visit = "push" } = {}) {
+  const isOther = name !== job.name || example !== job.example;
+  if (isOther) {
+    cancel();
+    planned = null;
+    show("empty");
+  }
   job = { name, example, original };
+  drafts.last = example ?? "";
   $("job-name").textContent = name;
   $("examples").value = example ?? "";
   document.title = `${name} – evencut`;
-  editor.replace(text);
+  if (isOther) editor.open(text);
+  else editor.replace(text);
   editor.show([]);
   const url = new URL(location.href);
   if (example) url.searchParams.set("example", example);
   else url.searchParams.delete("example");
-  history.replaceState(null, "", url);
+  if (url.href === location.href) return;
+  if (visit === "push") history.pushState(null, "", url);
+  else history.replaceState(null, "", url);
+}
+
+/** A job of the user's own; the edited one that gives way to it, as a message and what to do about it. */
+function setOwn(name, text) {
+  const before = drafts.get("");
+  drafts.set("", { name, text });
+  ownChoice();
+  setJob(name, text, null);
+  if (!before?.edited || before.text === text) return [];
+  return [`${before.name} had edits and gave way.`, [`Back to ${before.name}`, () => {
+    setOwn(before.name, before.text);
+    drafts.set("", before);
+  }]];
+}
+
+/** The entry of the user's own job among the examples. */
+function ownChoice() {
+  $("examples").options[0].textContent = drafts.get("")?.name ?? "–";
 }
 
 async function check() {
@@ -99,39 +138,108 @@ function faultItem(fault) {
 
 function showSurface(name) {
   const given = name && surfaces.given(name);
-  const known = given ? bytes(given.length) : name && surfaces.names.includes(name) ? "example" : "not here yet: drop the file on this page";
-  $("surface").replaceChildren(...(name
+  const known = given ? bytes(given.length) : name && surfaces.isExample(name) ? "example" : "not here yet: drop the file on this page";
+  const said = name
     ? [make("span", {}, "Surface "), make("b", {}, name), make("span", {}, ` ${known}`)]
-    : [make("span", {}, checked?.name ? "Surface by formula" : " ")]));
+    : [make("span", {}, checked?.name ? "Surface by formula" : " ")];
+  const { count } = surfaces;
+  const forget = make("button", { type: "button", id: "forget", className: "quiet small", title: "Surfaces that you gave are kept in this browser. This removes them." },
+    count === 1 ? "Forget the kept surface" : `Forget ${count} kept surfaces`);
+  forget.addEventListener("click", async () => {
+    await surfaces.forget();
+    await check();
+    $("plan").focus();
+  });
+  $("surface").replaceChildren(make("span", {}, ...said), ...(count > 0 ? [forget] : []));
 }
 
 // ---- planning
 
 async function plan() {
+  if (run) return;
+  const own = { phase: null };
+  run = own;
   const found = await check();
-  if (!found || $("plan").disabled || !$("working").hidden) return;
+  if (!found || $("plan").disabled || run !== own) {
+    if (run === own) run = null;
+    return;
+  }
   const text = editor.text;
   const { name } = job;
-  show("working");
-  pane("result");
+  begin();
   const start = performance.now();
   const ticking = setInterval(() => elapsed(start), 100);
   elapsed(start);
-  $("progress").value = 0;
-  $("stage").textContent = "Starting";
+  const early = (part) => {
+    if (run === own) present(own, part, name, text, part.report ? "planned" : "laid");
+  };
   try {
     const surface = found.surface ? await surfaces.bytes(found.surface) : null;
-    const planned = await engine.plan(name, text, surface ?? undefined, progress);
-    if ($("working").hidden) return;
-    show("planned");
-    views.show(planned, name);
+    if (run !== own) return;
+    const whole = await engine.plan(name, text, surface ?? undefined, { progress, early });
+    if (run !== own) return;
+    present(own, whole, name, text, "judged");
+    say(`Planned and simulated. ${$("figures").innerText.replaceAll("\n", " ")}`);
     document.body.dataset.planned = name;
   } catch (error) {
-    if (error === CANCELLED) show("empty");
-    else failed(error);
+    if (run === own && error !== CANCELLED) failed(error);
   } finally {
     clearInterval(ticking);
+    if (run === own) end();
   }
+}
+
+function begin() {
+  show("working");
+  pane("result");
+  views.clear();
+  delete document.body.dataset.planned;
+  planned = null;
+  $("stale").hidden = true;
+  $("progress").value = 0;
+  $("stage").textContent = "Starting";
+  const hadFocus = document.activeElement === $("plan");
+  $("cancel").hidden = false;
+  $("plan").hidden = true;
+  if (hadFocus) $("cancel").focus();
+}
+
+function end() {
+  run = null;
+  $("working").hidden = true;
+  $("cut-short").hidden = true;
+  const hadFocus = [$("cancel"), $("stop")].includes(document.activeElement);
+  $("plan").hidden = false;
+  $("cancel").hidden = true;
+  if (hadFocus) $("plan").focus();
+}
+
+/** Shows as much of a plan as there is. */
+function present(own, part, name, text, phase) {
+  own.phase = phase;
+  planned = text;
+  show(phase === "judged" ? "planned" : "early");
+  document.body.dataset.shown = phase;
+  views.show(part, name, phase);
+  $("stale").hidden = editor.text === text;
+  if (phase !== "judged") say(phase === "laid" ? "The path is laid" : "Planned; the simulation goes on");
+}
+
+/** Ends the plan that is being made. What is planned stays, what is only laid does not. */
+function cancel() {
+  if (!run) return;
+  const { phase } = run;
+  engine.cancel();
+  end();
+  if (phase === "planned") {
+    show("planned");
+    views.cut();
+    $("cut-short").hidden = false;
+  } else {
+    planned = null;
+    show("empty");
+  }
+  say("Cancelled");
 }
 
 function progress({ stage, part }) {
@@ -159,6 +267,7 @@ function failed(error) {
     });
     $("failure").append(go);
   }
+  planned = null;
   show("failure");
   if (fault) {
     editor.show([fault]);
@@ -166,15 +275,14 @@ function failed(error) {
   }
 }
 
-/** Shows one part of the result: empty, working, failure or planned. */
+/** Shows one part of the result: empty, working, early (working on what is shown), failure or planned. */
 function show(part) {
-  for (const id of ["empty", "working", "failure", "planned"]) $(id).hidden = id !== part;
-  $("cancel").hidden = part !== "working";
-  $("plan").hidden = part === "working";
-  if (part === "working") {
-    views.clear();
-    delete document.body.dataset.planned;
-  }
+  const isShown = part === "early" || part === "planned";
+  $("empty").hidden = part !== "empty";
+  $("working").hidden = part !== "working" && part !== "early";
+  $("failure").hidden = part !== "failure";
+  $("planned").hidden = !isShown;
+  if (!isShown) delete document.body.dataset.shown;
   document.body.dataset.state = part;
 }
 
@@ -185,65 +293,127 @@ function pane(name) {
   }
 }
 
-/** A message that goes away with the next one; nothing clears it. */
-function tell(text = "") {
-  $("notice").textContent = text;
+/** A message that goes away with the next one, with things to do about it; nothing clears it. */
+function tell(text = "", ...actions) {
+  const buttons = actions.map(([label, act]) => {
+    const button = make("button", { type: "button" }, label);
+    button.addEventListener("click", () => {
+      tell();
+      act();
+    });
+    return button;
+  });
+  const row = buttons.length > 0 ? make("p", { className: "actions" }, ...buttons) : "";
+  $("notice").replaceChildren(text, row);
   $("notice").hidden = !text;
-  if (text) pane("result");
+}
+
+/** For those who listen: what happens on the page. */
+function say(text) {
+  $("said").textContent = text;
 }
 
 // ---- files
 
-async function take(list) {
-  tell();
-  const files = await Promise.all([...list].map(async (file) => ({ name: file.name, content: new Uint8Array(await file.arrayBuffer()) })));
-  const unknown = files.filter(({ name }) => !isJob(name) && !isMesh(name));
-  for (const { name, content } of files.filter((file) => isMesh(file.name))) surfaces.add(name, content);
-  const jobs = files.filter((file) => isJob(file.name));
-  const meshes = files.filter((file) => isMesh(file.name));
-  if (jobs.length > 0) setOwn(jobs[0].name, new TextDecoder().decode(jobs[0].content));
-  else if (meshes.length > 0) await jobFor(meshes[0]);
-  if (unknown.length > 0) {
-    tell(`${unknown.map((file) => file.name).join(", ")}: not a job (.toml) and not a surface (.stl, .obj, .ply, .off, .json, .step)`);
+/** The content of a file, or why it cannot be had. */
+async function content(file) {
+  const most = isJob(file.name) ? LARGEST.job : LARGEST.surface;
+  if (file.size > most) return { name: file.name, trouble: `${bytes(file.size)} are too much for a browser tab; at most ${bytes(most)}` };
+  try {
+    return { name: file.name, bytes: new Uint8Array(await file.arrayBuffer()) };
+  } catch {
+    return { name: file.name, trouble: "it cannot be read; folders cannot be opened" };
   }
+}
+
+/** Takes files; `afresh`: a surface gets a job of its own, whatever is waited for. */
+async function take(list, afresh = false) {
+  tell();
+  const all = [...list];
+  const known = all.filter(({ name }) => isJob(name) || isMesh(name));
+  const troubles = all.filter((file) => !known.includes(file))
+    .map(({ name }) => `${name}: not a job (.toml) and not a surface (.stl, .obj, .ply, .off, .json, .step, .stp)`);
+  const files = await Promise.all(known.map(content));
+  troubles.push(...files.filter((file) => file.trouble).map(({ name, trouble }) => `${name}: ${trouble}`));
+  const good = files.filter((file) => !file.trouble);
+  const meshes = good.filter((file) => isMesh(file.name));
+  const jobs = good.filter((file) => isJob(file.name));
+  const actions = [];
+  const open = (name, text) => {
+    const [trouble, action] = setOwn(name, text);
+    if (trouble) troubles.push(trouble);
+    if (action) actions.push(action);
+    pane("job");
+  };
+  for (const file of meshes) {
+    const stays = await surfaces.add(file.name, file.bytes);
+    if (!stays) troubles.push(`${file.name}: too large, or not allowed, to be kept in this browser: it is gone when the page is closed`);
+  }
+  if (jobs.length > 1) troubles.push(`${jobs.slice(1).map(({ name }) => name).join(", ")}: one job at a time; ${jobs[0].name} was opened`);
+  if (jobs.length > 0) {
+    open(jobs[0].name, new TextDecoder().decode(jobs[0].bytes));
+  } else if (meshes.length > 0) {
+    await surfaceAlone(meshes, open, troubles, actions, afresh);
+  }
+  if (troubles.length > 0) tell(troubles.join("\n"), ...actions);
   await check();
 }
 
-/** A job of the user's own. */
-function setOwn(name, text) {
-  setJob(name, text, null);
-  saveJob({ name, text, example: null });
+/** A surface without a job: the job on the page may wait for it; otherwise a new one is opened. */
+async function surfaceAlone(meshes, open, troubles, actions, afresh) {
+  const found = await check();
+  const wanted = found?.surface;
+  if (wanted && meshes.some(({ name }) => base(wanted) === name) && !surfaces.isExample(wanted)) return;
+  // A job that can be read has no other error than that its surface is not here.
+  const waits = wanted ? found.faults.find((fault) => fault.severity === "error") : null;
+  const [mesh] = meshes;
+  if (!afresh && !job.example && waits && waits.from !== null) {
+    troubles.push(`${job.name} asks for ${base(wanted)}, not for ${mesh.name}.`);
+    actions.push(
+      [`Use ${mesh.name} in ${job.name}`, () => editor.put(waits.from, waits.to, JSON.stringify(mesh.name))],
+      [`New job for ${mesh.name}`, () => take([new File([mesh.bytes], mesh.name)], true)]);
+    return;
+  }
+  try {
+    open(mesh.name.replace(/\.[^.]*$/, ".toml"), await newJob(mesh));
+  } catch (error) {
+    troubles.push(`${mesh.name}: ${error.message ?? error}`);
+  }
+  if (meshes.length > 1) troubles.push(`A job has one surface: ${mesh.name} was taken.`);
 }
 
-/** A surface without a job: the job on the page may wait for it; otherwise a new one is written. */
-async function jobFor({ name, content }) {
-  const wanted = (await check())?.surface;
-  if (wanted && wanted.split("/").pop() === name && !wanted.startsWith("surfaces/")) return;
-  try {
-    const text = await engine.newJob(name, content);
-    setOwn(name.replace(/\.[^.]*$/, ".toml"), text);
-    pane("job");
-  } catch (error) {
-    tell(`${name}: ${error.message ?? error}`);
-  }
+/** A job for a surface, which takes a while for large ones. */
+function newJob({ name, bytes: mesh }) {
+  $("verdict").className = "";
+  $("verdict").textContent = `Reading ${name} …`;
+  return engine.newJob(name, mesh);
 }
 
 function listen() {
   $("open").addEventListener("click", () => $("file-input").click());
   $("file-input").addEventListener("change", () => {
-    take($("file-input").files);
+    // The list empties with the input.
+    take([...$("file-input").files]);
     $("file-input").value = "";
   });
   let depth = 0;
   const over = (shown) => document.body.classList.toggle("dropping", shown);
+  const brings = (event) => [...(event.dataTransfer?.types ?? [])].includes("Files");
   addEventListener("dragenter", (event) => {
+    if (!brings(event)) return;
     event.preventDefault();
     over(++depth > 0);
   });
-  addEventListener("dragleave", () => over(--depth > 0));
-  addEventListener("dragover", (event) => event.preventDefault());
+  addEventListener("dragleave", (event) => {
+    if (brings(event)) over(--depth > 0);
+  });
+  addEventListener("dragover", (event) => {
+    if (brings(event)) event.preventDefault();
+  });
   addEventListener("drop", (event) => {
+    if (!brings(event)) return;
     event.preventDefault();
+    event.stopPropagation();
     depth = 0;
     over(false);
     take(event.dataTransfer.files);
@@ -254,7 +424,8 @@ function listen() {
       take(event.clipboardData.files);
     } else if (!$("editor").contains(event.target)) {
       const text = event.clipboardData.getData("text/plain");
-      if (/^\s*version\s*=/m.test(text)) setOwn("job.toml", text);
+      if (/^\s*version\s*=/m.test(text)) tell(...setOwn("job.toml", text));
+      else if (text.trim()) tell("What was pasted is not a job: a job has a line such as version = 1.");
     }
   }, true);
   $("save").addEventListener("click", () => {
@@ -263,17 +434,16 @@ function listen() {
     setTimeout(() => URL.revokeObjectURL(href), 10_000);
   });
   $("revert").addEventListener("click", () => {
-    saveJob(null);
+    drafts.set(job.example ?? "", null);
     setJob(job.name, job.original, job.example);
   });
   $("plan").addEventListener("click", plan);
-  $("cancel").addEventListener("click", () => engine.cancel());
-  $("examples").addEventListener("change", () => {
-    if ($("examples").value) example($("examples").value).catch((error) => tell(error.message));
-  });
+  for (const id of ["cancel", "stop"]) $(id).addEventListener("click", cancel);
+  $("examples").addEventListener("change", () => visit($("examples").value, "push"));
+  addEventListener("popstate", () => visit(asked() ?? "", "stay"));
   addEventListener("keydown", (event) => {
     if (event.key === "Enter" && (event.ctrlKey || event.metaKey)) plan();
-    if (event.key === "Escape" && !$("working").hidden) engine.cancel();
+    if (event.key === "Escape" && !event.defaultPrevented) cancel();
   });
   for (const button of document.querySelectorAll(".panes button")) {
     button.addEventListener("click", () => pane(button.dataset.pane));
@@ -299,35 +469,50 @@ function theme() {
 
 // ---- examples
 
-async function example(id) {
+const asked = () => new URLSearchParams(location.search).get("example");
+
+/** Shows an example as it was edited last, or the user's own job where `id` is empty. */
+async function example(id, visit) {
+  const draft = drafts.get(id);
+  if (id === "") {
+    if (draft) setJob(draft.name, draft.text, null, { visit });
+    return;
+  }
   const known = examples.find((one) => one.id === id);
   if (!known) throw new Error(`there is no example ${id}; there are ${examples.map((one) => one.id).join(", ")}`);
-  tell();
   const response = await fetch(`examples/${known.files[0]}`);
   if (!response.ok) throw new Error(`examples/${known.files[0]}: ${response.status}`);
-  setJob(known.files[0], await response.text(), id);
+  const original = await response.text();
+  setJob(known.files[0], draft?.text ?? original, id, { original, visit });
+}
+
+/** As `example`, and what is wrong is told; whether nothing was. */
+async function visit(id, how) {
+  tell();
+  try {
+    await example(id, how);
+    await check();
+    return true;
+  } catch (error) {
+    $("examples").value = job.example ?? "";
+    const isAway = error instanceof TypeError;
+    tell(isAway ? "The example cannot be loaded: the server of this page does not answer." : error.message);
+    return false;
+  }
 }
 
 async function start() {
   theme();
   listen();
   show("empty");
-  const response = await fetch("examples.json");
+  const [response] = await Promise.all([fetch("examples.json"), surfaces.restore()]);
   examples = response.ok ? await response.json() : [];
   $("examples").append(...examples.map(({ id, name, about }) => make("option", { value: id, title: about }, name)));
   surfaces.examples = examples.flatMap((one) => one.files.slice(1));
-  const asked = new URLSearchParams(location.search).get("example");
-  const saved = savedJob();
-  if (saved && (!asked || asked === saved.example)) {
-    if (saved.example && examples.some((one) => one.id === saved.example)) {
-      await example(saved.example);
-      setJob(saved.name, saved.text, saved.example, job.original);
-    } else {
-      setJob(saved.name, saved.text, null);
-    }
-  } else {
-    await example(asked ?? "mould").catch((error) => tell(error.message));
-  }
+  ownChoice();
+  const isThere = (id) => (id === "" ? drafts.get("") !== null : examples.some((one) => one.id === id));
+  const last = isThere(drafts.last) ? drafts.last : FIRST;
+  if (!(await visit(asked() ?? last, "replace"))) await example(FIRST, "replace");
   const facts = await engine.facts();
   editor.schema = facts.schema;
   await check();

@@ -7,7 +7,19 @@ export class Path {
     const { time } = this.tables;
     this.count = time.length;
     this.duration = this.count ? time[this.count - 1] : 0;
-    this.samples = new Samples(this.tables);
+  }
+
+  /** The judge's samples, sorted when they are asked for first. */
+  get samples() {
+    this.sorted ??= new Samples(this.tables);
+    return this.sorted;
+  }
+
+  /** Where a move lies on the scale of the path's colours; above 1 only where a limit is exceeded. */
+  share(i) {
+    const { rate, time } = this.tables;
+    const { limit } = this.scales;
+    return limit === null ? time[i] / (this.duration || 1) : rate[i] / limit;
   }
 
   /** The place on the path at a time: point that the move ends at, and the part of the move done. */
@@ -52,9 +64,10 @@ export class Path {
       kind: this.scales.kinds[t.kind[i]],
       pass: t.pass[i],
       region: t.region[i],
-      rate: t.rate[i],
-      share: t.rate[i] / this.scales.limit,
-      engagement: t.engagement[i],
+      // Without a limit no rate is predicted: what the simulation measured is told.
+      rate: this.scales.limit === null ? (sample < 0 ? NaN : t.sampleRate[sample]) : t.rate[i],
+      share: this.scales.limit === null ? NaN : t.rate[i] / this.scales.limit,
+      engagement: this.scales.limit === null ? NaN : t.engagement[i],
       feed: t.feed[i],
       time: place.time,
       residual: sample < 0 ? null : t.sampleResidual[sample],

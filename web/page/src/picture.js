@@ -44,23 +44,31 @@ export class Picture {
   /**
    * Shows a picture, or a part of it: `crop` is x, y, width, height, px. With a `placement` the
    * drawing alone is shown; what is beside it comes back as `legend`, what is written above it as
-   * `caption`, and a scale bar in `unit` follows the zoom.
+   * `caption`, and a scale bar in `unit` follows the zoom. `keep`: the view stays where the drawing has
+   * its place.
    */
-  show(bytes, { crop, placement, unit } = {}) {
-    const text = new TextDecoder().decode(bytes);
-    const svg = new DOMParser().parseFromString(text, "image/svg+xml").documentElement;
-    const picture = document.adoptNode(svg);
+  show(bytes, { crop, placement, unit, keep } = {}) {
+    const picture = parsed(bytes);
     const apart = placement ? setApart(picture, placement.drawing) : {};
     const box = apart.box ?? crop ?? picture.getAttribute("viewBox").split(" ").map(Number);
     this.#ruler = placement && { mm: Math.hypot(placement.x[0], placement.x[1], placement.x[2]) || 1, unit };
     this.#bar.hidden = !placement;
     picture.setAttribute("viewBox", box.join(" "));
+    const stays = keep && this.box?.every((x, i) => Math.abs(x - box[i]) < 1);
     this.box = box;
     this.root.style.setProperty("--aspect", box[2] / box[3]);
     this.marks = element("svg", { viewBox: box.join(" "), class: "marks", "aria-hidden": "true" });
     this.#layer.replaceChildren(picture, this.marks);
-    this.reset();
+    if (stays) this.#place();
+    else this.reset();
     return apart;
+  }
+
+  /** Shows nothing. */
+  empty() {
+    this.box = null;
+    this.marks = null;
+    this.#layer.replaceChildren();
   }
 
   reset() {
@@ -222,6 +230,29 @@ export class Picture {
     }
     return bar;
   }
+}
+
+function parsed(bytes) {
+  const text = new TextDecoder().decode(bytes);
+  return document.adoptNode(new DOMParser().parseFromString(text, "image/svg+xml").documentElement);
+}
+
+/** The legend of a picture without the axes of its view. */
+export function legendOf(bytes, placement) {
+  const picture = parsed(bytes);
+  const children = [...picture.children];
+  const start = (line) => ["x1", "y1"].map((name) => line.getAttribute(name)).join(" ");
+  const lines = children.filter((child) => child.localName === "line");
+  const isAxis = (child) => child.localName === "line"
+    ? lines.filter((other) => start(other) === start(child)).length === 3
+    : child.localName === "text" && ["X", "Y", "Z"].includes(child.textContent);
+  children.filter(isAxis).forEach((child) => child.remove());
+  return setApart(picture, placement.drawing).legend;
+}
+
+/** The name that a picture gives itself. */
+export function titleOf(bytes) {
+  return parsed(bytes).querySelector("title")?.textContent ?? "";
 }
 
 /** Room around a drawing, px. */

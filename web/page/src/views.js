@@ -2,7 +2,7 @@
 import { $, bytes, clock, make, short } from "./dom.js";
 import { Lookup, projector } from "./lookup.js";
 import { Path } from "./path.js";
-import { Picture } from "./picture.js";
+import { Picture, legendOf, titleOf } from "./picture.js";
 
 const PICTURES = [
   { id: "flat", label: "Flat map", file: "flat.svg", table: "flat", size: 2 },
@@ -15,8 +15,18 @@ const OTHERS = [
   { id: "report", label: "Report" },
   { id: "files", label: "Files" },
 ];
+/** The chart under the pictures. */
+const CHART = "mrr.svg";
+/** What surface and path may be coloured by in three dimensions. */
+const SURFACES = [
+  { id: "plain", label: "plain" },
+  { id: "height", label: "height" },
+  { id: "residual", label: "height left", file: "scallop.svg" },
+  { id: "rate", label: "measured rate", file: "removal.svg" },
+];
+const LINES = [{ id: "scale", label: "" }, { id: "plain", label: "one colour" }, { id: "none", label: "hidden" }];
 const WORDS = {
-  cut: "pass", trochoid: "trochoid", return: "trochoid return", link: "link", rapid: "rapid",
+  cut: "", trochoid: "trochoid", return: "trochoid return", link: "link", rapid: "rapid",
 };
 const MEDIA = { svg: "image/svg+xml", html: "text/html", json: "application/json", csv: "text/csv", toml: "application/toml" };
 /** The beginning of a file's SHA-256, all of it on demand, where the browser lends its own. */
@@ -35,6 +45,7 @@ const TAIL = 2;
 export class Views {
   #plan = null;
   #path = null;
+  #pictures = [];
   #lookups = new Map();
   #urls = [];
   #tab = "flat";
@@ -59,24 +70,45 @@ export class Views {
     $("time").addEventListener("input", () => this.#go(Number($("time").value)));
     $("play").addEventListener("click", () => this.#toggle());
     $("compare").addEventListener("click", () => this.#compare());
+    for (const id of ["space-surface", "space-lines"]) $(id).addEventListener("change", () => this.#colour(id));
     this.#stop();
   }
 
-  show(plan, jobName) {
-    this.clear();
+  /** Shows a plan, or as much of one as there is: `phase` is laid, planned or judged. */
+  show(plan, jobName, phase) {
+    const follows = this.#plan !== null;
+    const part = follows && this.#path.duration ? this.#time / this.#path.duration : 0.35;
+    if (phase !== "judged" || !follows) this.#stop();
     this.#plan = plan;
     this.#path = new Path(plan);
+    this.#lookups.clear();
+    this.#free();
+    this.report = plan.report;
     this.jobName = jobName;
+    this.phase = phase;
+    this.#pictures = this.#known();
+    $("planned").dataset.phase = phase;
     $("time").max = this.#path.duration;
     $("time").step = Math.max(this.#path.duration / 5000, 1e-3);
-    this.report = JSON.parse(new TextDecoder().decode(this.#file("report.json")));
+    this.#figures();
+    if (plan.report) {
+      this.#report();
+      this.#files();
+    }
+    this.#tabs();
+    this.#chart(follows && $("compare").getAttribute("aria-pressed") === "true");
+    this.#space?.load(this.#path);
+    this.#open(this.#names().includes(this.#tab) ? this.#tab : this.#names()[0], follows);
+    this.#go(part * this.#path.duration);
+  }
+
+  /** Says that what is shown will not be simulated. */
+  cut() {
+    this.phase = "cut";
+    $("planned").dataset.phase = this.phase;
     this.#figures();
     this.#report();
     this.#files();
-    this.#tabs();
-    this.#chart(false);
-    this.#open(this.#names().includes(this.#tab) ? this.#tab : this.#names()[0]);
-    this.#go(0.35 * this.#path.duration);
   }
 
   clear() {
@@ -84,44 +116,77 @@ export class Views {
     this.#space?.dispose();
     this.#space = null;
     this.#lookups.clear();
+    this.#free();
+    this.#plan = null;
+  }
+
+  #free() {
     this.#urls.forEach((url) => URL.revokeObjectURL(url));
     this.#urls = [];
-    this.#plan = null;
   }
 
   #file(name) {
     return this.#plan.files.find((file) => file.name === name)?.bytes;
   }
 
+  /** The pictures that are there: those the page knows, and any others by their own titles. */
+  #known() {
+    const placed = this.#path.scales.pictures;
+    const others = this.#plan.files
+      .filter(({ name }) => name.endsWith(".svg") && name !== CHART && !PICTURES.some((p) => p.file === name))
+      .map(({ name: file, bytes: content }) => {
+        const isFlat = placed[file]?.near.every((x) => x === 0);
+        const stem = file.slice(0, -4);
+        const label = stem[0].toUpperCase() + stem.slice(1).replaceAll("-", " ");
+        return { id: `picture-${stem}`, label, file, title: titleOf(content), table: isFlat ? "flat" : "contact", size: isFlat ? 2 : 3 };
+      });
+    return [...PICTURES.filter((p) => this.#file(p.file)), ...others];
+  }
+
+  #views() {
+    const others = OTHERS.filter(({ id }) => id === "space" || this.report);
+    return [...this.#pictures, ...others];
+  }
+
   #names() {
-    return [...PICTURES.filter((p) => this.#file(p.file)), ...OTHERS].map((view) => view.id);
+    return this.#views().map((view) => view.id);
   }
 
   // ---- figures
 
   #figures() {
-    const { plain, slowed, delivered, verification: v } = this.report;
-    const time = clock(delivered.time_s.total);
-    const tiles = [
-      ["Time", time, "min", slowed ? `slowed passes: ${clock(slowed.time_s.total)}` : `${short(delivered.length_mm.total / 1000)} m`],
-    ];
-    if (v?.mrr && plain) {
-      const share = v.mrr.peak_over_limit;
-      tiles.push(["Peak rate", `${Math.round(100 * share)}`, "% of the limit", `plain passes: ${Math.round(100 * plain.peak_over_limit)} %`]);
-    }
-    if (v) {
-      const { scallop } = v;
-      const rest = scallop.limit_mm === null ? "" : `limit ${short(1e3 * scallop.limit_mm)} + ${short(1e3 * scallop.tolerance_mm)} µm`;
-      tiles.push(["Height left", short(1e3 * scallop.largest_mm), "µm", rest]);
-      tiles.push(["Gouge", v.gouge_mm < -scallop.tolerance_mm ? short(-1e3 * v.gouge_mm) : "none", v.gouge_mm < -scallop.tolerance_mm ? "µm" : "", `deepest ${short(Math.max(0, -1e3 * v.gouge_mm))} µm`]);
-      const passed = v.passed;
-      tiles.push(["Limits", passed ? "kept" : "broken", "", passed ? "measured by simulation" : v.broken.join("; "), passed ? "good" : "bad"]);
+    const tiles = this.report ? this.#tiles(this.report) : [["Time", "…", "", ""]];
+    if (this.phase === "laid" && this.#path.scales.limit !== null) tiles.push(["Peak rate", "…", "", ""]);
+    if (this.phase !== "judged") {
+      const note = { laid: "", planned: "simulating", cut: "not simulated" }[this.phase];
+      const value = this.phase === "cut" ? "–" : "…";
+      for (const name of ["Height left", "Gouge", "Limits"]) tiles.push([name, value, "", note]);
     }
     $("figures").replaceChildren(...tiles.map(([name, value, unit, note, tone]) =>
       make("div", { className: tone ?? "" },
         make("dt", {}, name),
         make("dd", {}, make("strong", {}, value), unit ? ` ${unit}` : ""),
         make("dd", { className: "note", title: note }, note))));
+  }
+
+  #tiles({ plain, slowed, delivered, verification: v }) {
+    const time = clock(delivered.time_s.total);
+    const tiles = [
+      ["Time", time, "min", slowed ? `slowed passes: ${clock(slowed.time_s.total)}` : `${short(delivered.length_mm.total / 1000)} m`],
+    ];
+    const percent = (share) => `${Math.round(100 * share)}`;
+    const share = v?.mrr?.peak_over_limit ?? delivered.peak_over_limit;
+    if (plain && share !== undefined) {
+      tiles.push(["Peak rate", percent(share), "% of the limit", v ? `plain passes: ${percent(plain.peak_over_limit)} %` : "predicted"]);
+    }
+    if (v) {
+      const { scallop } = v;
+      const rest = scallop.limit_mm === null ? "" : `limit ${short(1e3 * scallop.limit_mm)} + ${short(1e3 * scallop.tolerance_mm)} µm`;
+      tiles.push(["Height left", short(1e3 * scallop.largest_mm), "µm", rest]);
+      tiles.push(["Gouge", v.gouge_mm < -scallop.tolerance_mm ? short(-1e3 * v.gouge_mm) : "none", v.gouge_mm < -scallop.tolerance_mm ? "µm" : "", `deepest ${short(Math.max(0, -1e3 * v.gouge_mm))} µm`]);
+      tiles.push(["Limits", v.passed ? "kept" : "broken", "", v.passed ? "measured by simulation" : v.broken.join("; "), v.passed ? "good" : "bad"]);
+    }
+    return tiles;
   }
 
   #report() {
@@ -131,7 +196,8 @@ export class Views {
       make("p", { className: "callout" }, make("b", {}, `${stage}: `), message, remedy ? make("span", { className: "remedy" }, `Remedy: ${remedy}`) : ""));
     // The warnings follow as a list.
     const summary = this.#plan.summary.split(/\n\s*warning: /)[0].trimEnd();
-    const seconds = `Planned and simulated here in ${this.#plan.seconds.toFixed(1)} s.`;
+    const done = this.phase === "judged" ? "Planned and simulated" : "Planned, not yet simulated,";
+    const seconds = `${done} here in ${this.#plan.seconds.toFixed(1)} s.`;
     $("report").replaceChildren(...broken, make("pre", {}, summary), ...list, make("p", { className: "faint" }, seconds));
   }
 
@@ -147,17 +213,20 @@ export class Views {
         make("th", { scope: "row" }, link(file)),
         make("td", { className: "number" }, bytes(file.bytes.length)),
         make("td", {}, digest(file.bytes))));
-    const all = make("a", { className: "button primary", id: "zip" }, "Download all (zip)");
+    const isWhole = this.phase === "judged";
+    const all = isWhole ? make("a", { className: "button primary", id: "zip" }, "Download all (zip)") : null;
+    const said = isWhole ? " The same bytes as the command writes."
+      : `Without reports and measured pictures${this.phase === "cut" ? "." : ", which follow when the simulation is done."}`;
     const head = make("tr", {}, ...["File", "Size", "SHA-256 begins"].map((text, i) => make("th", { scope: "col", className: i === 1 ? "number" : "" }, text)));
     $("files").replaceChildren(
-      make("p", { className: "lead" }, all, make("span", { className: "faint" }, " The same bytes as the command writes.")),
+      make("p", { className: "lead" }, all, make("span", { className: "faint" }, said)),
       make("table", {}, make("thead", {}, head), make("tbody", {}, ...rows)));
   }
 
   /** Makes the zip when the files are looked at first. */
   async #zip() {
     const link = $("zip");
-    if (link.href) return;
+    if (!link || link.href) return;
     const plan = this.#plan;
     const { zipSync } = await import("fflate");
     if (plan !== this.#plan || link.href) return;
@@ -175,14 +244,16 @@ export class Views {
 
   #tabs() {
     const names = this.#names();
-    const tabs = [...PICTURES, ...OTHERS].filter((view) => names.includes(view.id)).map((view) => {
-      const tab = make("button", { type: "button", id: `tab-${view.id}`, data: { view: view.id } }, view.label);
+    const focused = document.activeElement?.dataset.view;
+    const tabs = this.#views().map((view) => {
+      const tab = make("button", { type: "button", id: `tab-${view.id}`, title: view.title ?? "", data: { view: view.id } }, view.label);
       tab.setAttribute("role", "tab");
       tab.setAttribute("aria-controls", "panel");
       tab.addEventListener("click", () => this.#open(view.id));
       return tab;
     });
     $("tabs").replaceChildren(...tabs);
+    if (focused && names.includes(focused)) $(`tab-${focused}`).focus();
     $("tabs").onkeydown = (event) => {
       const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
       if (!step) return;
@@ -193,7 +264,8 @@ export class Views {
     };
   }
 
-  #open(id) {
+  #open(id, keep = false) {
+    const stays = keep && id === this.#tab;
     this.#tab = id;
     for (const tab of $("tabs").children) {
       const own = tab.dataset.view === id;
@@ -201,15 +273,17 @@ export class Views {
       tab.tabIndex = own ? 0 : -1;
     }
     $("panel").setAttribute("aria-labelledby", `tab-${id}`);
-    const picture = PICTURES.find((view) => view.id === id);
+    const picture = this.#view();
     $("picture").hidden = !picture;
     for (const other of OTHERS) $(other.id).hidden = other.id !== id;
     $("linked").hidden = id === "files" || id === "report";
-    $("legend").hidden = !picture;
+    $("legend").hidden = !picture && id !== "space";
     if (picture) {
       const placement = this.#path.scales.pictures[picture.file];
-      const { legend, caption } = this.picture.show(this.#file(picture.file), { placement, unit: picture.size === 2 ? "mm (flat)" : "mm" });
-      $("legend").replaceChildren(legend, make("p", { className: "faint" }, caption));
+      const unit = picture.size === 2 ? "mm (flat)" : "mm";
+      const { legend, caption } = this.picture.show(this.#file(picture.file), { placement: placement ?? undefined, unit, keep: stays });
+      $("legend").hidden = !legend;
+      $("legend").replaceChildren(legend ?? "", make("p", { className: "faint" }, caption ?? ""));
       $("picture").setAttribute("aria-label", `${picture.label}: arrow keys move, plus and minus zoom, 0 shows all`);
     }
     if (id === "space") this.#turnable();
@@ -218,21 +292,53 @@ export class Views {
     this.#marks();
   }
 
+  /** The picture that is shown, if it is one. */
+  #view() {
+    return this.#pictures.find((picture) => picture.id === this.#tab);
+  }
+
   async #turnable() {
-    if (this.#space) {
-      this.#space.show(this.#path.at(this.#time));
-      return;
+    this.#choices();
+    if (!this.#space) {
+      const plan = this.#plan;
+      $("stage3d").replaceChildren(make("p", { className: "hint" }, "Loading …"));
+      try {
+        const { Space } = await import("./space.js");
+        if (!this.#plan || this.#space) return;
+        this.#space = new Space($("stage3d"));
+        this.#space.load(this.#path);
+      } catch (error) {
+        if (plan === this.#plan) $("stage3d").replaceChildren(make("p", { className: "hint" }, `No three dimensions here: ${error.message}`));
+        return;
+      }
     }
-    const plan = this.#plan;
-    $("space").replaceChildren(make("p", { className: "hint" }, "Loading …"));
-    try {
-      const { Space } = await import("./space.js");
-      if (plan !== this.#plan || this.#space) return;
-      this.#space = new Space($("space"), this.#path);
-      this.#space.show(this.#path.at(this.#time));
-    } catch (error) {
-      $("space").replaceChildren(make("p", { className: "hint" }, `No three dimensions here: ${error.message}`));
+    this.#colour();
+    if (this.phase !== "laid") this.#space.show(this.#path.at(this.#time));
+  }
+
+  /** Fills the menus of what is coloured in three dimensions. */
+  #choices() {
+    const there = SURFACES.filter((one) => !one.file || this.#file(one.file));
+    const timed = this.#path.scales.limit === null ? "by time" : "by rate";
+    for (const [id, all] of [["space-surface", there], ["space-lines", LINES]]) {
+      const chosen = $(id).value;
+      $(id).replaceChildren(...all.map((one) => make("option", { value: one.id }, one.label || timed)));
+      if (all.some((one) => one.id === chosen)) $(id).value = chosen;
     }
+  }
+
+  /** Colours what is chosen in three dimensions. A coloured surface is not hidden under lines, unless asked for. */
+  #colour(changed) {
+    if (changed === "space-surface") $("space-lines").value = $("space-surface").value === "plain" ? "scale" : "none";
+    if (!this.#space) return;
+    const [surface, lines] = [$("space-surface").value, $("space-lines").value];
+    this.#space.colour(surface, lines);
+    const chosen = SURFACES.find((one) => one.id === surface);
+    const pictured = [chosen?.file, lines === "scale" ? "surface.svg" : null].filter((file) => file && this.#file(file));
+    const legends = pictured.map((file) => legendOf(this.#file(file), this.#path.scales.pictures[file]));
+    if (surface === "height") legends.unshift(this.#space.heights());
+    $("legend").replaceChildren(...legends);
+    $("legend").hidden = legends.length === 0;
   }
 
   // ---- linked places
@@ -245,9 +351,14 @@ export class Views {
     return this.#lookups.get(view.id);
   }
 
+  /** Whether places can be found in a picture. */
+  #placed(view) {
+    return Boolean(this.#path?.scales.pictures[view.file]);
+  }
+
   #found(at, reach) {
-    const view = PICTURES.find((picture) => picture.id === this.#tab);
-    const found = at && view && this.#path ? this.#lookup(view).nearest(at[0], at[1], reach) : null;
+    const view = this.#view();
+    const found = at && view && this.#placed(view) && this.phase !== "laid" ? this.#lookup(view).nearest(at[0], at[1], reach) : null;
     return found && { ...found, time: this.#path.timeAt(found.index, found.part) };
   }
 
@@ -279,15 +390,16 @@ export class Views {
     this.#pointed = null;
     $("time").value = time;
     this.#marks();
-    this.#space?.show(this.#path.at(time));
+    if (this.phase !== "laid") this.#space?.show(this.#path.at(time));
   }
 
   /** Draws what is pointed at and where playback is, in all views. */
   #marks() {
     if (!this.#path || !this.#plan) return;
     const now = this.#path.at(this.#time);
-    const view = PICTURES.find((picture) => picture.id === this.#tab);
-    if (view) {
+    const view = this.#view();
+    if (view && (!this.#placed(view) || this.phase === "laid")) this.picture.mark({});
+    else if (view) {
       const project = projector(this.#path.scales.pictures[view.file]);
       const placed = (place) => {
         const at = place && this.#path.vector(view.table, place, view.size);
@@ -295,6 +407,7 @@ export class Views {
       };
       this.picture.mark({ trail: this.#trail(view, project), dot: placed(now), hover: placed(this.#pointed) });
     }
+    if (this.phase === "laid") return;
     const { panels, size, duration } = this.#path.scales.chart;
     const x = (time) => panels[1][0] + (size[0] * time) / duration;
     this.chart.mark({
@@ -327,15 +440,15 @@ export class Views {
   #readout(v) {
     const height = v.state === 1 ? "untouched" : v.state === 2 ? "too tight" : v.residual === null ? "–" : `${short(v.residual)} µm`;
     const cells = [
-      ["Rate", `${short(v.rate)} mm³/min`, Number.isFinite(v.share) ? `${Math.round(100 * v.share)} % of limit` : ""],
-      ["Engagement", `${short(v.engagement)}°`, ""],
+      [this.#path.scales.limit === null ? "Measured rate" : "Rate", Number.isFinite(v.rate) ? `${short(v.rate)} mm³/min` : "–", Number.isFinite(v.share) ? `${Math.round(100 * v.share)} % of limit` : ""],
+      ["Engagement", Number.isFinite(v.engagement) ? `${short(v.engagement)}°` : "–", ""],
       ["Height left", height, ""],
       ["Feed", `${short(v.feed)} mm/min`, ""],
       ["Pass", `${v.pass}`, WORDS[v.kind]],
       ["Region", `${v.region}`, ""],
     ];
     const readout = $("readout");
-    if (readout.children.length !== cells.length) {
+    if (readout.children.length !== cells.length || readout.firstChild.dataset.name !== cells[0][0]) {
       readout.replaceChildren(...cells.map(([name]) => make("div", { data: { name } }, make("dt", {}, name), make("dd", {}))));
     }
     cells.forEach(([, value, note], i) => {
@@ -347,9 +460,13 @@ export class Views {
   // ---- chart and playback
 
   #chart(all) {
-    const file = this.#file("mrr.svg");
-    $("chart").hidden = !file;
-    if (!file) return;
+    const file = this.#file(CHART);
+    // Its place is kept while it may come.
+    $("chart-frame").hidden = !file && this.#path.scales.limit === null;
+    if (!file) {
+      this.chart.empty();
+      return;
+    }
     const { panels, size } = this.#path.scales.chart;
     // The delivered path's panel with its heading and both its axes.
     const crop = [20, panels[1][1] - 8, 890, size[1] + 36];

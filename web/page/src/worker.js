@@ -1,5 +1,6 @@
 // The planner in a thread of its own. The page sends {id, module} once, then {id, call, args};
-// every message is answered by {id, value} or {id, error}; plans report {id, progress}.
+// every message is answered by {id, value} or {id, error}; plans report {id, progress} and, as far as
+// there is something to show, {id, early}.
 import init, { check, newJob, plan, schema, version } from "evencut-module";
 
 /** Progress is told at most this often, ms. */
@@ -7,6 +8,7 @@ const PAUSE = 50;
 const TABLES = [
   "kind", "pass", "region", "time", "tip", "axis", "contact", "flat", "feed", "rate", "engagement",
   "plainTime", "plainRate", "samplePlace", "sampleResidual", "sampleRate", "sampleState",
+  "sampleResidualTone", "sampleRateTone",
   "meshPositions", "meshFaces",
 ];
 
@@ -31,12 +33,22 @@ function planned(id, name, source, surface) {
     last = now;
     postMessage({ id, progress: { stage, part } });
   };
-  const made = plan(name, source, surface, report);
-  const seconds = (performance.now() - start) / 1000;
+  const seconds = () => (performance.now() - start) / 1000;
+  const show = (made) => {
+    const early = taken(made, seconds());
+    postMessage({ id, early }, buffers(early));
+  };
+  return taken(plan(name, source, surface, report, show), seconds());
+}
+
+/** What the page needs of a plan, which is freed. */
+function taken(made, seconds) {
   try {
+    const report = made.report();
     return {
       files: made.names().map((file) => ({ name: file, bytes: made.file(file) })),
-      summary: made.summary(),
+      report: report ? JSON.parse(report) : null,
+      summary: made.summary() ?? null,
       scales: JSON.parse(made.scales()),
       tables: Object.fromEntries(TABLES.map((table) => [table, made.table(table)])),
       seconds,

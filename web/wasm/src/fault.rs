@@ -18,7 +18,7 @@ pub fn check(source: &str, surfaces: &[String]) -> Value {
                 SurfaceSource::File(file) => Some(file.as_str()),
                 SurfaceSource::Analytic(_) => None,
             };
-            let missing = surface.filter(|file| !surfaces.iter().any(|s| s == file));
+            let missing = surface.filter(|file| !surfaces.iter().any(|held| is_called(file, held)));
             let missing = missing.map(|file| input::no_surface(Path::new(file), source.as_bytes()));
             let errors = missing.iter().map(|fault| as_json(fault, Severity::Error, source));
             let warnings =
@@ -27,6 +27,12 @@ pub fn check(source: &str, surfaces: &[String]) -> Value {
             json!({ "faults": faults, "surface": surface, "name": resolved.job.name })
         }
     }
+}
+
+/// Whether a job that names `file` means the file `held`: held files are in no folder, but those of
+/// examples.
+fn is_called(file: &str, held: &str) -> bool {
+    file == held || file.rsplit(['/', '\\']).next() == Some(held)
 }
 
 /// A fault with its place: line and column as the command tells them, `from` and `to` in UTF-16
@@ -72,6 +78,13 @@ mod tests {
     fn a_job_whose_surface_is_there_is_good() {
         let found = check(JOB, &["a.stl".into()]);
         assert_eq!(found, json!({ "faults": [], "surface": "a.stl", "name": "Größe 📏" }));
+    }
+
+    #[test]
+    fn a_surface_is_found_whatever_folder_is_named() {
+        let job = JOB.replace("a.stl", "parts/left/a.stl");
+        assert_eq!(check(&job, &["a.stl".into()])["faults"], json!([]));
+        assert_eq!(check(&job, &["left/a.stl".into()])["faults"].as_array().unwrap().len(), 1);
     }
 
     #[test]

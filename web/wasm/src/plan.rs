@@ -4,7 +4,10 @@ use evencut_cli::failure;
 use evencut_cli::plan::words;
 use evencut_core::job::{self, Job, Severity, SurfaceSource};
 use evencut_core::preview::Linked;
-use evencut_core::results::{Input, Results, ResultsOptions, linked_results};
+use evencut_core::report::Report;
+use evencut_core::results::{
+    Early, Input, OutputFile, Results, ResultsOptions, Watch, linked_results,
+};
 use js_sys::{Function, Uint8Array};
 use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -14,10 +17,11 @@ use crate::{fault, tables};
 /// The page's own thread is the only one.
 const OPTIONS: ResultsOptions = ResultsOptions { threads: 1, verify: true };
 
-/// A planned job: its files, and the numbers behind their pictures.
+/// A planned job, or what of it is there: its files, and the numbers behind their pictures.
 #[wasm_bindgen]
 pub struct Plan {
-    results: Results,
+    files: Vec<OutputFile>,
+    report: Option<Report>,
     linked: Linked,
     job: Job,
 }
@@ -25,7 +29,8 @@ pub struct Plan {
 /// Plans a job.
 ///
 /// `name`: the job file's; `surface`: content of the surface file that it names, if it names one.
-/// `progress` is called with a stage in words and the part of it that is done.
+/// `progress` is called with a stage in words and the part of it that is done; `show` with the
+/// [`Plan`] as far as it is there: once the path is laid, and once it is planned but not judged.
 ///
 /// # Errors
 /// The fault, as JSON.
@@ -35,6 +40,7 @@ pub fn plan(
     source: &str,
     surface: Option<Vec<u8>>,
     progress: &Function,
+    show: &Function,
 ) -> Result<Plan, String> {
     let bytes = source.as_bytes();
     let error = |fault| fault::as_json(fault, Severity::Error, source).to_string();
@@ -47,13 +53,21 @@ pub fn plan(
         SurfaceSource::Analytic(_) => None,
     };
     let surface = file.zip(surface.as_deref()).map(|(name, bytes)| Input { name, bytes });
+    // A page that cannot show what is there so far still wants the plan.
     let mut report = |stage, part: f64| {
-        // A page that cannot show progress still wants the plan.
         let _ = progress.call2(&JsValue::NULL, &words(stage).into(), &part.into());
     };
-    let made = linked_results(&job, Input { name, bytes }, surface, OPTIONS, &mut report);
+    let mut show = |early: Early| {
+        let Early { files, linked, report } = early;
+        let _ =
+            show.call1(&JsValue::NULL, &Plan { files, report, linked, job: job.clone() }.into());
+    };
+    let watch = Watch { progress: &mut report, show: &mut show };
+    let made = linked_results(&job, Input { name, bytes }, surface, OPTIONS, watch);
     match made {
-        Ok((results, linked)) => Ok(Plan { results, linked, job }),
+        Ok((Results { files, report }, linked)) => {
+            Ok(Plan { files, report: Some(report), linked, job })
+        }
         Err(failed) => Err(error(&failure::explain(&failed, bytes, file).1)),
     }
 }
@@ -62,18 +76,23 @@ pub fn plan(
 impl Plan {
     /// Names of the files.
     pub fn names(&self) -> Vec<String> {
-        self.results.files.iter().map(|file| file.name.clone()).collect()
+        self.files.iter().map(|file| file.name.clone()).collect()
     }
 
     /// Content of a file; empty if there is no such file.
     pub fn file(&self, name: &str) -> Uint8Array {
-        let file = self.results.files.iter().find(|file| file.name == name);
+        let file = self.files.iter().find(|file| file.name == name);
         Uint8Array::from(file.map_or(&[][..], |file| &file.bytes))
     }
 
-    /// What the command prints.
-    pub fn summary(&self) -> String {
-        self.results.report.summary()
+    /// What is reported, as JSON; undefined while the path is only laid.
+    pub fn report(&self) -> Option<String> {
+        self.report.as_ref().map(Report::to_json)
+    }
+
+    /// What the command prints; undefined while the path is only laid.
+    pub fn summary(&self) -> Option<String> {
+        self.report.as_ref().map(Report::summary)
     }
 
     /// Where pictures show places, the cutter, limits and colours, as JSON.

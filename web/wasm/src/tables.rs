@@ -30,6 +30,8 @@ pub fn scales(linked: &Linked, job: &Job) -> Value {
         "limit": linked.limit,
         "scallopLimit": linked.scallop_limit,
         "colours": linked.colours,
+        "residualColours": linked.residual_colours,
+        "rateColours": linked.rate_colours,
         "tool": { "radius": job.tool.radius(), "corner": job.tool.corner_radius() },
     })
 }
@@ -57,6 +59,8 @@ pub fn table(linked: &Linked, name: &str) -> JsValue {
         "samplePlace" => single(&linked.samples.place),
         "sampleResidual" => single(&linked.samples.residual),
         "sampleRate" => single(&linked.samples.rate),
+        "sampleResidualTone" => small(&linked.samples.residual_tone),
+        "sampleRateTone" => small(&linked.samples.rate_tone),
         "sampleState" => small(&linked.samples.state),
         "meshPositions" => single(&linked.mesh.positions),
         "meshFaces" => whole(&linked.mesh.faces),
