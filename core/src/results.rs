@@ -7,11 +7,13 @@ use crate::geometry::DVec3;
 use crate::job::{FlattenMethod, ForceControl, Job, Picture};
 use crate::plan::{PlanError, Planned, Sketch, Stage, plan_showing};
 use crate::post::{PostError, ProgramOptions, program};
-use crate::preview::{Drawn, Linked, flat_map, mrr_chart, rate_map, residual_map, surface_view};
+use crate::preview::{
+    Drawn, Linked, flat_map, mrr_chart, rate_map, regions_map, residual_map, surface_view,
+};
 use crate::report::{
-    ByKind, CoverageFigures, FORMAT, FileRecord, FlattenFigures, ForceFigures, GougeFigures, Lines,
-    PassFigures, PathFigures, Profile, RaisedStretch, RateFigures, Report, StepoverFigures,
-    SurfaceFigures, VerificationFigures, Versions, Warning,
+    ByKind, CoverageFigures, DivisionFigures, FORMAT, FileRecord, FlattenFigures, ForceFigures,
+    GougeFigures, Lines, PassFigures, PathFigures, Profile, RaisedStretch, RateFigures, Report,
+    StepoverFigures, SurfaceFigures, VerificationFigures, Versions, Warning,
 };
 use crate::surface::{self, Surface};
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
@@ -425,6 +427,10 @@ fn pictures(job: &Job, planned: &Planned, contacts: &[Option<DVec3>]) -> Vec<Dra
             let svg = surface_view(surface, path, contacts, limit);
             Some(Drawing::new(picture, "surface.svg", "Surface", svg))
         }
+        Picture::Regions => planned.divided.as_ref().map(|divided| {
+            let svg = regions_map(surface, divided);
+            Drawing::new(picture, "regions.svg", "Regions", svg)
+        }),
         Picture::Mrr => planned.plain.as_ref().map(|plain| {
             let svg = mrr_chart(&Profile::of(plain), &Profile::of(path), job.mrr_limit());
             Drawing::new(picture, "mrr.svg", "Removal rate along time", svg)
@@ -448,7 +454,7 @@ fn measured(job: &Job, planned: &Planned, (found, options): &Judged) -> Vec<Draw
             let svg = rate_map(design, rest, found, &planned.toolpath, options.mrr_limit);
             Some(Drawing::new(picture, "removal.svg", "Measured: removal rate", svg))
         }
-        Picture::Flat | Picture::Surface | Picture::Mrr => None,
+        Picture::Flat | Picture::Surface | Picture::Regions | Picture::Mrr => None,
     };
     job.output.pictures.iter().filter_map(draw).collect()
 }
@@ -460,14 +466,20 @@ fn contacts(surface: &Surface, chart: &Chart, path: &Toolpath) -> Vec<Option<DVe
     path.points.iter().map(|p| p.flat.and_then(place)).collect()
 }
 
-/// Length of the contacts along passes, mm.
-fn length_of_passes(path: &Toolpath, contacts: &[Option<DVec3>]) -> f64 {
-    let points = path.points.windows(2).zip(contacts.windows(2));
-    let length = |(points, contacts): (&[PathPoint], &[Option<DVec3>])| match contacts {
-        [Some(a), Some(b)] if points[1].kind == MoveKind::Cut => a.distance(*b),
-        _ => 0.0,
-    };
-    points.map(length).sum()
+/// Length of the contacts along passes, mm, by region.
+fn lengths_of_passes(planned: &Planned, contacts: &[Option<DVec3>]) -> Vec<f64> {
+    let count = planned.divided.as_ref().map_or(1, |d| d.parts.len());
+    let mut lengths = vec![0.0; count];
+    let points = planned.toolpath.points.windows(2).zip(contacts.windows(2));
+    for (points, contacts) in points {
+        if let [Some(a), Some(b)] = contacts
+            && points[1].kind == MoveKind::Cut
+            && let Some(length) = lengths.get_mut(points[1].region as usize)
+        {
+            *length += a.distance(*b);
+        }
+    }
+    lengths
 }
 
 /// What is told of a plan that was not judged yet.
@@ -496,7 +508,10 @@ fn report_on(
         let factor = (1.0 / peak).min(1.0);
         figures(&slowed(path, factor, job), job.cut.feed * factor)
     });
-    let length = length_of_passes(&planned.toolpath, contacts);
+    let lengths = lengths_of_passes(planned, contacts);
+    let length: f64 = lengths.iter().sum();
+    let method = job.regions.method().name();
+    let division = planned.divided.as_ref().map(|d| DivisionFigures::of(d, method, &lengths));
     let delivered = figures(&planned.toolpath, job.cut.feed);
     let (low, high) = surface
         .positions()
@@ -533,7 +548,7 @@ fn report_on(
         },
         passes: PassFigures {
             pattern: job.path.pattern.name().into(),
-            count: planned.passes.len() as u64,
+            count: planned.passes as u64,
             tree_depth: planned.ring_depth as u64,
             closed_cores: planned.closing.cores as u64,
             spurs: planned.closing.spurs as u64,
@@ -545,6 +560,7 @@ fn report_on(
             retracts: planned.counts.retracts as u64,
             even_share: planned.even_share,
         },
+        regions: division,
         stepover: StepoverFigures {
             nominal_mm: job.nominal_side_step(),
             over_radius: job.nominal_side_step() / job.tool.radius(),
