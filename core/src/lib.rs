@@ -27,6 +27,8 @@ pub mod flatten;
 
 pub mod region;
 
+pub mod regions;
+
 pub mod toolpath;
 
 pub mod flat_path;

@@ -1,0 +1,3 @@
+//! Division of a surface into regions.
+
+pub mod tensor;
