@@ -14,6 +14,8 @@ pub struct FlatPoint {
     pub kind: MoveKind,
     /// Index of the pass, in cutting order.
     pub pass: u32,
+    /// Index of the region, in cutting order.
+    pub region: u32,
     /// Feed on the surface, mm/s.
     pub feed: f64,
     /// Largest removal rate on the move, mm³/s.

@@ -26,6 +26,7 @@ pub mod step;
 pub mod flatten;
 
 pub mod region;
+pub mod regions;
 
 pub mod regions;
 

@@ -5,25 +5,21 @@ use crate::engagement::{Cutting, Stock, Walk};
 use crate::feed::fill_time;
 use crate::flat_path::{FlatPoint, Terrain};
 use crate::flatten::{Chart, FlattenError, Locator, Quality, abf, bff};
-use crate::geometry::polyline::{simplify_closed, simplify_open};
 use crate::geometry::{DVec3, math};
 use crate::job::{
-    AnalyticKind, AnalyticOptions, AnalyticParameters, Boundary, CutDirection, FlattenMethod,
-    ForceControl, Job, Pattern, Stepover, SurfaceSource, TooTight,
+    AnalyticKind, AnalyticOptions, AnalyticParameters, Boundary, CutDirection, Division,
+    FlattenMethod, ForceControl, Job, Pattern, Stepover, SurfaceSource, TooTight,
 };
-use crate::level_set::{
-    ClosingOptions, ClosingReport, FieldTerrain, LevelSetError, Pass, PassField, PassMesh,
-    StripMetric, close, length_floor, strip_metric,
-};
+use crate::level_set::{ClosingReport, FieldTerrain, LevelSetError, StripMetric, strip_metric};
 use crate::link::{
-    self, CutCounts, CutOptions, DeliverError, DeliverOptions, Delivered, LayOptions, Precedence,
+    self, CutCounts, CutOptions, DeliverError, DeliverOptions, Delivered, Group, LayOptions,
     TouchUp, cut_passes, deliver, lay,
 };
 use crate::machine::Axes;
 use crate::mesh::{MeshFormat, ReadError, read};
 use crate::parallel;
-use crate::pattern::{self, Laid, Parameters};
 use crate::region::Region;
+use crate::regions::{self, Divided, Ground, JointTerrain, LayoutOptions, Regions, Undivided};
 use crate::removal::{self, Access, Columns, Coverage, Feeds, Layer, Limit, TooSlow, rated};
 use crate::step::{SmoothError, SmoothFormat, smooth};
 use crate::strip_width::{Strip, StripTable};
@@ -172,8 +168,10 @@ pub struct Planned {
     pub length_floor: f64,
     /// Share of the area on which passes are at least 0.9 of the allowed side step apart.
     pub even_share: f64,
-    /// The passes.
-    pub passes: Vec<Pass>,
+    /// The regions; `None` for an undivided surface.
+    pub divided: Option<Divided>,
+    /// Number of passes.
+    pub passes: usize,
     /// The gaps between them that were closed; places are flat.
     pub closing: ClosingReport,
     /// Rings on the longest chain of rings inside each other.
@@ -221,39 +219,32 @@ pub fn plan(
     progress(Stage::Rings, 0.0);
     let curvature = surface.curvature(job.surface.curvature_radius);
     let tightest = tightest(&surface, &curvature);
-    let coarse = PassMesh::coarse(&surface, &chart, strip_metrics(job, &curvature))?;
-    let mesh = coarse.clone().refined()?;
-    let length_floor = length_floor(&mesh) * part_of_strip(job);
-    let refined = Locator::new(mesh.connectivity(), mesh.uv());
+    let metrics = strip_metrics(job, &curvature);
+    let regions = divided(job, &surface, &chart, threads)?;
+    let undivided = regions.as_ref().map(|r| Undivided::of(r, &surface, &chart, &metrics));
+    let grounds = regions::grounds(regions.as_ref(), &surface, &chart, metrics, threads)?;
+    let floor: f64 = grounds.iter().map(Ground::length_floor).sum();
+    let fine: Vec<Locator> = grounds.iter().map(Ground::locator).collect();
     let locator = Locator::new(surface.connectivity(), chart.uv());
-    let own = (job.path.pattern == Pattern::IsoParametric)
-        .then(|| Parameters::of(&surface, &locator, &mesh))
-        .flatten();
-    let Laid { field, passes } =
-        pattern::lay_out(&coarse, &mesh, &refined, &job.path, job.tool.radius(), own.as_ref())?;
-    let mut passes = simplified(passes, job, &chart);
-    if passes.is_empty() {
-        let (low, high) = field.range();
-        return Err(LevelSetError::TooSmall { passes: high - low.min(0.0) }.into());
-    }
-    let precedence = Precedence::new(&passes, job.path.order);
-    let ring_depth = precedence.depth();
-    let is_spiral = job.path.pattern == Pattern::Spiral;
-    if is_spiral {
-        passes = pattern::spiral(&mesh, &field, &passes, &precedence);
-        passes = simplified(passes, job, &chart);
-    }
-    let terrain = FieldTerrain::new(&mesh, &field, &refined);
-    let options = ClosingOptions { order: job.path.order, on_levels: !is_spiral, threads };
-    let closing = close(&mut passes, &mesh, &field, &terrain, &options);
-    let even_share = field.even_share(&mesh);
+    let tolerance = ring_tolerance(job, &chart);
+    let options = LayoutOptions { job, surface: &surface, chart: &locator, tolerance, threads };
+    let layouts = regions::lay_out(&grounds, &fine, &options)?;
+    let place = |at| locator.locate(at).ok().map(|p| surface.position(p));
+    let order = regions::in_order(regions.as_ref(), &layouts, job.regions.order, place);
     let region = Region::of_chart(&surface, &chart);
-    let plane = Plane { job, mesh: &mesh, field: &field, refined: &refined, region: &region };
+    let terrain = || {
+        let parts = grounds.iter().zip(&layouts).zip(&fine);
+        JointTerrain::new(
+            parts.map(|((g, l), fine)| FieldTerrain::new(&g.fine, &l.field, fine)).collect(),
+        )
+    };
+    let plane = Plane { job, terrain: terrain(), region: &region };
     progress(Stage::Cut, 0.0);
     let is_walked = job.path.pattern == Pattern::Contour && job.force.control != ForceControl::Off;
-    let plain = || lay(&passes, &precedence, &plane.terrain(), &lay_options(job));
+    let groups: Vec<Group> = order.iter().map(|&k| layouts[k].group()).collect();
+    let plain = || lay(&groups, &terrain(), &lay_options(job));
     let (cut, plain) = if is_walked {
-        let walk = || plane.cut(&passes, &precedence, |p| progress(Stage::Cut, p));
+        let walk = || plane.cut(&groups, |p| progress(Stage::Cut, p));
         let (cut, (plain, _)) = parallel::both(threads, walk, plain);
         (cut, Some(plain))
     } else {
@@ -271,7 +262,7 @@ pub fn plan(
         check: CheckMesh::new(part.positions, part.faces),
         options,
         cusp_limit: cusp_limit(job, &surface, &curvature),
-        terrain: plane.terrain(),
+        terrain: terrain(),
         threads,
     };
     let flat = at_nominal_feeds(cut.points, job);
@@ -290,14 +281,17 @@ pub fn plan(
         rest,
         coverage,
         cusp_limit: delivery.cusp_limit,
-        length_floor,
-        even_share,
+        length_floor: floor * part_of_strip(job),
+        even_share: regions::even_share(&grounds, &layouts),
+        divided: regions
+            .zip(undivided)
+            .map(|(r, undivided)| Divided::of(r, order, &grounds, &layouts, undivided)),
+        closing: ClosingReport::joined(layouts.iter().map(|l| l.closing.clone())),
+        ring_depth: layouts.iter().map(|l| l.depth).max().unwrap_or(0),
+        passes: layouts.iter().map(|l| l.passes.len()).sum(),
         warnings,
         quality,
         angle_residual,
-        passes,
-        closing,
-        ring_depth,
         toolpath,
         plain,
         counts: cut.counts,
@@ -412,27 +406,34 @@ fn tightest(surface: &Surface, curvature: &CurvatureField) -> Option<(f64, DVec3
     (k < 0.0).then(|| (-1.0 / k, surface.positions()[vertex]))
 }
 
-/// Passes with the points left out that the tolerance does not need.
-fn simplified(mut passes: Vec<Pass>, job: &Job, chart: &Chart) -> Vec<Pass> {
+/// How far the flat polylines of passes may deviate from the level curves, flat mm.
+fn ring_tolerance(job: &Job, chart: &Chart) -> f64 {
     let largest = chart.vertex_scale().iter().copied().fold(0.0, f64::max);
     // Pass 0 of an open boundary stays clear of it.
     let tolerance = (RING_TOLERANCE * job.cut.tolerance).min(0.005 * job.nominal_side_step());
-    let tolerance = tolerance / largest;
-    for pass in &mut passes {
-        pass.points = match pass.is_closed {
-            true => simplify_closed(&pass.points, tolerance),
-            false => simplify_open(&pass.points, tolerance),
-        };
-    }
-    passes
+    tolerance / largest
 }
 
-/// What the plane knows: mesh, field, region.
+/// The regions that the job asks for; `None` for a single one.
+fn divided(
+    job: &Job,
+    surface: &Surface,
+    chart: &Chart,
+    threads: usize,
+) -> Result<Option<Regions>, FlattenError> {
+    let least = job.regions.min_area;
+    match &job.regions.division {
+        Division::Single => Ok(None),
+        Division::Distortion(options) => {
+            Regions::even(surface, chart, options, least, threads).map(Some)
+        }
+    }
+}
+
+/// What the plane knows: terrain, stock.
 struct Plane<'a> {
     job: &'a Job,
-    mesh: &'a PassMesh,
-    field: &'a PassField,
-    refined: &'a Locator<'a>,
+    terrain: JointTerrain<'a>,
     region: &'a Region,
 }
 
@@ -444,11 +445,7 @@ struct FlatCut {
 }
 
 impl Plane<'_> {
-    fn terrain(&self) -> FieldTerrain<'_> {
-        FieldTerrain::new(self.mesh, self.field, self.refined)
-    }
-
-    fn cut(&self, rings: &[Pass], precedence: &Precedence, progress: impl FnMut(f64)) -> FlatCut {
+    fn cut(&self, groups: &[Group], progress: impl FnMut(f64)) -> FlatCut {
         let job = self.job;
         let cutting = Cutting {
             // The disc that takes as much of the layer as the cutter, but covers the side step.
@@ -477,9 +474,8 @@ impl Plane<'_> {
                 },
             },
         };
-        let terrain = self.terrain();
-        let mut walk = Walk::new(cutting, &terrain, Stock::new(self.region));
-        let counts = cut_passes(&mut walk, rings, precedence, &options, progress);
+        let mut walk = Walk::new(cutting, &self.terrain, Stock::new(self.region));
+        let counts = cut_passes(&mut walk, groups, &options, progress);
         FlatCut { points: walk.finish().0, counts }
     }
 }
@@ -511,7 +507,7 @@ struct Delivery<'a> {
     check: CheckMesh,
     options: DeliverOptions,
     cusp_limit: f64,
-    terrain: FieldTerrain<'a>,
+    terrain: JointTerrain<'a>,
     threads: usize,
 }
 
@@ -568,6 +564,7 @@ impl Delivery<'_> {
                 height: self.job.cut.axial_depth,
                 feed: self.job.cut.feed,
                 first_pass: finished.toolpath.points.last().map_or(0, |p| p.pass + 1),
+                region: finished.toolpath.points.last().map_or(0, |p| p.region),
             };
             let left = &finished.coverage.never_covered_flat;
             let more = link::touch_up(left, &self.terrain, &touch_up);

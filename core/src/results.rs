@@ -354,7 +354,7 @@ pub(crate) fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> R
         },
         passes: PassFigures {
             pattern: job.path.pattern.name().into(),
-            count: planned.passes.len() as u64,
+            count: planned.passes as u64,
             tree_depth: planned.ring_depth as u64,
             closed_cores: planned.closing.cores as u64,
             spurs: planned.closing.spurs as u64,

@@ -58,6 +58,7 @@ pub struct Walk<'a> {
     stock: Stock,
     points: Vec<FlatPoint>,
     pass: u32,
+    region: u32,
     at: DVec2,
     heading: Option<DVec2>,
 }
@@ -71,6 +72,7 @@ impl<'a> Walk<'a> {
             stock,
             points: Vec::new(),
             pass: 0,
+            region: 0,
             at: DVec2::ZERO,
             heading: None,
         }
@@ -94,6 +96,11 @@ impl<'a> Walk<'a> {
     /// The moves made and what is left of the stock.
     pub fn finish(self) -> (Vec<FlatPoint>, Stock) {
         (self.points, self.stock)
+    }
+
+    /// Moves from now on belong to a region.
+    pub fn begin_region(&mut self, region: u32) {
+        self.region = region;
     }
 
     /// Moves from now on belong to the next pass.
@@ -249,6 +256,7 @@ impl<'a> Walk<'a> {
             height,
             kind,
             pass: self.pass,
+            region: self.region,
             feed,
             mrr,
             alpha,

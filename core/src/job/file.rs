@@ -10,8 +10,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    AnalyticKind, Boundary, CutDirection, FeedComponent, FirstPass, FlattenMethod, ForceControl,
-    Links, Parameter, Pattern, Picture, RingOrder, StartKey, TooTight, Traverse,
+    AnalyticKind, Boundary, Compensation, CutDirection, DistortionMeasure, FeedComponent,
+    FirstPass, FlattenMethod, ForceControl, Links, Parameter, Pattern, Picture, RegionMethod,
+    RegionOrder, RingOrder, StartKey, TooTight, Traverse,
 };
 use crate::machine::Axes;
 use crate::tool::ToolKind;
@@ -262,14 +263,46 @@ pub struct RegionsTable {
     /// How the surface is divided.
     #[schemars(extend("default" = "single"))]
     pub method: Option<RegionMethod>,
+    /// Least area of a region: smaller ones are joined to the neighbour with which they share the longest
+    /// border. In mm², or in inch² in a job in inches.
+    #[schemars(extend("x-unit" = "mm²", "x-default" = "a square of 1.5 tool diameters", "minimum" = 0.0, "maximum" = 1e8))]
+    pub min_area: Option<f64>,
+    /// How far the strips of neighbouring regions overlap along their border: with 0 the outermost passes
+    /// run half a side step beside it, with a whole side step on it. Open passes go on so far beyond it.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "a tenth of the nominal side step", "minimum" = 0.0, "maximum" = 100.0))]
+    pub blend: Option<f64>,
+    /// In which order the regions are machined.
+    #[schemars(extend("default" = "shortest"))]
+    pub order: Option<RegionOrder>,
+    /// Regions that map evenly, with `regions.method = "distortion"`.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub distortion: DistortionTable,
 }
 
-/// How the surface is divided.
-#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum RegionMethod {
-    /// Not at all: the whole surface is one region.
-    Single,
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+/// `[regions.distortion]`.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DistortionTable {
+    /// What tells where the map is uneven.
+    #[schemars(extend("default" = "stretch"))]
+    pub measure: Option<DistortionMeasure>,
+    /// Value of the measure at which a region is first tried to be cut.
+    #[schemars(extend("default" = 0.0, "minimum" = -10.0, "maximum" = 10.0))]
+    pub threshold: Option<f64>,
+    /// A region is split while the 5th percentile of its flat map's stretch is less than this part of the
+    /// 95th.
+    #[schemars(extend("default" = 0.85, "minimum" = 0.0, "maximum" = 0.99))]
+    pub uniformity: Option<f64>,
+    /// How often a region may be split again; with 0 the surface stays whole.
+    #[schemars(extend("default" = 12, "minimum" = 0, "maximum" = 30))]
+    pub depth: Option<u32>,
+    /// What the flat stepover is divided by: the largest stretch of the region, or that of the place.
+    #[schemars(extend("default" = "exact"))]
+    pub compensation: Option<Compensation>,
 }
 
 /// `[path]`.

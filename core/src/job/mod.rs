@@ -12,6 +12,7 @@ mod force;
 mod output;
 mod path;
 mod reference;
+mod regions;
 mod resolve;
 mod schema;
 mod surface;
@@ -30,6 +31,10 @@ pub use path::{
     Traverse,
 };
 pub use reference::reference;
+pub use regions::{
+    Compensation, DistortionMeasure, DistortionOptions, Division, RegionMethod, RegionOptions,
+    RegionOrder,
+};
 pub use schema::schema;
 pub use surface::{
     AnalyticKind, AnalyticOptions, AnalyticParameters, Component, FlattenMethod, Selection,
@@ -57,6 +62,8 @@ pub struct Job {
     pub helix: f64,
     /// Cutting data.
     pub cut: Cut,
+    /// Division of the surface.
+    pub regions: RegionOptions,
     /// Passes and links.
     pub path: PathOptions,
     /// Limit on the material removal rate.

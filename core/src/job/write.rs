@@ -1,15 +1,15 @@
 //! From the complete job back to a job file with every key written out.
 
 use super::file::{
-    AnalyticTable, ComponentKey, ComponentRule, CutTable, FlattenTable, ForceTable, GcodeTable,
-    JobFile, MachineTable, OutputTable, PathTable, PostKey, RegionMethod, RegionsTable,
+    AnalyticTable, ComponentKey, ComponentRule, CutTable, DistortionTable, FlattenTable,
+    ForceTable, GcodeTable, JobFile, MachineTable, OutputTable, PathTable, PostKey, RegionsTable,
     SelectTable, SurfaceTable, ToolTable, TravelTable, TrochoidTable, Units, VERSION,
 };
 use super::resolve::{is_step, uses};
 use super::units::{to_degrees, to_per_minute};
 use super::{
-    AnalyticOptions, Component, Cut, Job, MrrLimit, PathOptions, Post, Selection, Start, StartKey,
-    Stepover, SurfaceOptions, SurfaceSource,
+    AnalyticOptions, Component, Cut, Division, Job, MrrLimit, PathOptions, Post, RegionOptions,
+    Selection, Start, StartKey, Stepover, SurfaceOptions, SurfaceSource,
 };
 use crate::machine::Machine;
 
@@ -34,7 +34,7 @@ impl Job {
             flatten: FlattenTable { method: Some(self.flatten) },
             tool: self.tool_table(),
             cut: cut_table(&self.cut),
-            regions: RegionsTable { method: Some(RegionMethod::Single) },
+            regions: regions_table(&self.regions),
             path: path_table(&self.path),
             force: self.force_table(),
             trochoid: TrochoidTable {
@@ -75,6 +75,28 @@ impl Job {
             gcode: Some(GcodeTable { post: Some(post) }),
             svg: Some(self.output.pictures.clone()),
         }
+    }
+}
+
+fn regions_table(regions: &RegionOptions) -> RegionsTable {
+    let method = Some(regions.method());
+    // Of a single region there is nothing else to say.
+    let distortion = match regions.division {
+        Division::Single => return RegionsTable { method, ..RegionsTable::default() },
+        Division::Distortion(options) => DistortionTable {
+            measure: Some(options.measure),
+            threshold: Some(options.threshold),
+            uniformity: Some(options.uniformity),
+            depth: Some(options.depth),
+            compensation: Some(options.compensation),
+        },
+    };
+    RegionsTable {
+        method,
+        min_area: Some(regions.min_area),
+        blend: Some(regions.blend),
+        order: Some(regions.order),
+        distortion,
     }
 }
 

@@ -66,6 +66,23 @@ pub struct ClosingReport {
     pub left: f64,
 }
 
+impl ClosingReport {
+    /// What was closed in several regions.
+    pub fn joined(reports: impl IntoIterator<Item = Self>) -> Self {
+        let add = |sum: Self, next: Self| {
+            let widest = if next.widest_gap > sum.widest_gap { next.clone() } else { sum.clone() };
+            Self {
+                spurs: sum.spurs + next.spurs,
+                cores: sum.cores + next.cores,
+                length: sum.length + next.length,
+                left: sum.left + next.left,
+                ..widest
+            }
+        };
+        reports.into_iter().fold(Self::default(), add)
+    }
+}
+
 /// Gives the rings the spurs that close the gaps between them.
 pub fn close(
     rings: &mut [Pass],

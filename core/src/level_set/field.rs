@@ -41,6 +41,14 @@ impl PassField {
         Self { values, inside: 0.0 }
     }
 
+    /// Distance in passes from some vertices that begin with values of their own; what lies below the
+    /// least of them is not there.
+    pub fn from_values(mesh: &PassMesh, sources: &[(VertexId, f64)]) -> Self {
+        let inside = sources.iter().map(|s| s.1).fold(0.0, f64::min);
+        let values = Front::solve(mesh, sources, Accuracy::Full, |_| true);
+        Self { values, inside }
+    }
+
     /// Distance in passes from the curve that runs `radius` mm inside of the boundary.
     ///
     /// Negative between boundary and curve.

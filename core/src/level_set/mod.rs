@@ -21,7 +21,7 @@ mod terrain;
 pub use closing::{ClosingOptions, ClosingReport, close};
 pub use field::{PassField, length_floor};
 pub use front::Accuracy;
-pub use passes::{Outermost, Pass, Spur, half_levels, open_levels, passes, ring_levels};
+pub use passes::{INSIDE, Outermost, Pass, Spur, half_levels, open_levels, passes, ring_levels};
 pub use refine::PassMesh;
 pub use strip_metric::StripMetric;
 pub use terrain::FieldTerrain;

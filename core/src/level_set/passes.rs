@@ -6,7 +6,7 @@ use crate::mesh::{FaceId, HalfEdgeId};
 
 /// Passes on an open boundary run this far inside it, and passes that end there end so far from it, in
 /// passes: on the boundary to the eye, but with room for rounding before they leave the chart.
-const INSIDE: f64 = 0.02;
+pub const INSIDE: f64 = 0.02;
 /// Levels closer than this, passes, to the end of the field's range are on it.
 const ROUNDING: f64 = 1e-6;
 /// Longest overrun, passes. Longer: it leaves the straight flat line as which gaps are measured from it.

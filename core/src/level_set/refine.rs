@@ -54,15 +54,34 @@ impl PassMesh {
         chart: &Chart,
         metric: Vec<StripMetric>,
     ) -> Result<Self, LevelSetError> {
-        let mesh = Self {
+        Self {
             connectivity: surface.connectivity().clone(),
             uv: chart.uv().to_vec(),
             scale: chart.vertex_scale().to_vec(),
             positions: surface.positions().to_vec(),
             metric,
-        };
-        mesh.check_size()?;
-        mesh.with_edges_below(COARSE)
+        }
+        .made_coarse()
+    }
+
+    /// As [`coarse`](Self::coarse), of the faces of `connectivity` with `#V` flat points, linear scales,
+    /// positions and metrics.
+    ///
+    /// # Errors
+    /// As [`coarse`](Self::coarse).
+    pub fn coarse_of_faces(
+        connectivity: Connectivity,
+        uv: Vec<DVec2>,
+        scale: Vec<f64>,
+        positions: Vec<DVec3>,
+        metric: Vec<StripMetric>,
+    ) -> Result<Self, LevelSetError> {
+        Self { connectivity, uv, scale, positions, metric }.made_coarse()
+    }
+
+    fn made_coarse(self) -> Result<Self, LevelSetError> {
+        self.check_size()?;
+        self.with_edges_below(COARSE)
     }
 
     /// The mesh refined as far as it carries a field of passes; its vertices keep their indices.

@@ -152,7 +152,7 @@ impl Run<'_> {
         let points = &mut out.toolpath.points;
         let (down, up) = (&self.located[entry], &self.located[exit]);
         let above = self.options.above(down.tip, down.axis);
-        rapid(points, self.options, self.pass(down), above, down.axis);
+        rapid(points, self.options, self.source(down), above, down.axis);
         points.push(self.link(down.tip, down));
         points.extend((piece.start..entry).rev().map(|i| self.back_to(i)));
         points.extend(self.located[piece.start + 1..piece.end].iter().map(|l| self.point(l)));
@@ -187,16 +187,17 @@ impl Run<'_> {
         }
     }
 
-    fn pass(&self, l: &Located) -> u32 {
-        self.flat[self.lifted.points[l.keys.1].source].pass
+    /// The flat point that a located one is, or is on the way to.
+    fn source(&self, l: &Located) -> &FlatPoint {
+        &self.flat[self.lifted.points[l.keys.1].source]
     }
 
     /// A straight move through air.
     fn link(&self, tip: DVec3, l: &Located) -> PathPoint {
         PathPoint {
             kind: MoveKind::Link,
-            pass: self.pass(l),
-            region: 0,
+            pass: self.source(l).pass,
+            region: self.source(l).region,
             tip,
             axis: l.axis,
             normal: l.axis,
@@ -224,7 +225,7 @@ impl Run<'_> {
         PathPoint {
             kind: end.kind,
             pass: end.pass,
-            region: 0,
+            region: end.region,
             tip: l.tip,
             axis: l.axis,
             normal: l.normal,
@@ -245,13 +246,19 @@ impl DeliverOptions {
 }
 
 /// Rapid on the rapid plane from where the path ends to `to`, in steps if the axis turns.
-fn rapid(points: &mut Vec<PathPoint>, options: &DeliverOptions, pass: u32, to: DVec3, axis: DVec3) {
+fn rapid(
+    points: &mut Vec<PathPoint>,
+    options: &DeliverOptions,
+    next: &FlatPoint,
+    to: DVec3,
+    axis: DVec3,
+) {
     let last = points.last().copied();
     let mut push = |tip: DVec3, axis: DVec3| {
         points.push(PathPoint {
             kind: MoveKind::Rapid,
-            pass,
-            region: 0,
+            pass: next.pass,
+            region: next.region,
             tip,
             axis,
             normal: axis,
@@ -326,6 +333,7 @@ mod tests {
                 height: 0.0,
                 kind: MoveKind::Cut,
                 pass: 0,
+                region: 0,
                 feed: l.feed,
                 mrr: 0.0,
                 alpha: 0.0,

@@ -5,7 +5,7 @@
 //! stays on it, else by a retract.
 
 use super::order::Sequence;
-use super::{CutCounts, LONGEST_LINK, Precedence, SLANT, oriented};
+use super::{CutCounts, Group, LONGEST_LINK, Precedence, SLANT, oriented};
 use crate::flat_path::{FlatPoint, Terrain};
 use crate::geometry::DVec2;
 use crate::job::{CutDirection, Links, RingOrder, Traverse};
@@ -31,18 +31,20 @@ pub struct LayOptions {
     pub feed: f64,
 }
 
-/// Lays passes one after the other; returns the path and how it is joined.
+/// Lays the passes of one region after the other; returns the path and how it is joined.
 pub fn lay(
-    passes: &[Pass],
-    precedence: &Precedence,
+    groups: &[Group],
     terrain: &dyn Terrain,
     options: &LayOptions,
 ) -> (Vec<FlatPoint>, CutCounts) {
-    let mut layer = Layer { terrain, options, points: Vec::new(), pass: 0, retracts: 0 };
-    if passes.iter().all(|p| p.is_closed) {
-        layer.rings(passes, precedence);
-    } else {
-        layer.open(passes);
+    let mut layer = Layer { terrain, options, points: Vec::new(), pass: 0, region: 0, retracts: 0 };
+    for (region, Group { passes, precedence }) in (0..).zip(groups) {
+        layer.region = region;
+        if passes.iter().all(|p| p.is_closed) {
+            layer.rings(passes, precedence);
+        } else {
+            layer.open(passes);
+        }
     }
     let counts = CutCounts { retracts: layer.retracts, ..CutCounts::default() };
     (layer.points, counts)
@@ -53,6 +55,7 @@ struct Layer<'a> {
     options: &'a LayOptions,
     points: Vec<FlatPoint>,
     pass: u32,
+    region: u32,
     retracts: usize,
 }
 
@@ -203,6 +206,7 @@ impl Layer<'_> {
             height,
             kind,
             pass: self.pass,
+            region: self.region,
             feed: self.options.feed,
             mrr: 0.0,
             alpha: 0.0,

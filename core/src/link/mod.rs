@@ -59,18 +59,45 @@ pub struct CutCounts {
     pub retracts: usize,
 }
 
-/// Cuts all rings. `progress` is called with the part done.
+/// The passes of a region and what must be cut before what.
+#[derive(Copy, Clone, Debug)]
+pub struct Group<'a> {
+    /// The passes.
+    pub passes: &'a [Pass],
+    /// What is cut before what.
+    pub precedence: &'a Precedence,
+}
+
+/// Cuts the rings of all groups, one group after the other. `progress` is called with the part done.
 pub fn cut_passes(
     walk: &mut Walk,
-    rings: &[Pass],
-    precedence: &Precedence,
+    groups: &[Group],
     options: &CutOptions,
     mut progress: impl FnMut(f64),
 ) -> CutCounts {
     let mut counts = CutCounts::default();
+    let all: usize = groups.iter().map(|g| g.passes.len()).sum();
+    let mut done = 0;
+    for (region, group) in (0..).zip(groups) {
+        walk.begin_region(region);
+        cut_group(walk, group, options, &mut counts, || {
+            done += 1;
+            progress(done as f64 / all as f64);
+        });
+    }
+    counts
+}
+
+/// Cuts the rings of a group; `on_ring` is called after each.
+fn cut_group(
+    walk: &mut Walk,
+    Group { passes: rings, precedence }: &Group,
+    options: &CutOptions,
+    counts: &mut CutCounts,
+    mut on_ring: impl FnMut(),
+) {
     let mut sequence = Sequence::new(precedence);
     let mut last = None;
-    let mut done = 0;
     // Rings come with higher values on their right; turned so that the stock is on the side that the
     // cut direction asks for.
     let stock_is_higher = options.order == RingOrder::OutsideIn;
@@ -86,17 +113,15 @@ pub fn cut_passes(
             has_cleared_side: !precedence.before(index).is_empty(),
             is_last: precedence.after(index).is_empty(),
         };
-        task.cut(walk, &oriented(&rings[index], reverse), &mut counts);
+        task.cut(walk, &oriented(&rings[index], reverse), counts);
         walk.next_pass();
         last = Some(index);
-        done += 1;
-        progress(done as f64 / rings.len() as f64);
+        on_ring();
     }
-    counts
 }
 
 /// A pass, the other way round if asked for.
-fn oriented(pass: &Pass, reverse: bool) -> Pass {
+pub(crate) fn oriented(pass: &Pass, reverse: bool) -> Pass {
     let mut turned = pass.clone();
     if reverse {
         turned.points.reverse();

@@ -78,7 +78,10 @@ impl Plate {
         let rings = self.rings();
         let precedence = Precedence::new(&rings, options.order);
         let mut walk = Walk::new(cutting, self, stock);
-        let counts = cut_passes(&mut walk, &rings, &precedence, &options, |_| {});
+        let counts = {
+            let group = Group { passes: &rings, precedence: &precedence };
+            cut_passes(&mut walk, &[group], &options, |_| {})
+        };
         let (points, stock) = walk.finish();
         (points, stock, counts)
     }

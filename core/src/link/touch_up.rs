@@ -32,6 +32,8 @@ pub struct TouchUp {
     pub feed: f64,
     /// Index of the first pass.
     pub first_pass: u32,
+    /// Index of the region that they are counted to.
+    pub region: u32,
 }
 
 /// A straight flat pass.
@@ -51,6 +53,7 @@ pub fn touch_up(left: &[DVec2], terrain: &dyn Terrain, options: &TouchUp) -> Vec
                 height,
                 kind,
                 pass,
+                region: options.region,
                 feed: options.feed,
                 mrr: 0.0,
                 alpha: 0.0,
@@ -168,7 +171,7 @@ mod tests {
     }
 
     const OPTIONS: TouchUp =
-        TouchUp { side_step: 1.0, beyond: 5.0, height: 0.5, feed: 20.0, first_pass: 7 };
+        TouchUp { side_step: 1.0, beyond: 5.0, height: 0.5, feed: 20.0, first_pass: 7, region: 0 };
 
     #[test]
     fn a_heap_is_passed_along_its_length() {

@@ -1,3 +1,159 @@
-//! Division of a surface into regions.
+//! Regions: a surface divided along lines, and passes laid on every piece of it.
+//!
+//! - *Sheet*: the faces of the surface with the lines cut into them (`sheet`, `lines`).
+//! - *Piece*: connected faces between lines, a disk or a disk with holes (`pieces`).
+//! - *Ground*: a piece refined to carry a field of passes (`ground`).
+//! - *Layout*: the passes on a ground (`layout`).
+//!
+//! 1. The lines come from the map's distortion (`distortion`); [`Regions::along`] takes any others.
+//! 2. They are cut in; pieces too small go to a neighbour.
+//! 3. Every piece gets its passes; along inner borders the outermost ones run half a strip inside, less
+//!    half of the blend, so that the strips of both pieces meet and overlap by the blend.
+//! 4. The pieces are put in order.
+//!
+//! Path and cutter locations stay those of the one surface and its one chart: sheet and surface are the
+//! same set of points.
+//!
+//! Source: spec 04 and 05.
 
+pub mod distortion;
+mod divided;
+mod ground;
+mod layout;
+mod lines;
+mod order;
+mod pieces;
+mod sheet;
 pub mod tensor;
+mod terrain;
+
+pub use distortion::{Evenness, Stretch};
+pub use divided::{Divided, PartFigures, Undivided};
+pub use ground::Ground;
+pub use layout::{Layout, LayoutOptions, Spacing, lay_out};
+pub use order::in_order;
+pub use pieces::Piece;
+pub use sheet::{Mean, Sheet};
+pub use terrain::JointTerrain;
+
+use crate::flatten::{Chart, FlattenError, Locator};
+use crate::geometry::DVec2;
+use crate::job::{Compensation, DistortionOptions};
+use crate::level_set::{LevelSetError, StripMetric};
+use crate::parallel;
+use crate::surface::Surface;
+use distortion::Flattened;
+
+/// A divided surface.
+#[derive(Clone, Debug)]
+pub struct Regions {
+    /// The faces of all regions.
+    pub sheet: Sheet,
+    /// The regions.
+    pub parts: Vec<Part>,
+    /// How evenly the undivided surface maps.
+    pub whole: Evenness,
+    /// Stretch of its map.
+    pub stretch: Stretch,
+}
+
+/// A region.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// Its faces.
+    pub piece: Piece,
+    /// How evenly it maps.
+    pub evenness: Evenness,
+    /// By how much strips are narrowed at its `#V` vertices, at least 1; `None`: not at all.
+    pub narrowing: Option<Vec<f64>>,
+}
+
+impl Part {
+    fn of(flattened: Flattened, compensation: Compensation) -> Self {
+        let evenness = flattened.stretch.evenness();
+        let narrowing = match compensation {
+            Compensation::Exact => None,
+            // l_s sigma = w sigma / sigma_ave_max on the surface instead of w.
+            Compensation::Piecewise => {
+                let stretch = flattened.stretch.vertices().iter();
+                Some(stretch.map(|s| evenness.most / s).collect())
+            }
+        };
+        Self { piece: flattened.piece, evenness, narrowing }
+    }
+}
+
+impl Regions {
+    /// Divides a surface until every region maps evenly; `least`: least area of a region, mm².
+    ///
+    /// # Errors
+    /// [`FlattenError`] when the surface cannot be laid flat.
+    pub fn even(
+        surface: &Surface,
+        chart: &Chart,
+        options: &DistortionOptions,
+        least: f64,
+        threads: usize,
+    ) -> Result<Self, FlattenError> {
+        let mut sheet = Sheet::new(surface, chart);
+        let stretch = Stretch::of(surface, chart);
+        let pieces = distortion::divide(&mut sheet, options, least, threads)?;
+        let parts = pieces.into_iter().map(|p| Part::of(p, options.compensation)).collect();
+        Ok(Self { sheet, parts, whole: stretch.evenness(), stretch })
+    }
+
+    /// Divides a surface along flat lines that end on the boundary or where others run; `least`: as for
+    /// [`even`](Self::even).
+    ///
+    /// # Errors
+    /// [`FlattenError`] when a region cannot be laid flat.
+    pub fn along(
+        surface: &Surface,
+        chart: &Chart,
+        lines: &[Vec<DVec2>],
+        least: f64,
+    ) -> Result<Self, FlattenError> {
+        let mut sheet = Sheet::new(surface, chart);
+        let locator = Locator::new(surface.connectivity(), chart.uv());
+        lines.iter().for_each(|line| sheet.cut_polyline(line, &locator));
+        sheet.improve();
+        let all: Vec<u32> = (0..sheet.faces().len() as u32).collect();
+        let groups = sheet.groups(&all, |_| 0, least);
+        for (label, faces) in (0..).zip(&groups) {
+            sheet.set_label(faces, label);
+        }
+        let mut parts = Vec::new();
+        for faces in &groups {
+            let flattened = Flattened::of(&sheet, faces)?;
+            parts.extend(flattened.map(|f| Part::of(f, Compensation::Exact)));
+        }
+        let stretch = Stretch::of(surface, chart);
+        Ok(Self { sheet, parts, whole: stretch.evenness(), stretch })
+    }
+}
+
+/// The grounds of all regions; of the whole surface if it is not divided. `metric`: at its `#V` vertices.
+///
+/// # Errors
+/// [`LevelSetError::TooFine`] when millions of triangles would be needed.
+pub fn grounds(
+    regions: Option<&Regions>,
+    surface: &Surface,
+    chart: &Chart,
+    metric: Vec<StripMetric>,
+    threads: usize,
+) -> Result<Vec<Ground>, LevelSetError> {
+    let Some(regions) = regions else { return Ok(vec![Ground::whole(surface, chart, metric)?]) };
+    let of = |part: &Part| Ground::of(regions, part, chart, &metric);
+    parallel::map(threads, &regions.parts, of).into_iter().collect()
+}
+
+/// Share of the area on which neighbouring passes are at least 0.9 of the allowed side step apart.
+pub fn even_share(grounds: &[Ground], layouts: &[Layout]) -> f64 {
+    if let ([ground], [layout]) = (grounds, layouts) {
+        return layout.even_share(ground);
+    }
+    let areas = grounds.iter().map(Ground::surface_area);
+    let shares = layouts.iter().zip(grounds).map(|(l, g)| l.even_share(g));
+    areas.clone().zip(shares).map(|(a, s)| a * s).sum::<f64>() / areas.sum::<f64>()
+}

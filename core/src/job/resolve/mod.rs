@@ -4,6 +4,7 @@
 //! default and raises no second fault; the job is given out only if there is none at all.
 
 mod cutting;
+mod regions;
 mod surface;
 
 pub(super) use surface::{is_step, uses};
@@ -47,6 +48,10 @@ pub(super) fn resolve(document: Document) -> Result<Resolved, Faults> {
     }
 }
 
+/// Overlap of the strips of neighbouring regions by default, nominal side steps. Smaller: the error of
+/// the passes shows in the cusps along borders; larger: longer paths.
+const BLEND: f64 = 0.1;
+
 struct Resolver<'a> {
     file: &'a JobFile,
     places: Places,
@@ -66,13 +71,14 @@ impl Resolver<'_> {
         let trochoid = self.trochoid(tool, &machine);
         let force = self.force();
         let file = self.file;
-        let job = Job {
+        let mut job = Job {
             name,
             surface: surface?,
             flatten: file.flatten.method.unwrap_or(FlattenMethod::Bff),
             tool: tool?,
             flutes: file.tool.flutes.unwrap_or(4),
             helix: radians(file.tool.helix.unwrap_or(30.0)),
+            regions: self.regions(tool?),
             cut: cut?,
             path: self.path(),
             force,
@@ -80,6 +86,9 @@ impl Resolver<'_> {
             machine,
             output: self.output(),
         };
+        if file.regions.blend.is_none() {
+            job.regions.blend = BLEND * job.nominal_side_step();
+        }
         self.second_looks(&job);
         Some(job)
     }

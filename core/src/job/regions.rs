@@ -1,0 +1,107 @@
+//! Division of the surface into regions.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How the surface is divided into regions, and how they are put together.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct RegionOptions {
+    /// How it is divided.
+    pub division: Division,
+    /// Smaller regions are joined to a neighbour, mm².
+    pub min_area: f64,
+    /// How far the strips of neighbouring regions overlap, mm.
+    pub blend: f64,
+    /// In which order the regions are machined.
+    pub order: RegionOrder,
+}
+
+/// How the surface is divided.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub enum Division {
+    /// Not at all.
+    Single,
+    /// Until every region maps evenly.
+    Distortion(DistortionOptions),
+}
+
+/// Regions that map evenly.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct DistortionOptions {
+    /// What is clustered.
+    pub measure: DistortionMeasure,
+    /// Where the first cut of every region is tried.
+    pub threshold: f64,
+    /// Uniformity from which a region is not split further.
+    pub uniformity: f64,
+    /// How often a region may be split again; 0: not at all.
+    pub depth: u32,
+    /// How the flat stepover allows for the map.
+    pub compensation: Compensation,
+}
+
+/// How the surface is divided, by name.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum RegionMethod {
+    /// Not at all: the whole surface is one region.
+    Single,
+    /// Where its flat map is uneven, until every region maps evenly.
+    Distortion,
+}
+
+/// What tells where a map is uneven.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DistortionMeasure {
+    /// Logarithm of the mean stretch, less its mean.
+    Stretch,
+    /// Logarithm of the area's scale, less its mean.
+    Area,
+    /// Quasi-conformal error less 1.
+    Angle,
+}
+
+/// How the flat stepover allows for the map.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Compensation {
+    /// By the largest stretch of the region.
+    Piecewise,
+    /// By the stretch at the place.
+    Exact,
+}
+
+/// In which order regions are machined.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum RegionOrder {
+    /// From neighbour to neighbour as deep as it goes.
+    DepthFirst,
+    /// All neighbours of a region before theirs.
+    BreadthFirst,
+    /// Always the nearest next.
+    Nearest,
+    /// Whichever of these has the shortest way between regions.
+    Shortest,
+}
+
+impl RegionOptions {
+    /// The method's name.
+    pub fn method(&self) -> RegionMethod {
+        match self.division {
+            Division::Single => RegionMethod::Single,
+            Division::Distortion(_) => RegionMethod::Distortion,
+        }
+    }
+}
+
+impl RegionMethod {
+    /// Its name in the job file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Single => "single",
+            Self::Distortion => "distortion",
+        }
+    }
+}

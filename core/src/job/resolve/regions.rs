@@ -1,0 +1,64 @@
+//! The division into regions.
+
+use super::Resolver;
+use crate::job::{
+    Boundary, Compensation, DistortionMeasure, DistortionOptions, Division, RegionMethod,
+    RegionOptions, RegionOrder,
+};
+use crate::tool::Tool;
+
+/// Side of a square of the least area that a region has by default, tool diameters.
+const LEAST_SIDE: f64 = 1.5;
+/// Keys that say nothing about a single region.
+const KEYS: [&str; 3] = ["min_area", "blend", "order"];
+
+impl Resolver<'_> {
+    /// All but the blend that follows from the side step: 0.
+    pub(super) fn regions(&mut self, tool: Tool) -> RegionOptions {
+        let table = &self.file.regions;
+        let method = table.method.unwrap_or(RegionMethod::Single);
+        let side = 2.0 * LEAST_SIDE * tool.radius();
+        let options = RegionOptions {
+            division: match method {
+                RegionMethod::Single => Division::Single,
+                RegionMethod::Distortion => Division::Distortion(self.distortion()),
+            },
+            min_area: table.min_area.map_or(side * side, |area| area * self.unit * self.unit),
+            blend: self.length(table.blend, 0.0),
+            order: table.order.unwrap_or(RegionOrder::Shortest),
+        };
+        self.check_regions(method);
+        options
+    }
+
+    fn distortion(&self) -> DistortionOptions {
+        let table = &self.file.regions.distortion;
+        DistortionOptions {
+            measure: table.measure.unwrap_or(DistortionMeasure::Stretch),
+            threshold: table.threshold.unwrap_or(0.0),
+            uniformity: table.uniformity.unwrap_or(0.85),
+            depth: table.depth.unwrap_or(12),
+            compensation: table.compensation.unwrap_or(Compensation::Exact),
+        }
+    }
+
+    fn check_regions(&mut self, method: RegionMethod) {
+        let named = self.named("regions.method");
+        let mut refuse = |key: String| {
+            if self.places.has(&key) {
+                let message = format!("says nothing about {named} = {:?}", method.name());
+                self.fault(&key, message, "leave it out, or choose another method");
+            }
+        };
+        if method == RegionMethod::Single {
+            KEYS.iter().for_each(|key| refuse(format!("regions.{key}")));
+        }
+        if method != RegionMethod::Distortion {
+            refuse("regions.distortion".into());
+        }
+        if method != RegionMethod::Single && self.file.path.boundary == Some(Boundary::Wall) {
+            let message = format!("walls are kept off in a single region only, not with {named}");
+            self.fault("path.boundary", message, "give `boundary = \"open\"`");
+        }
+    }
+}

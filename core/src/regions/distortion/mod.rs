@@ -1,0 +1,185 @@
+//! Regions from map distortion: the surface is split until every piece maps evenly.
+//!
+//! - *Stretch* `sigma_ave`: mean stretch of a face by its flat map, mm per flat mm.
+//! - *Measure* `e`: a function of the stretch that tells where the map is larger and where smaller than
+//!   on average.
+//! - *Uniformity* `U = P5(sigma_ave) / P95(sigma_ave)`: how evenly a piece maps.
+//!
+//! 1. A piece is laid flat afresh; if `U` is high enough, or the piece too small, it stays.
+//! 2. Its cuts are sketched: where the smoothed measure passes the job's threshold, and where it passes
+//!    its median; and straight across the flat piece, without which a horn would become a stack of ever
+//!    thinner rings. Groups too small are absorbed.
+//! 3. The sketch after which the pieces map the most evenly is carried out: its isoline is inserted as a
+//!    curve. If the area-weighted mean of `U` does not rise, the split is undone.
+//! 4. The same with every part, to the depth given. Every split makes pieces of at least the least
+//!    area, so that the loop ends.
+//!
+//! The source clusters by the sign of `e` alone; the other cuts are ours, taken only where they map
+//! more evenly.
+//!
+//! # Source
+//! S-DISTORT, a Chinese patent application of 2022, "Method for generating region-wise contour-parallel
+//! tool paths on a curved surface"; spec 05.
+
+mod measure;
+mod sketch;
+
+pub use measure::{Evenness, Stretch, percentile};
+
+use super::pieces::Piece;
+use super::sheet::Sheet;
+use crate::flatten::{Chart, FlattenError, bff_unchecked};
+use crate::job::DistortionOptions;
+use crate::parallel;
+use crate::surface::Surface;
+use sketch::{Cut, sketches};
+
+/// By how much a split must raise the uniformity to be kept. Smaller: pieces without use.
+const GAIN: f64 = 0.01;
+/// What a piece more than two is as bad as, uniformity.
+const PIECE: f64 = 0.004;
+
+/// A piece and its own flat map.
+#[derive(Clone, Debug)]
+pub struct Flattened {
+    /// The piece.
+    pub piece: Piece,
+    /// Its own surface.
+    pub surface: Surface,
+    /// Its own chart, which may overlap: it is asked for scale only.
+    pub chart: Chart,
+    /// The chart's stretch.
+    pub stretch: Stretch,
+}
+
+impl Flattened {
+    /// Lays some faces of a sheet flat.
+    ///
+    /// # Errors
+    /// [`FlattenError`] when the equations cannot be solved; `None` inside for no manifold.
+    pub fn of(sheet: &Sheet, faces: &[u32]) -> Result<Option<Self>, FlattenError> {
+        let Some(piece) = sheet.piece(faces) else { return Ok(None) };
+        let surface = piece.surface(sheet);
+        let chart = bff_unchecked(&surface)?;
+        let stretch = Stretch::of(&surface, &chart);
+        Ok(Some(Self { piece, surface, chart, stretch }))
+    }
+
+    fn uniformity(&self) -> f64 {
+        self.stretch.evenness().uniformity
+    }
+}
+
+/// Splits all faces of a sheet into pieces that map evenly; returns the pieces.
+///
+/// `least`: least area of a piece, mm².
+///
+/// # Errors
+/// [`FlattenError`] when the whole cannot be laid flat.
+pub fn divide(
+    sheet: &mut Sheet,
+    options: &DistortionOptions,
+    least: f64,
+    threads: usize,
+) -> Result<Vec<Flattened>, FlattenError> {
+    let all: Vec<u32> = (0..sheet.faces().len() as u32).collect();
+    let whole = Flattened::of(sheet, &all)?;
+    let mut open: Vec<Flattened> = whole.into_iter().collect();
+    let mut done = Vec::new();
+    for _ in 0..options.depth {
+        let (even, uneven): (Vec<_>, Vec<_>) =
+            open.into_iter().partition(|p| p.uniformity() >= options.uniformity);
+        done.extend(even);
+        let chosen = parallel::map(threads, &uneven, |p| chosen(sheet, p, options, least));
+        open = Vec::new();
+        for (piece, cut) in uneven.into_iter().zip(chosen) {
+            match cut.and_then(|cut| carried_out(sheet, &piece, &cut, least)) {
+                Some(parts) => open.extend(parts),
+                None => done.push(piece),
+            }
+        }
+    }
+    done.extend(open);
+    // What was split later may have put vertices on borders of what was done before.
+    let lists: Vec<Vec<u32>> = done.iter().map(|p| sheet.labelled(p.piece.faces[0])).collect();
+    let fresh = parallel::map(threads, &lists, |faces| Flattened::of(sheet, faces));
+    Ok(fresh.into_iter().flatten().flatten().collect())
+}
+
+/// The best of the cuts of a piece; `None` if none makes it map more evenly.
+fn chosen(
+    sheet: &Sheet,
+    piece: &Flattened,
+    options: &DistortionOptions,
+    least: f64,
+) -> Option<Cut> {
+    let faces = sheet.labelled(piece.piece.faces[0]);
+    let mut best = (piece.uniformity() + GAIN, None);
+    for cut in sketches(piece, options, least) {
+        let value = on_sheet(sheet, piece, &cut);
+        let Some(parts) = parts(sheet, &faces, &value, least) else { continue };
+        let score = score(&parts, options.uniformity);
+        if score > best.0 {
+            best = (score, Some(cut));
+        }
+    }
+    best.1
+}
+
+/// How good a split is: the mean uniformity, what is more than asked for not counted, less a little for
+/// every piece beyond two.
+fn score(parts: &[Flattened], enough: f64) -> f64 {
+    mean_uniformity(parts, enough) - PIECE * parts.len().saturating_sub(2) as f64
+}
+
+/// Mean by area of the uniformities, at most `most` each.
+fn mean_uniformity(parts: &[Flattened], most: f64) -> f64 {
+    let areas = parts.iter().map(|p| p.surface.area());
+    let sum: f64 = parts.iter().zip(areas.clone()).map(|(p, a)| a * p.uniformity().min(most)).sum();
+    sum / areas.sum::<f64>()
+}
+
+/// The values of a cut at all vertices of the sheet; not a number beside the piece.
+fn on_sheet(sheet: &Sheet, piece: &Flattened, cut: &Cut) -> Vec<f64> {
+    let known = piece.piece.vertices.iter().max().map_or(0, |&v| v as usize + 1);
+    let mut value = vec![f64::NAN; known];
+    for (&v, &x) in piece.piece.vertices.iter().zip(&cut.0) {
+        value[v as usize] = x;
+    }
+    sheet.extend(&mut value);
+    value
+}
+
+/// The groups of faces on both sides of a cut, laid flat; `None` if there is but one.
+fn parts(sheet: &Sheet, faces: &[u32], value: &[f64], least: f64) -> Option<Vec<Flattened>> {
+    let side = |f: u32| {
+        let sum: f64 = sheet.faces()[f as usize].iter().map(|&v| value[v as usize]).sum();
+        u32::from(sum > 0.0)
+    };
+    let groups = sheet.groups(faces, side, least);
+    if groups.len() < 2 {
+        return None;
+    }
+    groups.iter().map(|faces| Flattened::of(sheet, faces).ok().flatten()).collect()
+}
+
+/// Carries a cut out; `None`, and the pieces as they were, if the map does not become more even.
+fn carried_out(
+    sheet: &mut Sheet,
+    piece: &Flattened,
+    cut: &Cut,
+    least: f64,
+) -> Option<Vec<Flattened>> {
+    let first = piece.piece.faces[0];
+    let value = on_sheet(sheet, piece, cut);
+    let value = sheet.cut_isoline(sheet.labels()[first as usize], value);
+    let parts = parts(sheet, &sheet.labelled(first), &value, least)?;
+    if mean_uniformity(&parts, 1.0) <= piece.uniformity() {
+        return None;
+    }
+    for part in &parts[1..] {
+        let label = sheet.pieces() as u32;
+        sheet.set_label(&part.piece.faces, label);
+    }
+    Some(parts)
+}

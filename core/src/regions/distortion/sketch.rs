@@ -1,0 +1,115 @@
+//! Where a piece might be cut.
+
+use super::{Flattened, percentile};
+use crate::geometry::math::{atan2, cos, sin};
+use crate::geometry::{DVec2, cross2};
+use crate::job::DistortionOptions;
+use crate::mesh::{Connectivity, FaceId, HalfEdgeId, VertexId};
+
+/// Length over which the measure is smoothed, as a part of the side of a square of the least area.
+/// Larger: outlines miss their bumps; smaller: ragged.
+const SMOOTH: f64 = 0.2;
+/// Rounds of smoothing.
+const ROUNDS: (f64, f64) = (3.0, 60.0);
+
+/// A function at the `#V` vertices of a piece whose isoline at 0 is the cut.
+#[derive(Clone, Debug)]
+pub struct Cut(pub Vec<f64>);
+
+/// The cuts to choose from: the measure at its threshold and at its median, and straight ones.
+pub fn sketches(piece: &Flattened, options: &DistortionOptions, least: f64) -> Vec<Cut> {
+    let measure = smoothed(piece, piece.stretch.measure(&piece.surface, options.measure), least);
+    let median = median(piece, &measure);
+    let levels = [options.threshold, median];
+    let isolines = levels.map(|level| Cut(measure.iter().map(|e| e - level).collect()));
+    isolines.into_iter().chain(straight(piece)).collect()
+}
+
+/// A function of the vertices, averaged over their neighbourhood.
+fn smoothed(piece: &Flattened, mut values: Vec<f64>, least: f64) -> Vec<f64> {
+    let connectivity = &piece.piece.connectivity;
+    let count = connectivity.face_count().max(1) as f64;
+    // Side of the mean triangle.
+    let side = (2.3 * piece.surface.area() / count).sqrt();
+    let reach = SMOOTH * least.sqrt() / side;
+    for _ in 0..(reach * reach).clamp(ROUNDS.0, ROUNDS.1) as usize {
+        values = averaged(connectivity, &values);
+    }
+    values
+}
+
+/// Half of every value, and half of the mean of its neighbours.
+fn averaged(connectivity: &Connectivity, values: &[f64]) -> Vec<f64> {
+    let mut sums = vec![(0.0, 0.0); values.len()];
+    for h in (0..3 * connectivity.face_count() as u32).map(HalfEdgeId) {
+        let (a, b) = connectivity.ends(h);
+        // Inner sides are met twice, once from each end.
+        let (a, b) = (a.index(), b.index());
+        sums[a].0 += values[b];
+        sums[a].1 += 1.0;
+        if connectivity.opposite(h).is_none() {
+            sums[b].0 += values[a];
+            sums[b].1 += 1.0;
+        }
+    }
+    let mean = |(v, s): (&f64, &(f64, f64))| if s.1 > 0.0 { 0.5 * (v + s.0 / s.1) } else { *v };
+    values.iter().zip(&sums).map(mean).collect()
+}
+
+/// The value below which half of the area lies.
+fn median(piece: &Flattened, values: &[f64]) -> f64 {
+    let of_face = |f: u32| {
+        let [a, b, c] = piece.surface.corners(FaceId(f));
+        let face = piece.piece.connectivity.face(FaceId(f));
+        let mean = face.iter().map(|v| values[v.index()]).sum::<f64>() / 3.0;
+        (mean, 0.5 * (b - a).cross(c - a).length())
+    };
+    let count = piece.piece.connectivity.face_count() as u32;
+    let mut rated: Vec<(f64, f64)> = (0..count).map(of_face).collect();
+    rated.sort_by(|a, b| a.0.total_cmp(&b.0));
+    percentile(&rated, 0.5)
+}
+
+/// Straight across the longer extent of the flat piece, through the middle of its largest hole or of
+/// itself; and along it.
+fn straight(piece: &Flattened) -> Vec<Cut> {
+    let uv = piece.chart.uv();
+    let (middle, axis) = principal(piece);
+    let through = largest_hole(piece).unwrap_or(middle);
+    let across = |axis: DVec2| Cut(uv.iter().map(|p| (*p - through).dot(axis)).collect());
+    vec![across(axis), across(axis.perp())]
+}
+
+/// Centroid of the flat piece and the direction in which it is longest.
+fn principal(piece: &Flattened) -> (DVec2, DVec2) {
+    let uv = piece.chart.uv();
+    let triangle = |face: &[VertexId; 3]| {
+        let [a, b, c] = face.map(|v| uv[v.index()]);
+        ((a + b + c) / 3.0, cross2(a, b, c).abs())
+    };
+    let all = || piece.piece.connectivity.faces().iter().map(triangle);
+    let area: f64 = all().map(|(_, a)| a).sum();
+    let middle = all().map(|(p, a)| p * a).sum::<DVec2>() / area;
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for (p, a) in all() {
+        let d = p - middle;
+        (xx, xy, yy) = (xx + a * d.x * d.x, xy + a * d.x * d.y, yy + a * d.y * d.y);
+    }
+    let angle = 0.5 * atan2(2.0 * xy, xx - yy);
+    (middle, DVec2::new(cos(angle), sin(angle)))
+}
+
+/// The middle of the largest hole of the flat piece.
+fn largest_hole(piece: &Flattened) -> Option<DVec2> {
+    let uv = piece.chart.uv();
+    let loops = piece.piece.connectivity.boundary_loops();
+    let area = |l: &[VertexId]| {
+        let at = |i: usize| uv[l[i % l.len()].index()];
+        (0..l.len()).map(|i| at(i).perp_dot(at(i + 1))).sum::<f64>()
+    };
+    // Holes run clockwise.
+    let holes = loops.iter().filter(|l| area(l) < 0.0);
+    let largest = holes.min_by(|a, b| area(a).total_cmp(&area(b)))?;
+    let sum: DVec2 = largest.iter().map(|v| uv[v.index()]).sum();
+    Some(sum / largest.len() as f64)
+}

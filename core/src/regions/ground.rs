@@ -1,0 +1,210 @@
+//! A region refined to carry a field of passes.
+
+use super::sheet::{Mean, Sheet};
+use super::{Part, Regions};
+use crate::flatten::{Chart, Locator};
+use crate::geometry::DVec2;
+use crate::level_set::{
+    self, INSIDE, LevelSetError, PassField, PassMesh, StripMetric, length_floor,
+};
+use crate::mesh::{Connectivity, FaceId, VertexId};
+use crate::surface::Surface;
+use std::collections::BTreeSet;
+
+/// A region with its strip metric, coarse and refined.
+#[derive(Clone, Debug)]
+pub struct Ground {
+    /// Fine enough to compare fields.
+    pub coarse: PassMesh,
+    /// Fine enough for passes. All vertices of the coarse mesh come first.
+    pub fine: PassMesh,
+    /// Number of vertices before any refinement, which come first.
+    vertices: usize,
+    /// Sides of the unrefined boundary beyond which another region lies.
+    inner_border: BTreeSet<(VertexId, VertexId)>,
+    narrowing: Option<Narrowing>,
+    /// Shortest length that passes on it can have, mm.
+    length_floor: f64,
+}
+
+/// By how much strips are narrowed, on the unrefined faces.
+#[derive(Clone, Debug)]
+struct Narrowing {
+    connectivity: Connectivity,
+    uv: Vec<DVec2>,
+    by: Vec<f64>,
+}
+
+impl Ground {
+    /// The whole surface; `metric`: at its `#V` vertices.
+    ///
+    /// # Errors
+    /// As [`PassMesh::new`].
+    pub fn whole(
+        surface: &Surface,
+        chart: &Chart,
+        metric: Vec<StripMetric>,
+    ) -> Result<Self, LevelSetError> {
+        let coarse = PassMesh::coarse(surface, chart, metric)?;
+        let fine = coarse.clone().refined()?;
+        Ok(Self {
+            length_floor: length_floor(&fine),
+            fine,
+            coarse,
+            vertices: surface.positions().len(),
+            inner_border: BTreeSet::new(),
+            narrowing: None,
+        })
+    }
+
+    /// A region; `metric`: at the `#V` vertices of the surface.
+    ///
+    /// # Errors
+    /// As [`PassMesh::new`].
+    pub fn of(
+        regions: &Regions,
+        part: &Part,
+        chart: &Chart,
+        metric: &[StripMetric],
+    ) -> Result<Self, LevelSetError> {
+        let (sheet, piece) = (&regions.sheet, &part.piece);
+        let scale = |v: &u32| mean(&sheet.means()[*v as usize], chart.vertex_scale());
+        let coarse = |metric: Vec<StripMetric>| {
+            PassMesh::coarse_of_faces(
+                piece.connectivity.clone(),
+                piece.uv(sheet),
+                piece.vertices.iter().map(scale).collect(),
+                positions(sheet, &piece.vertices),
+                metric,
+            )
+        };
+        let means = piece.vertices.iter().map(|&v| mean_metric(&sheet.means()[v as usize], metric));
+        let own = coarse(means.clone().collect())?;
+        let (coarse, length_floor) = match &part.narrowing {
+            None => (own, None),
+            Some(by) => {
+                let narrowed = means.zip(by).map(|(m, r)| m.map(|x| x * r * r));
+                (coarse(narrowed.collect())?, Some(length_floor(&own)))
+            }
+        };
+        let fine = coarse.clone().refined()?;
+        Ok(Self {
+            length_floor: length_floor.unwrap_or_else(|| level_set::length_floor(&fine)),
+            fine,
+            coarse,
+            vertices: piece.vertices.len(),
+            inner_border: piece.inner_border.clone(),
+            narrowing: part.narrowing.clone().map(|by| Narrowing {
+                connectivity: piece.connectivity.clone(),
+                uv: piece.uv(sheet),
+                by,
+            }),
+        })
+    }
+
+    /// Over the faces of the refined mesh.
+    pub fn locator(&self) -> Locator<'_> {
+        Locator::new(self.fine.connectivity(), self.fine.uv())
+    }
+
+    /// Shortest length that passes on it can have, mm.
+    pub fn length_floor(&self) -> f64 {
+        self.length_floor
+    }
+
+    /// Whether strips are narrower than the metric of the surface asks.
+    pub fn is_narrowed(&self) -> bool {
+        self.narrowing.is_some()
+    }
+
+    /// Whether other regions lie beside it.
+    pub fn has_neighbours(&self) -> bool {
+        !self.inner_border.is_empty()
+    }
+
+    /// Distance in passes from the boundary, 0 at the outermost pass: that runs beside inner borders so
+    /// that its strip goes on by half of `blend` mm beyond them, and by `outside` passes inside of the
+    /// surface's own boundary.
+    pub fn rings(&self, blend: f64, outside: f64) -> PassField {
+        let rate = self.passes_per_mm();
+        let sources = self.boundary().into_iter().map(|(v, is_inner)| {
+            let inside = match is_inner {
+                true => (0.5 - 0.5 * blend * rate(v)).max(0.0),
+                false => outside,
+            };
+            // The outermost pass is at INSIDE.
+            (v, (INSIDE - inside).min(0.0))
+        });
+        PassField::from_values(&self.fine, &sources.collect::<Vec<_>>())
+    }
+
+    /// Vertices of the refined boundary, and whether they lie on an inner border.
+    fn boundary(&self) -> Vec<(VertexId, bool)> {
+        let mut out = Vec::new();
+        for cycle in self.fine.connectivity().boundary_loops() {
+            let n = cycle.len();
+            let is_old = |i: &usize| cycle[*i].index() < self.vertices;
+            let old: Vec<usize> = (0..n).filter(is_old).collect();
+            let is_inner = |k: usize| {
+                let ends = (cycle[old[k]], cycle[old[(k + 1) % old.len()]]);
+                self.inner_border.contains(&ends)
+            };
+            for k in 0..old.len() {
+                let before = is_inner((k + old.len() - 1) % old.len());
+                let (here, next) = (old[k], old[(k + 1) % old.len()]);
+                let inner = is_inner(k);
+                out.push((cycle[here], inner || before));
+                let between = (next + n - here) % n;
+                let between = if between == 0 { n } else { between };
+                out.extend((1..between).map(|i| (cycle[(here + i) % n], inner)));
+            }
+        }
+        out
+    }
+
+    /// Passes per mm at a vertex, mean over the sides around.
+    fn passes_per_mm(&self) -> impl Fn(VertexId) -> f64 + '_ {
+        |v| {
+            let sides = self.fine.sides_around(v);
+            let (passes, mm) = sides.fold((0.0, 0.0), |(p, l), h| {
+                (p + self.fine.pass_length(h), l + self.fine.length(h))
+            });
+            if mm > 0.0 { passes / mm } else { 0.0 }
+        }
+    }
+
+    /// By how much strips are narrowed at flat points.
+    pub(super) fn narrowing(&self) -> impl Fn(DVec2) -> f64 + '_ {
+        let known = self.narrowing.as_ref().map(|n| (n, Locator::new(&n.connectivity, &n.uv)));
+        move |at| {
+            let Some((narrowing, locator)) = &known else { return 1.0 };
+            let Ok(point) = locator.locate(at) else { return 1.0 };
+            let corners = narrowing.connectivity.face(point.face);
+            (0..3).map(|i| narrowing.by[corners[i].index()] * point.weights[i]).sum()
+        }
+    }
+
+    /// Area, mm².
+    pub fn surface_area(&self) -> f64 {
+        (0..self.fine.connectivity().face_count()).map(|f| self.area(FaceId(f as u32))).sum()
+    }
+
+    /// Area of a face of the refined mesh, mm².
+    pub(super) fn area(&self, face: FaceId) -> f64 {
+        let corners = self.fine.connectivity().face(face);
+        let [a, b, c] = corners.map(|v| self.fine.positions()[v.index()]);
+        0.5 * (b - a).cross(c - a).length()
+    }
+}
+
+fn mean(mean: &Mean, values: &[f64]) -> f64 {
+    mean.iter().map(|&(v, w)| values[v as usize] * w).sum()
+}
+
+fn mean_metric(mean: &Mean, metric: &[StripMetric]) -> StripMetric {
+    core::array::from_fn(|i| mean.iter().map(|&(v, w)| metric[v as usize][i] * w).sum())
+}
+
+fn positions(sheet: &Sheet, vertices: &[u32]) -> Vec<crate::geometry::DVec3> {
+    vertices.iter().map(|&v| sheet.positions()[v as usize]).collect()
+}

@@ -1,0 +1,175 @@
+//! Cutting a sheet along lines.
+//!
+//! - *Isoline*: where a function that is linear on every face changes its sign.
+//! - *Polyline*: given by flat points, as separatrices are.
+//!
+//! Both run along sides afterwards. Where a line passes a vertex by next to nothing it is led through it:
+//! else needles would arise.
+
+use super::sheet::{Sheet, next, previous};
+use crate::flatten::Locator;
+use crate::geometry::{DVec2, cross2};
+use crate::mesh::FaceId;
+
+/// Part of a side, or of a face's height, by which a line is moved at most to meet a vertex or a side.
+/// Larger: ragged lines; smaller: needles.
+const SNAP: f64 = 0.05;
+/// Sides that a straight piece of a line may cross.
+const MOST_CROSSINGS: usize = 100_000;
+
+impl Sheet {
+    /// Puts vertices where a function of the vertices is 0, on the sides of faces with one label; returns
+    /// the function at all vertices, old and new.
+    ///
+    /// Afterwards no face of that label has corners of both signs.
+    pub fn cut_isoline(&mut self, label: u32, mut value: Vec<f64>) -> Vec<f64> {
+        let sides: Vec<u32> = (0..self.faces().len())
+            .filter(|&f| self.labels()[f] == label)
+            .flat_map(|f| [0, 1, 2].map(|k| 3 * f as u32 + k))
+            .collect();
+        self.snap_to_vertices(&sides, &mut value);
+        let crossed =
+            |value: &[f64], (a, b): (u32, u32)| value[a as usize] * value[b as usize] < 0.0;
+        // New sides join a new vertex, where the function is 0, to a corner: only old ones are crossed.
+        let mut ends: Vec<(u32, u32)> =
+            sides.iter().map(|&h| self.ends(h)).filter(|&e| crossed(&value, e)).collect();
+        ends.iter_mut().for_each(|e| *e = (e.0.min(e.1), e.0.max(e.1)));
+        ends.sort_unstable();
+        ends.dedup();
+        for (a, b) in ends {
+            let Some(side) = self.around(a).into_iter().find(|&h| self.ends(h).1 == b) else {
+                continue;
+            };
+            let (u, v) = (value[a as usize], value[b as usize]);
+            if self.split_side(side, u / (u - v)).is_some() {
+                value.push(0.0);
+            }
+        }
+        value
+    }
+
+    /// Makes the function 0 at the vertices that its isoline passes by next to nothing.
+    fn snap_to_vertices(&self, sides: &[u32], value: &mut [f64]) {
+        for &side in sides {
+            let (a, b) = self.ends(side);
+            let (u, v) = (value[a as usize], value[b as usize]);
+            if u * v >= 0.0 {
+                continue;
+            }
+            let t = u / (u - v);
+            if t < SNAP {
+                value[a as usize] = 0.0;
+            } else if t > 1.0 - SNAP {
+                value[b as usize] = 0.0;
+            }
+        }
+    }
+
+    /// Cuts along a polyline of flat points; `locator` is over the chart that the sheet was made of.
+    ///
+    /// Ends beyond the boundary are drawn in to it.
+    pub fn cut_polyline(&mut self, line: &[DVec2], locator: &Locator) {
+        let line = inside(line, locator);
+        let mut last = None;
+        for p in line {
+            let Some(here) = self.vertex_at(p, locator) else { continue };
+            if let Some(before) = last {
+                self.run(before, here);
+            }
+            last = Some(here);
+        }
+    }
+
+    /// The vertex at a flat point, a new one if there is none.
+    fn vertex_at(&mut self, p: DVec2, locator: &Locator) -> Option<u32> {
+        let parent: FaceId = locator.locate(p).ok()?.face;
+        let rated = self.parts(parent).map(|f| (f, self.weights(f, p)));
+        let least = |w: &[f64; 3]| w.iter().copied().fold(f64::INFINITY, f64::min);
+        let (face, weights) = rated.max_by(|a, b| least(&a.1).total_cmp(&least(&b.1)))?;
+        let corner = |k: usize| self.faces()[face as usize][k % 3];
+        let small: Vec<usize> = (0..3).filter(|&k| weights[k] < SNAP).collect();
+        match small[..] {
+            [] => self.split_face(face, weights),
+            // Opposite to corner k lies the side that leaves corner k + 1.
+            [k] => {
+                let (u, v) = (weights[(k + 1) % 3].max(0.0), weights[(k + 2) % 3].max(0.0));
+                let side = 3 * face + ((k as u32 + 1) % 3);
+                self.split_side(side, v / (u + v))
+            }
+            _ => (0..3).max_by(|&i, &j| weights[i].total_cmp(&weights[j])).map(corner),
+        }
+    }
+
+    /// Barycentric coordinates of a flat point in a face.
+    fn weights(&self, face: u32, p: DVec2) -> [f64; 3] {
+        let [a, b, c] = self.faces()[face as usize].map(|v| self.uv()[v as usize]);
+        let whole = cross2(a, b, c);
+        [cross2(p, b, c) / whole, cross2(a, p, c) / whole, cross2(a, b, p) / whole]
+    }
+
+    /// Leads a line straight from one vertex to another.
+    fn run(&mut self, from: u32, to: u32) {
+        let mut at = from;
+        for _ in 0..MOST_CROSSINGS {
+            if at == to {
+                return;
+            }
+            let Some(step) = self.step(at, to) else { return };
+            self.add_line(at, step);
+            at = step;
+        }
+    }
+
+    /// The next vertex on the way, put on the side that the way crosses if need be.
+    fn step(&mut self, at: u32, to: u32) -> Option<u32> {
+        let fan = self.around(at);
+        let corners = |h: u32| (self.ends(h).1, self.ends(previous(h)).0);
+        if fan.iter().any(|&h| corners(h).0 == to || corners(h).1 == to) {
+            return Some(to);
+        }
+        let (here, there) = (self.uv()[at as usize], self.uv()[to as usize]);
+        for h in fan {
+            let (p, q) = corners(h);
+            let (u, v) = (
+                cross2(here, there, self.uv()[p as usize]),
+                cross2(here, there, self.uv()[q as usize]),
+            );
+            let ahead = (self.uv()[p as usize].midpoint(self.uv()[q as usize]) - here)
+                .dot(there - here)
+                > 0.0;
+            // The way lies between p on its right and q on its left.
+            if u <= 0.0 && v >= 0.0 && v > u && ahead {
+                let t = u / (u - v);
+                return match t {
+                    _ if t < SNAP => Some(p),
+                    _ if t > 1.0 - SNAP => Some(q),
+                    _ => self.split_side(next(h), t),
+                };
+            }
+        }
+        None
+    }
+}
+
+/// The part of a line inside of the chart.
+fn inside(line: &[DVec2], locator: &Locator) -> Vec<DVec2> {
+    let mut points: Vec<DVec2> = Vec::with_capacity(line.len());
+    let is_inside = |p: DVec2| locator.locate(p).is_ok();
+    for w in line.windows(2) {
+        let (a, b) = (w[0], w[1]);
+        match (is_inside(a), is_inside(b)) {
+            (true, true) => points.extend([a, b]),
+            (true, false) => points.extend([Some(a), edge(a, b, locator)].into_iter().flatten()),
+            (false, true) => points.extend([edge(b, a, locator), Some(b)].into_iter().flatten()),
+            (false, false) => {}
+        }
+    }
+    points.dedup();
+    points
+}
+
+/// Where the way from a point inside to one outside leaves the chart.
+fn edge(inner: DVec2, outer: DVec2, locator: &Locator) -> Option<DVec2> {
+    let start = locator.locate(inner).ok()?;
+    locator.walk(start.face, inner, outer, |_, _| {}).err().map(|outside| outside.uv)
+}
