@@ -28,8 +28,6 @@ pub mod flatten;
 pub mod region;
 pub mod regions;
 
-pub mod regions;
-
 pub mod toolpath;
 
 pub mod flat_path;

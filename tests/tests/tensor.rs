@@ -2,9 +2,9 @@
 
 use evencut_core::flatten::{Locator, bff};
 use evencut_core::geometry::{DVec2, DVec3};
-use evencut_core::job::{Component, SurfaceOptions};
+use evencut_core::job::{Component, SurfaceOptions, TensorOptions};
 use evencut_core::nurbs::{MeshOptions, NurbsParts, NurbsSurface, Trim, mesh};
-use evencut_core::regions::tensor::{Kind, TensorOptions, Topology, topology};
+use evencut_core::regions::tensor::{Kind, Topology, topology};
 use evencut_core::step::{SmoothFormat, smooth};
 use evencut_core::surface::{Surface, build, build_parametric};
 use evencut_tests::{as_it_is, shared_data};

@@ -35,6 +35,7 @@ use crate::flatten::{Chart, Locator};
 use crate::geometry::math::{atan2, cos, sin};
 use crate::geometry::polyline::distance_to_segment;
 use crate::geometry::{DVec2, DVec3};
+use crate::job::TensorOptions;
 use crate::surface::{CurvatureField, Surface, SurfacePoint};
 use jet::Zero;
 use points::{Sizes, Smoothing};
@@ -54,25 +55,6 @@ const MEETS: f64 = 2e-3;
 const SMOOTHING: f64 = 2e-3;
 /// Way of a line, in parts of the size, before it can meet what it comes from, and itself.
 const OWN_WAY: f64 = 0.02;
-
-/// What decides which points divide.
-#[derive(Copy, Clone, Debug, PartialEq)]
-pub struct TensorOptions {
-    /// Standard deviation of the smoothing of the tensor on a mesh, mm; `None` takes what the noise of
-    /// the vertices asks for. Larger blurs points that lie near each other into one or none.
-    pub scale: Option<f64>,
-    /// A trisector divides only if, a quarter of the surface's size away from it, the widest strip is
-    /// wider than the narrowest by at least this part. Smaller divides surfaces on which the feed
-    /// direction hardly counts.
-    pub least_gain: f64,
-}
-
-impl Default for TensorOptions {
-    /// Smoothing by the noise; a gain of 2 %.
-    fn default() -> Self {
-        Self { scale: None, least_gain: 0.02 }
-    }
-}
 
 /// Kind of a degenerate point.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -185,6 +167,9 @@ pub struct Topology {
     pub smoothing: f64,
     /// Separatrices of the points that divide.
     pub separatrices: Vec<Separatrix>,
+    /// `#V` pairs `(p, q)`, 1/mm, at half the angle of which the best feed direction stands in the
+    /// chart.
+    pub values: Vec<DVec2>,
 }
 
 impl Topology {
@@ -233,10 +218,11 @@ pub fn topology<'a>(
         None => (CLEAR_OF_POINT * sizes.edge).max(smoothing.scale),
     };
     let separatrices = separatrices(&field, &points, clear);
-    (
-        Topology { points, cancelled, doubtful, free, smoothing: smoothing.scale, separatrices },
-        field,
-    )
+    let values = field.values().to_vec();
+    let smoothing = smoothing.scale;
+    let topology =
+        Topology { points, cancelled, doubtful, free, smoothing, separatrices, values };
+    (topology, field)
 }
 
 /// How much wider the widest strip is than the narrowest `distance` mm away from a point.
