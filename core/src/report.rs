@@ -6,11 +6,13 @@
 mod json;
 mod page;
 mod profile;
+mod regions;
 mod summary;
 mod verification;
 
 pub(crate) use page::escaped;
 pub use profile::Profile;
+pub use regions::{DivisionFigures, PieceFigures, SpacingFigures, UndividedFigures};
 pub use verification::{
     CuspFigures, FaultFigures, Lines, MrrFigures, RegionFigures, ScallopFigures, SlopeFigures,
     SpotFigures, VerificationFigures, VerificationReport,
@@ -45,6 +47,9 @@ pub struct Report {
     pub flatten: FlattenFigures,
     /// The passes.
     pub passes: PassFigures,
+    /// The regions; missing where the surface is not divided.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub regions: Option<DivisionFigures>,
     /// The side step.
     pub stepover: StepoverFigures,
     /// Limit and measured removal rate.

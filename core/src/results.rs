@@ -7,11 +7,13 @@ use crate::geometry::DVec3;
 use crate::job::{FlattenMethod, ForceControl, Job, Picture};
 use crate::plan::{PlanError, Planned, Stage, plan};
 use crate::post::{PostError, ProgramOptions, program};
-use crate::preview::{Drawn, Linked, flat_map, mrr_chart, rate_map, residual_map, surface_view};
+use crate::preview::{
+    Drawn, Linked, flat_map, mrr_chart, rate_map, regions_map, residual_map, surface_view,
+};
 use crate::report::{
-    ByKind, CoverageFigures, FORMAT, FileRecord, FlattenFigures, ForceFigures, GougeFigures, Lines,
-    PassFigures, PathFigures, Profile, RaisedStretch, RateFigures, Report, StepoverFigures,
-    SurfaceFigures, VerificationFigures, Versions, Warning,
+    ByKind, CoverageFigures, DivisionFigures, FORMAT, FileRecord, FlattenFigures, ForceFigures,
+    GougeFigures, Lines, PassFigures, PathFigures, Profile, RaisedStretch, RateFigures, Report,
+    StepoverFigures, SurfaceFigures, VerificationFigures, Versions, Warning,
 };
 use crate::surface;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
@@ -265,6 +267,10 @@ fn pictures(
             let svg = surface_view(&planned.surface, &planned.toolpath, &contacts, limit);
             Some(("surface.svg", "Surface", svg))
         }
+        Picture::Regions => planned.divided.as_ref().map(|divided| {
+            let svg = regions_map(&planned.surface, divided);
+            ("regions.svg", "Regions", svg)
+        }),
         Picture::Mrr => planned.plain.as_ref().map(|plain| {
             let (before, after) = (Profile::of(plain), Profile::of(&planned.toolpath));
             ("mrr.svg", "Removal rate along time", mrr_chart(&before, &after, limit))
@@ -289,15 +295,21 @@ fn contacts(planned: &Planned) -> Vec<Option<DVec3>> {
     planned.toolpath.points.iter().map(|p| p.flat.and_then(place)).collect()
 }
 
-/// Length of the contacts along passes, mm.
-fn length_of_passes(planned: &Planned) -> f64 {
+/// Length of the contacts along passes, mm, by region.
+fn lengths_of_passes(planned: &Planned) -> Vec<f64> {
     let contacts = contacts(planned);
+    let count = planned.divided.as_ref().map_or(1, |d| d.parts.len());
+    let mut lengths = vec![0.0; count];
     let points = planned.toolpath.points.windows(2).zip(contacts.windows(2));
-    let length = |(points, contacts): (&[PathPoint], &[Option<DVec3>])| match contacts {
-        [Some(a), Some(b)] if points[1].kind == MoveKind::Cut => a.distance(*b),
-        _ => 0.0,
-    };
-    points.map(length).sum()
+    for (points, contacts) in points {
+        if let [Some(a), Some(b)] = contacts
+            && points[1].kind == MoveKind::Cut
+            && let Some(length) = lengths.get_mut(points[1].region as usize)
+        {
+            *length += a.distance(*b);
+        }
+    }
+    lengths
 }
 
 /// What is told of a plan that was not judged yet.
@@ -317,7 +329,10 @@ pub(crate) fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> R
         let factor = (1.0 / peak).min(1.0);
         figures(&slowed(path, factor, job), job.cut.feed * factor)
     });
-    let length = length_of_passes(planned);
+    let lengths = lengths_of_passes(planned);
+    let length: f64 = lengths.iter().sum();
+    let method = job.regions.method().name();
+    let division = planned.divided.as_ref().map(|d| DivisionFigures::of(d, method, &lengths));
     let delivered = figures(&planned.toolpath, job.cut.feed);
     let (low, high) = surface
         .positions()
@@ -366,6 +381,7 @@ pub(crate) fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> R
             retracts: planned.counts.retracts as u64,
             even_share: planned.even_share,
         },
+        regions: division,
         stepover: StepoverFigures {
             nominal_mm: job.nominal_side_step(),
             over_radius: job.nominal_side_step() / job.tool.radius(),

@@ -20,6 +20,8 @@ pub enum Picture {
     Flat,
     /// Shaded surface with the path on it.
     Surface,
+    /// The regions and how evenly they map; nothing where there is one only.
+    Regions,
     /// Removal rate along time.
     Mrr,
     /// What the simulation found left on the surface.

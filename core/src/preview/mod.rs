@@ -14,6 +14,7 @@ mod mrr_chart;
 mod path_layers;
 mod places;
 mod png;
+mod regions_map;
 mod shading;
 mod surface_view;
 mod svg;
@@ -23,6 +24,7 @@ pub use flat_map::flat_map;
 pub use heat_map::{rate_map, residual_map};
 pub use linked::{Drawn, Linked, MeshTable, PathTable, Placement, SampleTable};
 pub use mrr_chart::{ChartPlacement, mrr_chart};
+pub use regions_map::regions_map;
 pub use surface_view::surface_view;
 
 #[cfg(test)]

@@ -64,6 +64,8 @@ pub struct Part {
     pub piece: Piece,
     /// How evenly it maps.
     pub evenness: Evenness,
+    /// `#V` mean stretches of its own flat map.
+    pub stretch: Vec<f64>,
     /// By how much strips are narrowed at its `#V` vertices, at least 1; `None`: not at all.
     pub narrowing: Option<Vec<f64>>,
 }
@@ -79,7 +81,8 @@ impl Part {
                 Some(stretch.map(|s| evenness.most / s).collect())
             }
         };
-        Self { piece: flattened.piece, evenness, narrowing }
+        let stretch = flattened.stretch.vertices().to_vec();
+        Self { piece: flattened.piece, evenness, stretch, narrowing }
     }
 }
 
@@ -100,6 +103,11 @@ impl Regions {
         let pieces = distortion::divide(&mut sheet, options, least, threads)?;
         let parts = pieces.into_iter().map(|p| Part::of(p, options.compensation)).collect();
         Ok(Self { sheet, parts, whole: stretch.evenness(), stretch })
+    }
+
+    /// For every region the ones that share a side with it.
+    pub fn neighbours(&self) -> Vec<Vec<usize>> {
+        order::neighbours(&self.sheet, &self.parts)
     }
 
     /// Divides a surface along flat lines that end on the boundary or where others run; `least`: as for

@@ -25,8 +25,9 @@ pub fn in_order(
     order: RegionOrder,
     place: impl Fn(DVec2) -> Option<DVec3>,
 ) -> Vec<usize> {
-    let Some(Regions { sheet, parts, .. }) = regions else { return (0..layouts.len()).collect() };
-    let graph = Graph { neighbours: neighbours(sheet, parts), ways: ways(layouts, place) };
+    let Some(regions) = regions else { return (0..layouts.len()).collect() };
+    let parts = &regions.parts;
+    let graph = Graph { neighbours: regions.neighbours(), ways: ways(layouts, place) };
     let starts: Vec<usize> = (0..parts.len()).take(MOST_STARTS).collect();
     let walks: &[fn(&Graph, usize) -> Vec<usize>] = match order {
         RegionOrder::DepthFirst => &[Graph::depth_first],
@@ -119,7 +120,7 @@ fn ways(layouts: &[Layout], place: impl Fn(DVec2) -> Option<DVec3>) -> Vec<Vec<f
 }
 
 /// For every region the ones that share a side with it.
-fn neighbours(sheet: &Sheet, parts: &[Part]) -> Vec<Vec<usize>> {
+pub(super) fn neighbours(sheet: &Sheet, parts: &[Part]) -> Vec<Vec<usize>> {
     let mut of_face = vec![usize::MAX; sheet.faces().len()];
     for (k, part) in parts.iter().enumerate() {
         part.piece.faces.iter().for_each(|&f| of_face[f as usize] = k);

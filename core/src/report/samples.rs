@@ -25,6 +25,34 @@ fn figures(feed: f64, peak: f64, time: f64) -> PathFigures {
     }
 }
 
+fn division() -> DivisionFigures {
+    let spacing = SpacingFigures { mean: 0.93, deviation: 0.04, max: 1.0 };
+    DivisionFigures {
+        method: "distortion".to_owned(),
+        count: 2,
+        uniformity_min: 0.88,
+        uniformity_mean: 0.9,
+        spacing,
+        length_mm: 6_800.0,
+        undivided: UndividedFigures {
+            uniformity: 0.61,
+            stretch_min: 0.7,
+            stretch_max: 1.4,
+            spacing: SpacingFigures { deviation: 0.15, ..spacing },
+            length_mm: 9_100.0,
+        },
+        pieces: vec![PieceFigures {
+            area_mm2: 5_300.0,
+            uniformity: 0.88,
+            stretch_min: 0.93,
+            stretch_max: 1.04,
+            passes: 31,
+            length_mm: 3_300.0,
+            spacing,
+        }],
+    }
+}
+
 pub(super) fn report() -> Report {
     let file = |name: &str| FileRecord::of(name, name.as_bytes());
     Report {
@@ -71,6 +99,7 @@ pub(super) fn report() -> Report {
             retracts: 3,
             even_share: 0.97,
         },
+        regions: Some(division()),
         stepover: StepoverFigures { nominal_mm: 1.6, over_radius: 0.4 },
         force: ForceFigures {
             control: "trochoid".to_owned(),

@@ -63,9 +63,12 @@ pub fn facts(report: &Report) -> Vec<(&'static str, String)> {
                 r.length_over_floor
             ),
         ),
+    ];
+    facts.extend(regions(report));
+    facts.extend([
         ("limit", limit(report)),
         ("uncovered", format!("{:.2} mm² ({:.3} %)", c.never_covered_mm2, c.never_covered_percent)),
-    ];
+    ]);
     if c.too_tight_mm2 > 0.0 {
         facts
             .push(("too tight", format!("{:.2} mm²{}", c.too_tight_mm2, place(c.too_tight_at_mm))));
@@ -75,6 +78,28 @@ pub fn facts(report: &Report) -> Vec<(&'static str, String)> {
         facts.push(("raised", format!("{count}, by up to {highest:.3} mm")));
     }
     facts
+}
+
+/// The regions, and how even passes are in them.
+fn regions(report: &Report) -> Vec<(&'static str, String)> {
+    let Some(r) = &report.regions else { return Vec::new() };
+    let whole = &r.undivided;
+    vec![
+        (
+            "regions",
+            format!(
+                "{} by {}, uniformity {:.2} at least, {:.2} on average; {:.2} undivided",
+                r.count, r.method, r.uniformity_min, r.uniformity_mean, whole.uniformity
+            ),
+        ),
+        (
+            "spacing",
+            format!(
+                "{:.3} ± {:.3} of what is allowed; {:.3} ± {:.3} by one stepover for the whole map",
+                r.spacing.mean, r.spacing.deviation, whole.spacing.mean, whole.spacing.deviation
+            ),
+        ),
+    ]
 }
 
 fn limit(report: &Report) -> String {
@@ -160,7 +185,7 @@ mod tests {
         let mut report = samples::report();
         report.warnings = vec![report.warnings[0].clone(); 9];
         let text = report.summary();
-        assert!(text.lines().count() <= 36);
+        assert!(text.lines().count() <= 38);
         assert!(text.lines().all(|line| line.chars().count() <= 100));
         assert!(text.contains("and 5 more"));
     }

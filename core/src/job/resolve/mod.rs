@@ -17,8 +17,8 @@ use super::file::{AnalyticTable, JobFile, PostKey, Units};
 use super::units::{INCH, per_second, radians};
 use super::{
     Boundary, FeedComponent, FirstPass, FlattenMethod, Force, ForceControl, Job, Links, MrrLimit,
-    OutputOptions, PathOptions, Pattern, Picture, Post, Resolved, RingOrder, Start, StartKey,
-    Stepover, Traverse,
+    OutputOptions, PathOptions, Pattern, Picture, Post, RegionMethod, Resolved, RingOrder, Start,
+    StartKey, Stepover, Traverse,
 };
 use crate::geometry::DVec3;
 use crate::machine::{Axes, Machine, Travel};
@@ -275,9 +275,14 @@ impl Resolver<'_> {
 
     fn output(&self) -> OutputOptions {
         let table = &self.file.output;
+        let is_divided = !matches!(self.file.regions.method, None | Some(RegionMethod::Single));
         let all = || {
-            use Picture::{Flat, Mrr, Removal, Scallop, Surface};
-            vec![Flat, Surface, Mrr, Scallop, Removal]
+            use Picture::{Flat, Mrr, Regions, Removal, Scallop, Surface};
+            let mut all = vec![Flat, Surface, Mrr, Scallop, Removal];
+            if is_divided {
+                all.insert(2, Regions);
+            }
+            all
         };
         OutputOptions {
             gcode: match table.gcode.as_ref().and_then(|g| g.post) {
