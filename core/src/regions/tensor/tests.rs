@@ -204,3 +204,18 @@ fn moved_and_reordered_surfaces_have_the_same_points() {
     };
     check("moved", &surface(turned), &[DVec3::splat(7.0)], Kind::Trisector, 0.001);
 }
+
+/// A plane cut by three lines that meet inside falls into three regions.
+#[test]
+fn lines_that_meet_inside_part_a_plane() {
+    let plane = AnalyticSurface::Plane { width: 40.0, depth: 30.0 };
+    let mesh = surface(plane.mesh(0.7));
+    let flat: Vec<DVec2> = mesh.positions().iter().map(|p| p.truncate()).collect();
+    let chart = Chart::new(&mesh, flat);
+    let at = DVec2::new(3.1, -2.7);
+    let line = |to: DVec2| (0..=12).map(|i| at.lerp(to, f64::from(i) / 12.0)).collect();
+    let ends = [DVec2::new(1.234, -15.0), DVec2::new(20.0, 7.7), DVec2::new(-20.0, 6.1)];
+    let lines: Vec<Vec<DVec2>> = ends.into_iter().map(line).collect();
+    let regions = crate::regions::Regions::along(&mesh, &chart, &lines, 5.0).unwrap();
+    assert_eq!(regions.parts.len(), 3);
+}
