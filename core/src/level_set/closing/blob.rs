@@ -37,13 +37,19 @@ pub fn blobs(places: &[Place], threads: usize) -> Vec<Blob<'_>> {
         while blob.neighbours.len() < blob.members.len() {
             let member = blob.members[blob.neighbours.len()];
             let mut neighbours = core::mem::take(&mut near[member as usize]);
-            for (id, _) in &mut neighbours {
-                if index[*id as usize] == u32::MAX {
+            // Nearness is measured where one is, and need not be mutual: a place that is near to none of an
+            // earlier blob may have neighbours in it, which are not its blob's.
+            neighbours.retain_mut(|(id, _)| {
+                let known = index[*id as usize];
+                if known == u32::MAX {
                     index[*id as usize] = blob.members.len() as u32;
                     blob.members.push(*id);
                 }
-                *id = index[*id as usize];
-            }
+                let own = index[*id as usize];
+                let is_member = blob.members.get(own as usize) == Some(id);
+                *id = own;
+                is_member
+            });
             blob.neighbours.push(neighbours);
         }
         out.push(blob);

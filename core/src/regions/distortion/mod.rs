@@ -114,7 +114,8 @@ fn chosen(
     least: f64,
 ) -> Option<Cut> {
     let faces = sheet.labelled(piece.piece.faces[0]);
-    let mut best = (piece.uniformity() + GAIN, None);
+    let short_of = options.uniformity - piece.uniformity();
+    let mut best = (piece.uniformity() + GAIN.min(0.5 * short_of), None);
     for cut in sketches(piece, options, least) {
         let value = on_sheet(sheet, piece, &cut);
         let Some(parts) = parts(sheet, &faces, &value, least) else { continue };

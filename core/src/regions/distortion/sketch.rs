@@ -7,10 +7,13 @@ use crate::job::DistortionOptions;
 use crate::mesh::{Connectivity, FaceId, HalfEdgeId, VertexId};
 
 /// Length over which the measure is smoothed, as a part of the side of a square of the least area.
-/// Larger: outlines miss their bumps; smaller: ragged.
-const SMOOTH: f64 = 0.2;
-/// Rounds of smoothing.
-const ROUNDS: (f64, f64) = (3.0, 60.0);
+/// Larger: cuts miss their bumps; smaller: they follow the noise of a scan.
+const NOISE: f64 = 0.2;
+/// Length over which outlines are smoothed, as a part of the side of a square of the piece's area. Larger:
+/// they miss the bumps; smaller: ragged.
+const OUTLINE: f64 = 0.06;
+/// Rounds of smoothing, at least and at most.
+const ROUNDS: (f64, f64) = (4.0, 400.0);
 
 /// A function at the `#V` vertices of a piece whose isoline at 0 is the cut.
 #[derive(Clone, Debug)]
@@ -18,21 +21,26 @@ pub struct Cut(pub Vec<f64>);
 
 /// The cuts to choose from: the measure at its threshold and at its median, and straight ones.
 pub fn sketches(piece: &Flattened, options: &DistortionOptions, least: f64) -> Vec<Cut> {
-    let measure = smoothed(piece, piece.stretch.measure(&piece.surface, options.measure), least);
+    let measure = piece.stretch.measure(&piece.surface, options.measure);
+    let measure = smoothed(piece, measure, NOISE * least.sqrt());
+    let outline = OUTLINE * piece.surface.area().sqrt();
     let median = median(piece, &measure);
     let levels = [options.threshold, median];
-    let isolines = levels.map(|level| Cut(measure.iter().map(|e| e - level).collect()));
+    let sides = |level: f64| measure.iter().map(move |e| if *e > level { 1.0 } else { -1.0 });
+    // The sides smoothed, and not the measure alone, have a smooth border wherever it is nearly even.
+    let isolines = levels.map(|level| Cut(smoothed(piece, sides(level).collect(), outline)));
     isolines.into_iter().chain(straight(piece)).collect()
 }
 
-/// A function of the vertices, averaged over their neighbourhood.
-fn smoothed(piece: &Flattened, mut values: Vec<f64>, least: f64) -> Vec<f64> {
+/// A function of the vertices, averaged over about `reach` mm.
+fn smoothed(piece: &Flattened, mut values: Vec<f64>, reach: f64) -> Vec<f64> {
     let connectivity = &piece.piece.connectivity;
     let count = connectivity.face_count().max(1) as f64;
     // Side of the mean triangle.
     let side = (2.3 * piece.surface.area() / count).sqrt();
-    let reach = SMOOTH * least.sqrt() / side;
-    for _ in 0..(reach * reach).clamp(ROUNDS.0, ROUNDS.1) as usize {
+    // A round spreads values by half the square of a side.
+    let rounds = 2.0 * (reach / side) * (reach / side);
+    for _ in 0..rounds.clamp(ROUNDS.0, ROUNDS.1) as usize {
         values = averaged(connectivity, &values);
     }
     values
