@@ -199,38 +199,76 @@ fn overrun(lifted: Lifted, run: &[FlatPoint], first: usize, step: f64) -> Lifted
         let before: Vec<&Contact> = lifted.contacts[..i].iter().rev().collect();
         let after: Vec<&Contact> = lifted.contacts[i + 1..].iter().collect();
         let inward = if by < 0.0 { after } else { before };
+        let beyond = Beyond::new(contact, &inward, by);
         for k in ways {
-            let part = by * k as f64 / steps as f64;
-            let at = if k == 0 { *contact } else { beyond(contact, inward.iter().copied(), part) };
+            let part = k as f64 / steps as f64;
+            let at = if k == 0 { *contact } else { beyond.at(part) };
             push(at, *point);
         }
     }
     out
 }
 
-/// The contact `by` mm beyond the end of a pass (negative: before its start), on the parabola that the
-/// surface follows along the pass. `inward`: the other contacts of the pass, the nearest first.
-fn beyond<'a>(
-    end: &Contact,
-    inward: impl Iterator<Item = &'a Contact> + Clone,
-    by: f64,
-) -> Contact {
-    let is_far = |c: &&Contact| c.position.distance(end.position) >= by.abs();
-    let beside = inward.clone().find(is_far).or_else(|| inward.last());
-    let Some(beside) = beside else { return *end };
-    let chord = end.position - beside.position;
-    let length = chord.length();
-    // The chord leaves the tangent by half the turn of the normal.
-    let way = chord.reject_from(end.normal).normalize_or_zero();
-    if length == 0.0 || way == DVec3::ZERO {
-        return *end;
+/// How a pass goes on beyond its end: on the parabola that it follows before it, in the tangent plane and,
+/// as the surface, out of it.
+struct Beyond {
+    end: Contact,
+    /// Way and change of the way in the tangent plane, for the whole of the overrun, mm.
+    way: DVec3,
+    bend: DVec3,
+    /// Change of the normal along the way, per mm.
+    turn: DVec3,
+    /// Along the feed at the end of a pass, against it at the start.
+    sign: f64,
+}
+
+impl Beyond {
+    /// `inward`: the other contacts of the pass, the nearest first; `by`: length of the overrun, mm, negative
+    /// before the start of the pass.
+    fn new(end: &Contact, inward: &[&Contact], by: f64) -> Self {
+        let far = by.abs();
+        let flat = |v: DVec3| v.reject_from(end.normal);
+        let is_far = |c: &&&Contact| c.position.distance(end.position) >= far;
+        let beside = inward.iter().find(is_far).or(inward.last()).map_or(*end, |c| **c);
+        let chord = end.position - beside.position;
+        let along = flat(chord).normalize_or_zero();
+        let turn = match chord.length() {
+            0.0 => DVec3::ZERO,
+            length => (end.normal - beside.normal) / length,
+        };
+        let back = |way: f64| at_way(end, inward, way).map(|p| flat(p - end.position));
+        let (way, bend) = match (back(far), back(2.0 * far)) {
+            (Some(near), Some(far)) => (0.5 * far - 2.0 * near, 0.5 * far - near),
+            _ => (along * far, DVec3::ZERO),
+        };
+        Self { end: *end, way, bend, turn, sign: by.signum() }
     }
-    let bend = (end.normal - beside.normal).dot(way) / length;
-    let far = by.abs();
-    Contact {
-        position: end.position + way * far - end.normal * (0.5 * bend * far * far),
-        normal: (end.normal + way * (bend * far)).normalize(),
-        feed_direction: way * by.signum(),
-        ..*end
+
+    /// The contact at a part of the overrun.
+    fn at(&self, part: f64) -> Contact {
+        let Self { end, way, bend, turn, sign } = *self;
+        let aside = (way + bend * part) * part;
+        let heading = (way + bend * (2.0 * part)).normalize_or_zero();
+        let far = aside.length();
+        Contact {
+            position: end.position + aside - end.normal * (0.5 * turn.dot(aside) * far),
+            normal: (end.normal + turn * far).normalize_or(end.normal),
+            feed_direction: heading * sign,
+            ..end
+        }
     }
+}
+
+/// The place so far back along a pass, mm; `None` where it is shorter.
+fn at_way(end: &Contact, inward: &[&Contact], way: f64) -> Option<DVec3> {
+    let (mut from, mut left) = (end.position, way);
+    for contact in inward {
+        let length = contact.position.distance(from);
+        if length >= left && length > 0.0 {
+            return Some(from.lerp(contact.position, left / length));
+        }
+        left -= length;
+        from = contact.position;
+    }
+    None
 }

@@ -17,6 +17,7 @@ mod passes;
 mod refine;
 pub mod strip_metric;
 mod terrain;
+mod thin;
 
 pub use closing::{ClosingOptions, ClosingReport, close};
 pub use field::{PassField, length_floor};

@@ -177,24 +177,31 @@ impl<'a> Tracer<'a> {
         whole.append(&mut points);
         whole.dedup();
         let pass_size = 1.0 / self.mesh.flat_metric(face)?.mean();
-        let overrun = self.overruns(&whole, [start, end], pass_size)?;
+        let overrun = self.overruns(&whole, [start, end])?;
         let points = without_ends(whole, pass_size)?;
         Some(Pass { level, points, is_closed: false, overrun, spurs: Vec::new() })
     }
 
-    /// Overruns of an open curve with these ends: half a pass farther than the boundary on its acute
-    /// side. `None` for a curve of one point.
-    fn overruns(&self, points: &[DVec2], ends: [End; 2], pass_size: f64) -> Option<[f64; 2]> {
+    /// Overruns of an open curve with these ends. `None` for a curve of one point.
+    fn overruns(&self, points: &[DVec2], ends: [End; 2]) -> Option<[f64; 2]> {
         let [first, second, ..] = points else { return None };
         let [.., before, last] = points else { return None };
-        let length = |way: DVec2, end: End| {
-            let End::Boundary(side) = end else { return 0.0 };
-            let (a, b) = self.mesh.connectivity().ends(side);
-            let along = self.mesh.uv()[b.index()] - self.mesh.uv()[a.index()];
-            let cotangent = (way.dot(along) / way.perp_dot(along)).abs();
-            pass_size * (0.5 * cotangent).min(LONGEST_OVERRUN)
+        let length = |way: DVec2, end: End| match end {
+            End::Boundary(side) => self.overrun(way, side).unwrap_or(0.0),
+            _ => 0.0,
         };
         Some([length(*first - *second, ends[0]), length(*last - *before, ends[1])])
+    }
+
+    /// How far a curve that leaves the surface through `side` goes on: until it is beside the place of the
+    /// boundary half a pass from it, on the acute side.
+    fn overrun(&self, way: DVec2, side: HalfEdgeId) -> Option<f64> {
+        let (a, b) = self.mesh.connectivity().ends(side);
+        let along = self.mesh.uv()[b.index()] - self.mesh.uv()[a.index()];
+        let passes = (self.values[b.index()] - self.values[a.index()]).abs();
+        let pass_size = 1.0 / self.mesh.flat_metric(side.face())?.mean();
+        let beside = 0.5 * way.try_normalize()?.dot(along).abs() / passes;
+        Some((beside + INSIDE * pass_size).min(LONGEST_OVERRUN * pass_size))
     }
 
     /// The crossings with the sides through which the curve leaves `face` and those after it, and

@@ -11,7 +11,7 @@ use crate::surface::Surface;
 /// the field are blunted; shorter: more triangles, quadratically.
 const FINE: f64 = 1.0;
 /// Edges longer than this many passes are split in a coarse mesh: good enough to compare fields.
-const COARSE: f64 = 6.0;
+pub(super) const COARSE: f64 = 6.0;
 /// Refinement stops with an error beyond this many triangles.
 const MOST_FACES: usize = 2_500_000;
 
@@ -92,12 +92,23 @@ impl PassMesh {
         self.with_edges_below(FINE)
     }
 
-    fn with_edges_below(self, longest: f64) -> Result<Self, LevelSetError> {
+    pub(super) fn with_edges_below(self, longest: f64) -> Result<Self, LevelSetError> {
         let mut mesh = self;
         while let Some(finer) = mesh.split_long_edges(longest)? {
             mesh = finer;
         }
         Ok(mesh)
+    }
+
+    /// Other faces between some of the vertices.
+    pub(super) fn with_vertices(&self, connectivity: Connectivity, kept: &[VertexId]) -> Self {
+        Self {
+            connectivity,
+            uv: kept.iter().map(|v| self.uv[v.index()]).collect(),
+            scale: kept.iter().map(|v| self.scale[v.index()]).collect(),
+            positions: kept.iter().map(|v| self.positions[v.index()]).collect(),
+            metric: kept.iter().map(|v| self.metric[v.index()]).collect(),
+        }
     }
 
     /// Half-edge connectivity.

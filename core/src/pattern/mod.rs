@@ -36,6 +36,8 @@ use start::Source;
 const PIECE: f64 = 4.0;
 /// Length of the spurs for each length of a ridge.
 const SPURS: f64 = 2.0;
+/// Start curves, the best at a glance, that are compared with care.
+const FINALISTS: usize = 4;
 /// Directions in which iso-planar passes are tried, evenly over half a turn.
 const ANGLES: u32 = 12;
 
@@ -70,8 +72,7 @@ impl Parameters {
     }
 }
 
-/// Lays the passes of the pattern that the options ask for on a mesh and on the coarse mesh from which it
-/// was refined. `locator` is over the fine mesh's flat faces;
+/// Lays the passes of the pattern that the options ask for on a mesh; choices are made on the coarse one. `locator` is over the fine mesh's flat faces;
 /// `radius`: cutter radius, mm; `parameters`: the surface's own, if any.
 ///
 /// # Errors
@@ -142,15 +143,19 @@ impl Sketch<'_> {
         if candidates.len() == 1 {
             return candidates.pop().ok_or(LevelSetError::NoCurve);
         }
-        let mut best = (f64::INFINITY, None);
-        for source in candidates {
-            let Ok(field) = source.field(self.coarse, &locator, Accuracy::Sketch) else { continue };
-            let length = self.cost(field);
-            if length < best.0 {
-                best = (length, Some(source));
-            }
+        let cost = |source: &Source, accuracy: Accuracy| {
+            let field = source.field(self.coarse, &locator, accuracy);
+            field.map_or(f64::INFINITY, |field| self.cost(field))
+        };
+        let rated = candidates.into_iter().map(|s| (cost(&s, Accuracy::Sketch), s));
+        let mut rated: Vec<_> = rated.filter(|(cost, _)| cost.is_finite()).collect();
+        rated.sort_by(|a, b| a.0.total_cmp(&b.0));
+        rated.truncate(FINALISTS);
+        for (length, source) in &mut rated {
+            *length = cost(source, Accuracy::Full);
         }
-        best.1.ok_or(LevelSetError::NoCurve)
+        let best = rated.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        best.map(|(_, source)| source).ok_or(LevelSetError::NoCurve)
     }
 
     /// Followed as closely as makes the level curves the shortest, on the coarse mesh.

@@ -27,6 +27,8 @@ pub struct Bounds<const N: usize> {
     bottom: [f64; N],
     /// Farthest sample's line across the mean normal, up to the stock's height.
     radius: [f64; N],
+    /// How far below the surface the lines go, mm.
+    deepest: f64,
 }
 
 impl<const N: usize> Bounds<N> {
@@ -39,6 +41,7 @@ impl<const N: usize> Bounds<N> {
         depth: [0.0; N],
         bottom: [0.0; N],
         radius: [0.0; N],
+        deepest: 0.0,
     };
 
     /// Adds a set; there may be `N`.
@@ -54,14 +57,18 @@ impl<const N: usize> Bounds<N> {
             let Sample { position: p, normal: n, .. } = s.sample;
             across(p + n * s.height).max(across(p - n * material.deepest))
         };
+        // On a thin sheet a set may hold samples of both sides.
         let low = |s: &Swept| {
-            (s.sample.position - s.sample.normal * material.deepest - centre).dot(normal)
+            let Sample { position: p, normal: n, .. } = s.sample;
+            let [top, bottom] = [p + n * s.height, p - n * material.deepest];
+            (top - centre).dot(normal).min((bottom - centre).dot(normal))
         };
         let lane = self.len;
         self.len += 1;
         self.centres[lane] = centre;
         self.normals.set(lane, normal);
         self.radius[lane] = samples.iter().map(ends).fold(0.0, f64::max);
+        self.deepest = material.deepest;
         self.bottom[lane] = samples.iter().map(low).fold(f64::INFINITY, f64::min);
         self.settle(lane, samples);
     }
@@ -70,8 +77,9 @@ impl<const N: usize> Bounds<N> {
     pub fn settle(&mut self, lane: usize, samples: &[Swept]) {
         let (centre, normal) = (self.centres[lane], self.normals.get(lane));
         let top = |s: &Swept| {
-            let left = s.height.max(s.left);
-            (s.sample.position + s.sample.normal * left - centre).dot(normal)
+            let Sample { position: p, normal: n, .. } = s.sample;
+            let [top, bottom] = [p + n * s.height.max(s.left), p - n * self.deepest];
+            (top - centre).dot(normal).max((bottom - centre).dot(normal))
         };
         let top = samples.iter().map(top).fold(f64::NEG_INFINITY, f64::max);
         self.tops.set(lane, centre + normal * (top - NOTHING));

@@ -122,6 +122,27 @@ fn cusps_of_a_ball_on_a_plane() {
     assert_eq!(v.figures.untouched.0, 0.0);
 }
 
+/// Samples of both sides lie together in tiles and blocks.
+#[test]
+fn cusps_of_a_ball_on_both_sides_of_a_thin_sheet() {
+    let (r, d, thickness) = (4.0, 0.8, 0.9);
+    let sheet = |z: f64| move |u: f64, v: f64| DVec3::new(20.0 * u, 20.0 * v, z);
+    let (mut part, back) = (Part::grid(2, 2, sheet(0.0)), Part::grid(2, 2, sheet(-thickness)));
+    let first = part.positions.len() as u32;
+    part.positions.extend(back.positions);
+    part.faces.extend(back.faces.iter().map(|&[a, b, c]| [a, c, b].map(|v| v + first)));
+    let front = raster(20.0, &evenly(0.0, d, 26));
+    let below = DVec3::Z * thickness;
+    let back = front.iter().map(|pass| pass.iter().map(|&(p, a)| (p - below, -a)).collect());
+    let aside = DVec3::X * 80.0;
+    let turn = vec![(aside, DVec3::Z), (aside, DVec3::X), (aside - below, -DVec3::Z)];
+    let passes: Vec<Vec<_>> = front.iter().cloned().chain([turn]).chain(back).collect();
+    let v = judged(&path(&passes), &part, &options(r, r));
+    assert_close(v.figures.largest.unwrap().height, r - (r * r - 0.25 * d * d).sqrt(), 0.01);
+    assert_eq!(v.figures.untouched.0, 0.0);
+    assert_close(v.figures.area, 800.0, 1e-9);
+}
+
 #[test]
 fn cusps_of_a_ball_on_an_incline_in_three_axes() {
     let (r, d, slope) = (4.0, 0.8, 35f64.to_radians());
