@@ -19,6 +19,7 @@ use crate::machine::Axes;
 use crate::mesh::{MeshFormat, ReadError, read};
 use crate::parallel;
 use crate::region::Region;
+use crate::regions::tensor::{self, Topology};
 use crate::regions::{self, Divided, Ground, JointTerrain, LayoutOptions, Regions, Undivided};
 use crate::removal::{self, Access, Columns, Coverage, Feeds, Layer, Limit, TooSlow, rated};
 use crate::step::{SmoothError, SmoothFormat, smooth};
@@ -170,6 +171,8 @@ pub struct Planned {
     pub even_share: f64,
     /// The regions; `None` for an undivided surface.
     pub divided: Option<Divided>,
+    /// Where the best feed direction is undefined, if the surface is divided by it.
+    pub topology: Option<Topology>,
     /// Number of passes.
     pub passes: usize,
     /// The gaps between them that were closed; places are flat.
@@ -249,12 +252,13 @@ pub fn plan_showing(
     let curvature = surface.curvature(job.surface.curvature_radius);
     let tightest = tightest(&surface, &curvature);
     let metrics = strip_metrics(job, &curvature);
-    let regions = divided(job, &surface, &chart, threads)?;
+    let locator = Locator::new(surface.connectivity(), chart.uv());
+    let topology = topology(job, &surface, (&chart, &locator), &curvature);
+    let regions = divided(job, &surface, &chart, topology.as_ref(), threads)?;
     let undivided = regions.as_ref().map(|r| Undivided::of(r, &surface, &chart, &metrics));
     let grounds = regions::grounds(regions.as_ref(), &surface, &chart, metrics, threads)?;
     let floor: f64 = grounds.iter().map(Ground::length_floor).sum();
     let fine: Vec<Locator> = grounds.iter().map(Ground::locator).collect();
-    let locator = Locator::new(surface.connectivity(), chart.uv());
     let tolerance = ring_tolerance(job, &chart);
     let options = LayoutOptions { job, surface: &surface, chart: &locator, tolerance, threads };
     let layouts = regions::lay_out(&grounds, &fine, &options)?;
@@ -316,6 +320,7 @@ pub fn plan_showing(
         divided: regions
             .zip(undivided)
             .map(|(r, undivided)| Divided::of(r, order, &grounds, &layouts, undivided)),
+        topology,
         closing: ClosingReport::joined(layouts.iter().map(|l| l.closing.clone())),
         ring_depth: layouts.iter().map(|l| l.depth).max().unwrap_or(0),
         passes: layouts.iter().map(|l| l.passes.len()).sum(),
@@ -397,7 +402,7 @@ fn strip_metrics(job: &Job, curvature: &CurvatureField) -> Vec<StripMetric> {
     let (low, high) = bends.fold((0.0f64, 0.0f64), |(l, h), (a, b, _)| (l.min(a), h.max(b)));
     // Where the surface is as concave as the cutter is convex the strip is as wide as it gets.
     let table = StripTable::new(&strip, low.max(-strip.k_tool()), high);
-    let weight = |k: f64| table.weight(k) / (SHARE_OF_STRIP * SHARE_OF_STRIP);
+    let weight = |k: f64, along: f64| table.weight(k, along) / (SHARE_OF_STRIP * SHARE_OF_STRIP);
     operators.iter().map(|shape| strip_metric::of_scallop(shape, weight)).collect()
 }
 
@@ -449,15 +454,33 @@ fn divided(
     job: &Job,
     surface: &Surface,
     chart: &Chart,
+    topology: Option<&Topology>,
     threads: usize,
 ) -> Result<Option<Regions>, FlattenError> {
     let least = job.regions.min_area;
     match &job.regions.division {
         Division::Single => Ok(None),
+        Division::Tensor(_) => {
+            let cuts = topology.map_or_else(Vec::new, Topology::cuts);
+            Regions::along(surface, chart, &cuts, least).map(Some)
+        }
         Division::Distortion(options) => {
             Regions::even(surface, chart, options, least, threads).map(Some)
         }
     }
+}
+
+/// The topology of the best feed direction, for jobs that divide by it.
+fn topology(
+    job: &Job,
+    surface: &Surface,
+    (chart, locator): (&Chart, &Locator),
+    curvature: &CurvatureField,
+) -> Option<Topology> {
+    let Division::Tensor(options) = &job.regions.division else { return None };
+    // The height of the cusps has no part in the directions.
+    let k_tool = strip(job, 1.0).k_tool();
+    Some(tensor::topology(surface, (chart, locator), curvature, k_tool, options).0)
 }
 
 /// What the plane knows: terrain, stock.

@@ -5,6 +5,9 @@
 //!   bottom, `R - r_c` and `(R - r_c) sin(lambda)`, offset by `r_c`.
 //! - *Section*: the surface across the feed, a circle of curvature `k`, positive where convex.
 //!
+//! - *Setback*: the points of a tilted flat bottom beside the contact lie behind it, where a surface that
+//!   bends along the feed has risen or fallen.
+//!
 //! Second order, `w = sqrt(8 h / (k_tool + k))` (Kim 2001, eq. of the strip width; spec 02). Exactly,
 //! the cusp stands where the profile has risen to the height `h` over the section; the width is the
 //! arc of the section between two such places.
@@ -15,6 +18,8 @@ use core::f64::consts::FRAC_PI_2;
 
 /// Halvings of the profile's parameter: beyond rounding.
 const HALVINGS: usize = 52;
+/// Curvatures along the feed of a table: its range is halved.
+const ALONG: usize = 3;
 /// Nodes of a table. Fewer: `1/w²` is interpolated with an error above 1e-6 of it.
 const NODES: usize = 1025;
 /// Strips are no wider than this part of the diameter, so that passes overlap.
@@ -56,10 +61,17 @@ impl Strip {
     }
 
     /// The exact width on a section of curvature `k`, mm, at most [`widest`](Self::widest), which
-    /// also stands for sections on which the cutter leaves no such cusp.
+    /// also stands for sections on which the cutter leaves no such cusp; straight along the feed.
     pub fn exact(&self, k: f64) -> f64 {
+        self.exact_bent(k, 0.0)
+    }
+
+    /// As [`exact`](Self::exact), where the surface has the curvature `along` along the feed.
+    pub fn exact_bent(&self, k: f64, along: f64) -> f64 {
         let rises = |t: f64| {
             let (x, z) = self.profile(t);
+            let y = self.setback(t);
+            let z = z + 0.5 * along * y * y;
             let outward = 1.0 + k * z;
             // Height over the circle of curvature k, without dividing by k.
             let height = (k * (x * x + z * z) + 2.0 * z)
@@ -79,6 +91,12 @@ impl Strip {
         (2.0 * half).clamp(0.0, self.widest())
     }
 
+    /// How far the bottom's point at parameter `t` lies behind the contact, mm.
+    fn setback(&self, t: f64) -> f64 {
+        let across = self.tool.radius() - self.tool.corner_radius();
+        across * (1.0 - cos(t)) * (1.0 - self.sin_lead * self.sin_lead).max(0.0).sqrt()
+    }
+
     /// The profile at parameter `t`, 0 at the contact: distance across the feed and height, mm.
     fn profile(&self, t: f64) -> (f64, f64) {
         let corner = self.tool.corner_radius();
@@ -93,36 +111,45 @@ impl Strip {
     }
 }
 
-/// Exact widths for a range of curvatures: `1/w²` by linear interpolation.
+/// Exact widths for a range of curvatures: `1/w²` by interpolation, linear in the curvature across the
+/// feed and by a parabola in that along it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StripTable {
     least: f64,
     step: f64,
-    weights: Vec<f64>,
+    weights: [Vec<f64>; ALONG],
 }
 
 impl StripTable {
     /// For curvatures between `least` and `greatest`, 1/mm.
     pub fn new(strip: &Strip, least: f64, greatest: f64) -> Self {
         let step = (greatest - least) / (NODES - 1) as f64;
-        let weight = |i: usize| {
-            let w = strip.exact(least + step * i as f64);
+        let weight = |i: usize, along: f64| {
+            let w = strip.exact_bent(least + step * i as f64, along);
             1.0 / (w * w)
         };
         let nodes = if step > 0.0 { NODES } else { 1 };
-        Self { least, step, weights: (0..nodes).map(weight).collect() }
+        let weights = [least, 0.5 * (least + greatest), greatest]
+            .map(|along| (0..nodes).map(|i| weight(i, along)).collect());
+        Self { least, step, weights }
     }
 
-    /// `1/w²` at curvature `k`, 1/mm²; that of the end of the range beyond it.
-    pub fn weight(&self, k: f64) -> f64 {
-        let last = self.weights.len() - 1;
+    /// `1/w²` at curvature `k` across the feed and `along` along it, 1/mm²; that of the end of the range
+    /// beyond it.
+    pub fn weight(&self, k: f64, along: f64) -> f64 {
+        let [low, middle, high] = &self.weights;
+        let last = low.len() - 1;
         if last == 0 {
-            return self.weights[0];
+            return low[0];
         }
         let at = ((k - self.least) / self.step).clamp(0.0, last as f64);
         let i = (at as usize).min(last - 1);
         let t = at - i as f64;
-        self.weights[i] * (1.0 - t) + self.weights[i + 1] * t
+        let [low, middle, high] =
+            [low, middle, high].map(|w| w[i] * (1.0 - t) + w[i + 1] * t);
+        // Lagrange's parabola at -1, 0, 1.
+        let s = (2.0 * (along - self.least) / (self.step * last as f64) - 1.0).clamp(-1.0, 1.0);
+        middle + 0.5 * s * (high - low + s * (low + high - 2.0 * middle))
     }
 }
 
@@ -179,11 +206,13 @@ mod tests {
         let table = StripTable::new(&s, -0.015, 0.3);
         for i in 0..200 {
             let k = -0.015 + 0.315 * (f64::from(i) + 0.37) / 200.0;
-            let w = 1.0 / table.weight(k).sqrt();
-            assert!((w / s.exact(k) - 1.0).abs() < 1e-5, "{k}: {w} is not {}", s.exact(k));
+            let along = 0.3 - k;
+            let w = 1.0 / table.weight(k, along).sqrt();
+            let exact = s.exact_bent(k, along);
+            assert!((w / exact - 1.0).abs() < 1e-3, "{k}: {w} is not {exact}");
         }
         let even = StripTable::new(&s, 0.0, 0.0);
-        assert_eq!(even.weight(1.0), even.weight(0.0));
+        assert_eq!(even.weight(1.0, 0.0), even.weight(0.0, 0.0));
     }
 
     #[test]

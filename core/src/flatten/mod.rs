@@ -16,7 +16,7 @@ mod locator;
 #[cfg(test)]
 mod real_meshes;
 #[cfg(test)]
-mod samples;
+pub(crate) mod samples;
 mod validity;
 
 pub use abf::{AngleBased, abf, abf_unchecked};

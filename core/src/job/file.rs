@@ -277,6 +277,23 @@ pub struct RegionsTable {
     /// Regions that map evenly, with `regions.method = "distortion"`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub distortion: DistortionTable,
+    /// Regions parted where the best feed direction parts, with `regions.method = "tensor"`.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub tensor: TensorTable,
+}
+
+/// `[regions.tensor]`.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TensorTable {
+    /// How far the tensor of a mesh is smoothed: the standard deviation of a Gaussian. Larger blurs points
+    /// that lie near each other into one or none.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "what the noise of the vertices asks for", "minimum" = 0.0, "maximum" = 1000.0))]
+    pub scale: Option<f64>,
+    /// A place without a best feed direction divides the surface only if, a quarter of the surface's size
+    /// away from it, the widest strip is wider than the narrowest by this part.
+    #[schemars(extend("default" = 0.02, "minimum" = 0.0, "maximum" = 10.0))]
+    pub least_gain: Option<f64>,
 }
 
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {

@@ -33,7 +33,7 @@ pub use path::{
 pub use reference::reference;
 pub use regions::{
     Compensation, DistortionMeasure, DistortionOptions, Division, RegionMethod, RegionOptions,
-    RegionOrder,
+    RegionOrder, TensorOptions,
 };
 pub use schema::schema;
 pub use surface::{

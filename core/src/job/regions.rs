@@ -23,6 +23,27 @@ pub enum Division {
     Single,
     /// Until every region maps evenly.
     Distortion(DistortionOptions),
+    /// Along the lines that part the sectors of the best feed direction.
+    Tensor(TensorOptions),
+}
+
+/// Regions parted where the best feed direction parts.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct TensorOptions {
+    /// Standard deviation of the smoothing of the tensor on a mesh, mm; `None` takes what the noise of
+    /// the vertices asks for. Larger blurs points that lie near each other into one or none.
+    pub scale: Option<f64>,
+    /// A trisector divides only if, a quarter of the surface's size away from it, the widest strip is
+    /// wider than the narrowest by at least this part. Smaller divides surfaces on which the feed
+    /// direction hardly counts.
+    pub least_gain: f64,
+}
+
+impl Default for TensorOptions {
+    /// Smoothing by the noise; a gain of 2 %.
+    fn default() -> Self {
+        Self { scale: None, least_gain: 0.02 }
+    }
 }
 
 /// Regions that map evenly.
@@ -48,6 +69,9 @@ pub enum RegionMethod {
     Single,
     /// Where its flat map is uneven, until every region maps evenly.
     Distortion,
+    /// Along the lines that part the sectors of the best feed direction: where it is undefined, no single
+    /// family of passes serves all around.
+    Tensor,
 }
 
 /// What tells where a map is uneven.
@@ -92,6 +116,7 @@ impl RegionOptions {
         match self.division {
             Division::Single => RegionMethod::Single,
             Division::Distortion(_) => RegionMethod::Distortion,
+            Division::Tensor(_) => RegionMethod::Tensor,
         }
     }
 }
@@ -102,6 +127,7 @@ impl RegionMethod {
         match self {
             Self::Single => "single",
             Self::Distortion => "distortion",
+            Self::Tensor => "tensor",
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::file::{
     AnalyticTable, ComponentKey, ComponentRule, CutTable, DistortionTable, FlattenTable,
     ForceTable, GcodeTable, JobFile, MachineTable, OutputTable, PathTable, PostKey, RegionsTable,
-    SelectTable, SurfaceTable, ToolTable, TravelTable, TrochoidTable, Units, VERSION,
+    SelectTable, SurfaceTable, TensorTable, ToolTable, TravelTable, TrochoidTable, Units, VERSION,
 };
 use super::resolve::{is_step, uses};
 use super::units::{to_degrees, to_per_minute};
@@ -81,23 +81,30 @@ impl Job {
 fn regions_table(regions: &RegionOptions) -> RegionsTable {
     let method = Some(regions.method());
     // Of a single region there is nothing else to say.
-    let distortion = match regions.division {
-        Division::Single => return RegionsTable { method, ..RegionsTable::default() },
-        Division::Distortion(options) => DistortionTable {
-            measure: Some(options.measure),
-            threshold: Some(options.threshold),
-            uniformity: Some(options.uniformity),
-            depth: Some(options.depth),
-            compensation: Some(options.compensation),
-        },
-    };
-    RegionsTable {
+    let mut table = RegionsTable {
         method,
         min_area: Some(regions.min_area),
         blend: Some(regions.blend),
         order: Some(regions.order),
-        distortion,
+        ..RegionsTable::default()
+    };
+    match regions.division {
+        Division::Single => return RegionsTable { method, ..RegionsTable::default() },
+        Division::Distortion(options) => {
+            table.distortion = DistortionTable {
+                measure: Some(options.measure),
+                threshold: Some(options.threshold),
+                uniformity: Some(options.uniformity),
+                depth: Some(options.depth),
+                compensation: Some(options.compensation),
+            };
+        }
+        Division::Tensor(options) => {
+            table.tensor =
+                TensorTable { scale: options.scale, least_gain: Some(options.least_gain) };
+        }
     }
+    table
 }
 
 fn path_table(path: &PathOptions) -> PathTable {

@@ -13,21 +13,22 @@ pub fn even(side_step: f64) -> StripMetric {
     [m, m, m, 0.0, 0.0, 0.0]
 }
 
-/// The strip metric whose unit in every principal direction is the strip there: `weight` is `1/w²` for a
-/// normal curvature, passes² per mm².
+/// The strip metric whose unit in every principal direction is the strip there: `weight` is `1/w²` for the
+/// normal curvatures across the feed and along it, passes² per mm².
 ///
 /// To second order `M = (k_tool I + K) / (8 h)`. Along the normal, where no step goes, the tensor is that
 /// of a plane.
 ///
 /// # Source
 /// Kim 2007; spec 02.
-pub fn of_scallop(shape: &ShapeOperator, weight: impl Fn(f64) -> f64) -> StripMetric {
+pub fn of_scallop(shape: &ShapeOperator, weight: impl Fn(f64, f64) -> f64) -> StripMetric {
     let (k_min, k_max, along_max) = shape.principal();
     let normal = shape.normal();
     let along_min = normal.cross(along_max);
     let mut metric = [0.0; 6];
-    for (k, d) in [(k_min, along_min), (k_max, along_max), (0.0, normal)] {
-        add_square(&mut metric, d, weight(k));
+    let ways = [(k_min, k_max, along_min), (k_max, k_min, along_max), (0.0, 0.0, normal)];
+    for (k, along, d) in ways {
+        add_square(&mut metric, d, weight(k, along));
     }
     metric
 }
@@ -143,7 +144,7 @@ mod tests {
     fn cylinder_has_two_widths() {
         let (r, rho, h) = (5.0, 40.0, 0.01);
         let shape = ShapeOperator { frame: [DVec3::X, DVec3::Y], k: [1.0 / rho, 0.0, 0.0] };
-        let m = of_scallop(&shape, |k| (1.0 / r + k) / (8.0 * h));
+        let m = of_scallop(&shape, |k, _| (1.0 / r + k) / (8.0 * h));
         let width = |d: DVec3| 1.0 / square_of(&m, d).sqrt();
         assert!((width(DVec3::X) - (8.0 * h / (1.0 / r + 1.0 / rho)).sqrt()).abs() < 1e-12);
         assert!((width(DVec3::Y) - (8.0 * h * r).sqrt()).abs() < 1e-12);

@@ -174,7 +174,7 @@ impl NurbsSurface {
     }
 
     /// The different knots along an axis (0 for u, 1 for v) and how often each occurs.
-    pub(super) fn breaks(&self, axis: usize) -> Vec<(f64, usize)> {
+    pub(crate) fn breaks(&self, axis: usize) -> Vec<(f64, usize)> {
         self.knots[axis].breaks()
     }
 

@@ -134,12 +134,13 @@ impl Sheet {
                 cross2(here, there, self.uv()[p as usize]),
                 cross2(here, there, self.uv()[q as usize]),
             );
-            let ahead = (self.uv()[p as usize].midpoint(self.uv()[q as usize]) - here)
-                .dot(there - here)
-                > 0.0;
             // The way lies between p on its right and q on its left.
-            if u <= 0.0 && v >= 0.0 && v > u && ahead {
-                let t = u / (u - v);
+            if u > 0.0 || v < 0.0 || v <= u {
+                continue;
+            }
+            let t = u / (u - v);
+            let crossing = self.uv()[p as usize].lerp(self.uv()[q as usize], t);
+            if (crossing - here).dot(there - here) > 0.0 {
                 return match t {
                     _ if t < SNAP => Some(p),
                     _ if t > 1.0 - SNAP => Some(q),

@@ -24,6 +24,7 @@ mod lines;
 mod order;
 mod pieces;
 mod sheet;
+pub mod tensor;
 mod terrain;
 
 pub use distortion::{Evenness, Stretch};

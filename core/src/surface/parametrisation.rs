@@ -72,6 +72,13 @@ impl Parametrisation {
         self.normal_at(self.at(point))
     }
 
+    /// Exact shape operator at parameters, its normal toward the tool; `None` where the surface has no
+    /// normal.
+    pub fn shape(&self, at: DVec2) -> Option<ShapeOperator> {
+        let shape = self.surface.shape(at)?;
+        Some(if self.side < 0.0 { reversed(shape) } else { shape })
+    }
+
     fn normal_at(&self, at: DVec2) -> Option<DVec3> {
         let normal = self.surface.normal(at) * self.side;
         (normal != DVec3::ZERO).then_some(normal)
@@ -110,8 +117,8 @@ impl Parametrisation {
         let mut operators: Vec<ShapeOperator> = surface.vertex_normals().iter().map(flat).collect();
         for (f, face) in surface.connectivity().faces().iter().enumerate() {
             for (i, v) in face.iter().enumerate() {
-                if let Some(shape) = self.surface.shape(self.regular(f, i)) {
-                    operators[v.index()] = if self.side < 0.0 { reversed(shape) } else { shape };
+                if let Some(shape) = self.shape(self.regular(f, i)) {
+                    operators[v.index()] = shape;
                 }
             }
         }

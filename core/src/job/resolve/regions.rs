@@ -3,7 +3,7 @@
 use super::Resolver;
 use crate::job::{
     Boundary, Compensation, DistortionMeasure, DistortionOptions, Division, RegionMethod,
-    RegionOptions, RegionOrder,
+    RegionOptions, RegionOrder, TensorOptions,
 };
 use crate::tool::Tool;
 
@@ -22,6 +22,7 @@ impl Resolver<'_> {
             division: match method {
                 RegionMethod::Single => Division::Single,
                 RegionMethod::Distortion => Division::Distortion(self.distortion()),
+                RegionMethod::Tensor => Division::Tensor(self.tensor()),
             },
             min_area: table.min_area.map_or(side * side, |area| area * self.unit * self.unit),
             blend: self.length(table.blend, 0.0),
@@ -42,6 +43,15 @@ impl Resolver<'_> {
         }
     }
 
+    fn tensor(&mut self) -> TensorOptions {
+        let table = &self.file.regions.tensor;
+        let default = TensorOptions::default();
+        TensorOptions {
+            scale: table.scale.map(|scale| scale * self.unit),
+            least_gain: table.least_gain.unwrap_or(default.least_gain),
+        }
+    }
+
     fn check_regions(&mut self, method: RegionMethod) {
         let named = self.named("regions.method");
         let mut refuse = |key: String| {
@@ -55,6 +65,9 @@ impl Resolver<'_> {
         }
         if method != RegionMethod::Distortion {
             refuse("regions.distortion".into());
+        }
+        if method != RegionMethod::Tensor {
+            refuse("regions.tensor".into());
         }
         if method != RegionMethod::Single && self.file.path.boundary == Some(Boundary::Wall) {
             let message = format!("walls are kept off in a single region only, not with {named}");

@@ -1,0 +1,174 @@
+//! Degenerate points of the strip-width tensor on real and made surfaces.
+
+use evencut_core::flatten::{Locator, bff};
+use evencut_core::geometry::{DVec2, DVec3};
+use evencut_core::job::{Component, SurfaceOptions, TensorOptions};
+use evencut_core::nurbs::{MeshOptions, NurbsParts, NurbsSurface, Trim, mesh};
+use evencut_core::regions::tensor::{Kind, Topology, topology};
+use evencut_core::step::{SmoothFormat, smooth};
+use evencut_core::surface::{Surface, build, build_parametric};
+use evencut_tests::{as_it_is, shared_data};
+
+/// Effective curvature of a flat end of 5 mm with a lead of 5 degrees, 1/mm.
+const FLAT_END: f64 = 0.03486;
+
+fn found(surface: &Surface, k_tool: f64) -> Topology {
+    let chart = bff(surface).unwrap();
+    let locator = Locator::new(surface.connectivity(), chart.uv());
+    let curvature = surface.curvature(None);
+    let options = TensorOptions::default();
+    topology(surface, (&chart, &locator), &curvature, k_tool, &options).0
+}
+
+fn options() -> SurfaceOptions {
+    as_it_is(Component::Largest)
+}
+
+/// The surface of a shared NURBS file and what its notes say of its umbilics.
+fn shared(name: &str) -> Option<(Surface, Vec<(DVec3, Kind)>)> {
+    let bytes = std::fs::read(shared_data()?.join("nurbs").join(name)).unwrap();
+    let built = smooth(&bytes, SmoothFormat::Json, &options(), 0.01).unwrap();
+    let value: serde_json::Value = serde_json::from_slice(&bytes).unwrap();
+    let notes = value["curvature_stats"]["umbilics"].as_array().unwrap();
+    let note = |n: &serde_json::Value| {
+        let xyz: Vec<f64> =
+            n["xyz"].as_array().unwrap().iter().filter_map(|x| x.as_f64()).collect();
+        let kind = if n["index"].as_f64().unwrap() < 0.0 { Kind::Trisector } else { Kind::Wedge };
+        (DVec3::new(xyz[0], xyz[1], xyz[2]), kind)
+    };
+    Some((built.surface, notes.iter().map(note).collect()))
+}
+
+/// Every point of the notes is found, within 0.5 % of the size and of the right kind.
+fn check_notes(name: &str) -> Option<Topology> {
+    let (surface, notes) = shared(name)?;
+    let size = surface.area().sqrt();
+    let topology = found(&surface, FLAT_END);
+    for p in &topology.points {
+        println!("{name}: {:?} at {:.3} {:?} delta {:.3e}", p.kind, p.place, p.parameters, p.delta);
+    }
+    for s in &topology.separatrices {
+        println!("{name}: from {} to {:?}, {} points", s.from, s.end, s.line.len());
+    }
+    for (at, kind) in notes {
+        let near = topology.points.iter().filter(|p| p.kind == kind);
+        let off = near.map(|p| p.place.distance(at) / size).fold(f64::INFINITY, f64::min);
+        println!("{name}: {kind:?} off by {:.4} % of the size", 100.0 * off);
+        assert!(off < 0.005, "{name}: no {kind:?} near {at}");
+    }
+    Some(topology)
+}
+
+fn count(topology: &Topology, kind: Kind) -> usize {
+    topology.points.iter().filter(|p| p.kind == kind).count()
+}
+
+#[test]
+fn the_teapot_patch_has_one_trisector() {
+    let Some(topology) = check_notes("teapot_patch12.json") else { return };
+    assert_eq!((count(&topology, Kind::Trisector), count(&topology, Kind::Wedge)), (1, 0));
+}
+
+#[test]
+fn the_main_blade_has_two_trisectors() {
+    let Some(topology) = check_notes("hecc_main_blade.json") else { return };
+    assert!(count(&topology, Kind::Trisector) >= 2);
+}
+
+#[test]
+fn the_propeller_blade_has_a_wedge_and_two_trisectors() {
+    check_notes("propeller_blade.json");
+}
+
+/// Where the umbilic of the made patch is, mm: level, and equally bent both ways.
+const UMBILIC: DVec2 = DVec2::new(4.0, -3.0);
+
+/// `z` and its bicubic terms around the umbilic: a dome, a monkey saddle and a slant.
+fn height(p: DVec2) -> f64 {
+    let d = p - UMBILIC;
+    -0.004 * d.length_squared()
+        + 1.1e-4 * (d.x * d.x * d.x - 3.0 * d.x * d.y * d.y)
+        + 2e-5 * d.y * d.y * d.y
+}
+
+/// Half the side of the patch, mm.
+const HALF: f64 = 45.0;
+
+/// The bicubic Bézier patch with one trisector: its control heights from the blossom of `height`, by
+/// interpolation at four parameters each way.
+fn patch() -> NurbsSurface {
+    let nodes = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0];
+    // Control values of a cubic from its values at thirds.
+    let controls = |f: [f64; 4]| {
+        let b1 = (-5.0 * f[0] + 18.0 * f[1] - 9.0 * f[2] + 2.0 * f[3]) / 6.0;
+        let b2 = (2.0 * f[0] - 9.0 * f[1] + 18.0 * f[2] - 5.0 * f[3]) / 6.0;
+        [f[0], b1, b2, f[3]]
+    };
+    let at = |s: f64| HALF * (2.0 * s - 1.0);
+    let rows = nodes.map(|u| controls(nodes.map(|v| height(DVec2::new(at(u), at(v))))));
+    let columns: Vec<[f64; 4]> =
+        (0..4).map(|j| controls([0, 1, 2, 3].map(|i| rows[i][j]))).collect();
+    let points = (0..4)
+        .map(|i| (0..4).map(|j| DVec3::new(at(nodes[i]), at(nodes[j]), columns[j][i])).collect())
+        .collect();
+    let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+    let parts =
+        NurbsParts { degree: [3, 3], knots: [knots.clone(), knots], points, weights: Vec::new() };
+    NurbsSurface::new(parts).unwrap()
+}
+
+fn check_patch(name: &str, surface: &Surface, part: f64) {
+    let topology = found(surface, FLAT_END);
+    let at = UMBILIC.extend(0.0);
+    let off = topology.points.iter().map(|p| p.place.distance(at)).fold(f64::INFINITY, f64::min)
+        / surface.area().sqrt();
+    println!(
+        "{name}: {} faces, {} points, off by {:.4} % of the size, {} cancelled, smoothing {:.3} mm",
+        surface.connectivity().face_count(),
+        topology.points.len(),
+        100.0 * off,
+        topology.cancelled.len(),
+        topology.smoothing
+    );
+    assert_eq!(topology.points.len(), 1, "{name}: {:#?}", topology.points);
+    assert_eq!(topology.points[0].kind, Kind::Trisector, "{name}");
+    assert!(off < part, "{name}");
+    assert_eq!(topology.cuts().len(), 3, "{name}");
+}
+
+#[test]
+fn a_bicubic_patch_has_its_trisector() {
+    let nurbs = patch();
+    let (low, high) = nurbs.domain();
+    let meshed = |longest: f64| {
+        let asked = MeshOptions { chord: 0.05, longest, ..MeshOptions::default() };
+        mesh(&nurbs, Trim::Rectangle(low, high), asked).unwrap().soup
+    };
+    let exact = build_parametric(meshed(0.025), nurbs.clone(), &options()).unwrap();
+    check_patch("NURBS", &exact.surface, 1e-6);
+    // The mesh alone, of more and more faces, without and with noise.
+    for longest in [0.03, 0.0145, 0.0072] {
+        let soup = meshed(longest);
+        let edge = (4.0 * 4.0 * HALF * HALF / (soup.faces.len() as f64 * 3f64.sqrt())).sqrt();
+        for (noise, part) in [(0.0, 0.005), (0.01, 0.02)] {
+            let mut soup = soup.clone();
+            soup.texture = None;
+            for (i, p) in soup.positions.iter_mut().enumerate() {
+                let random = |salt: u64| noise_number(i as u64, salt);
+                *p += DVec3::new(random(1), random(2), random(3)) * (2.0 * noise * edge);
+            }
+            let built = build(soup, &options()).unwrap();
+            check_patch(&format!("mesh, noise {noise}"), &built.surface, part);
+        }
+    }
+}
+
+/// A reproducible number between -1/2 and 1/2.
+fn noise_number(i: u64, salt: u64) -> f64 {
+    let mut x =
+        (i + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ salt.wrapping_mul(0xD134_2543_DE82_EF95);
+    x ^= x >> 31;
+    x = x.wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    x ^= x >> 29;
+    (x >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+}
