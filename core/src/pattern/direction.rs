@@ -5,8 +5,8 @@
 //! - *Target*: a flat gradient that grows by 1 per strip, in a direction between the best one and that of
 //!   the field before, by how much there is to be gained.
 //!
-//! 1. The field before is at first the best iso-scallop field: it tells the sign, and the direction where
-//!    all are as good.
+//! 1. The field before is at first the best iso-scallop or iso-planar field: it tells the sign, and the
+//!    direction where all are as good.
 //! 2. The potential is the least-squares solution `integral of |grad phi - V|²`, a Poisson equation; it is
 //!    the field before of the next round.
 //!

@@ -158,23 +158,26 @@ impl Sketch<'_> {
         best.map(|(_, source)| source).ok_or(LevelSetError::NoCurve)
     }
 
-    /// Followed as closely as makes the level curves the shortest, on the coarse mesh.
+    /// From the field and followed as closely as makes the level curves the shortest, on the coarse mesh.
     fn direction_field(&self) -> Result<PassField, LevelSetError> {
-        let source = self.source()?;
+        let mut before = vec![Before::Distance(self.source()?)];
+        before.extend(self.angle().ok().map(Before::Plane));
         let locator = Locator::new(self.coarse.connectivity(), self.coarse.uv());
-        let like = source.field(self.coarse, &locator, Accuracy::Sketch)?;
-        let mut best = (f64::INFINITY, f64::INFINITY);
-        for half in STRENGTHS {
-            let raw = potential(self.coarse, &like, half)?;
-            let length = PassField::paced(self.coarse, &raw).map(|f| self.cost(f));
-            if let Ok(length) = length
-                && length < best.0
-            {
-                best = (length, half);
+        let mut best = (f64::INFINITY, 0, f64::INFINITY);
+        for (i, first) in before.iter().enumerate() {
+            let like = first.field(self.coarse, &locator)?;
+            for half in STRENGTHS {
+                let raw = potential(self.coarse, &like, half)?;
+                let length = PassField::paced(self.coarse, &raw).map(|f| self.cost(f));
+                if let Ok(length) = length
+                    && length < best.0
+                {
+                    best = (length, i, half);
+                }
             }
         }
-        let like = source.field(self.mesh, self.locator, Accuracy::Sketch)?;
-        PassField::paced(self.mesh, &potential(self.mesh, &like, best.1)?)
+        let like = before[best.1].field(self.mesh, self.locator)?;
+        PassField::paced(self.mesh, &potential(self.mesh, &like, best.2)?)
     }
 
     /// About how long the passes of a field on the coarse mesh are, mm, pieces and gaps counted.
@@ -211,17 +214,30 @@ impl Sketch<'_> {
     }
 
     fn iso_planar(&self) -> Result<PassField, LevelSetError> {
-        let across = |angle: f64| -> Vec<f64> {
-            let normal = DVec3::new(-sin(angle), cos(angle), 0.0);
-            self.mesh.positions().iter().map(|p| p.dot(normal)).collect()
-        };
-        match self.options.angle {
-            Some(angle) => PassField::paced(self.mesh, &across(angle)),
-            None => {
-                let step = core::f64::consts::PI / f64::from(ANGLES);
-                self.shortest((0..ANGLES).map(|i| across(step * f64::from(i))))
+        PassField::paced(self.mesh, &across_plane(self.mesh, self.angle()?))
+    }
+
+    /// Angle of planes from the x axis, rad: the one asked for, or whose passes on the coarse mesh are the
+    /// shortest.
+    fn angle(&self) -> Result<f64, LevelSetError> {
+        if let Some(angle) = self.options.angle {
+            return Ok(angle);
+        }
+        let step = core::f64::consts::PI / f64::from(ANGLES);
+        let mut best = (f64::INFINITY, Err(LevelSetError::NoCurve));
+        for angle in (0..ANGLES).map(|i| step * f64::from(i)) {
+            match PassField::paced(self.coarse, &across_plane(self.coarse, angle)) {
+                Ok(field) => {
+                    let length = field.length(self.coarse);
+                    if length < best.0 {
+                        best = (length, Ok(angle));
+                    }
+                }
+                Err(error) if best.1.is_err() => best.1 = Err(error),
+                Err(_) => {}
             }
         }
+        best.1
     }
 
     /// The function whose paced level curves are the shortest.
@@ -244,4 +260,27 @@ impl Sketch<'_> {
         }
         best.map(|(_, field)| field).ok_or(refused)
     }
+}
+
+/// A field that tells a potential its signs.
+enum Before {
+    /// Distance from a start curve.
+    Distance(Source),
+    /// Distance from a plane at that angle, paced.
+    Plane(f64),
+}
+
+impl Before {
+    fn field(&self, mesh: &PassMesh, locator: &Locator) -> Result<PassField, LevelSetError> {
+        match self {
+            Self::Distance(source) => source.field(mesh, locator, Accuracy::Sketch),
+            Self::Plane(angle) => PassField::paced(mesh, &across_plane(mesh, *angle)),
+        }
+    }
+}
+
+/// Distances of the vertices from the vertical plane through the origin at an angle from the x axis, mm.
+fn across_plane(mesh: &PassMesh, angle: f64) -> Vec<f64> {
+    let normal = DVec3::new(-sin(angle), cos(angle), 0.0);
+    mesh.positions().iter().map(|p| p.dot(normal)).collect()
 }
