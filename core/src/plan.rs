@@ -16,7 +16,7 @@ use crate::link::{
     TouchUp, cut_passes, deliver, lay,
 };
 use crate::machine::Axes;
-use crate::mesh::{MeshFormat, ReadError, read};
+use crate::mesh::{FaceId, MeshFormat, ReadError, VertexId, read};
 use crate::parallel;
 use crate::region::Region;
 use crate::regions::tensor::{self, Topology};
@@ -196,8 +196,40 @@ pub struct Planned {
     pub cusp_limit: f64,
     /// Height of the rapids, mm.
     pub rapid_plane: f64,
-    /// Smallest concave radius of curvature, mm, and where; `None` where nothing is concave.
-    pub tightest: Option<(f64, DVec3)>,
+    /// The most concave place; `None` where nothing is concave.
+    pub tightest: Option<Tightest>,
+}
+
+/// Where a surface is the most concave, and how much of it is too concave for the cutter.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Tightest {
+    /// Smallest concave radius of curvature, mm.
+    pub radius: f64,
+    /// Where, mm.
+    pub place: DVec3,
+    /// Area that is more concave than the cutter is convex, mm²: there it does not fit.
+    pub too_concave: f64,
+}
+
+impl Tightest {
+    /// `None` where nothing is concave.
+    fn of(job: &Job, surface: &Surface, curvature: &CurvatureField) -> Option<Self> {
+        let k_min = |i: usize| curvature.operators()[i].principal().0;
+        let count = surface.positions().len();
+        let vertex = (0..count).min_by(|&a, &b| k_min(a).total_cmp(&k_min(b)))?;
+        let k = k_min(vertex);
+        let k_tool = strip(job, job.cut.tolerance).k_tool();
+        let too_concave = |face: &[VertexId; 3]| face.map(|v| k_min(v.index()) < -k_tool);
+        let area = |f: usize, face: &[VertexId; 3]| {
+            let [a, b, c] = surface.corners(FaceId(f as u32));
+            let share = too_concave(face).iter().filter(|&&is| is).count() as f64 / 3.0;
+            0.5 * (b - a).cross(c - a).length() * share
+        };
+        let faces = surface.connectivity().faces().iter().enumerate();
+        let too_concave = faces.map(|(f, face)| area(f, face)).fold(0.0, |sum, a| sum + a);
+        let place = surface.positions()[vertex];
+        (k < 0.0).then_some(Self { radius: -1.0 / k, place, too_concave })
+    }
 }
 
 /// Plans a job. `file`: the bytes of the surface file, if the job names one; `threads`: how many to
@@ -250,7 +282,7 @@ pub fn plan_showing(
     let quality = chart.quality(&surface);
     progress(Stage::Rings, 0.0);
     let curvature = surface.curvature(job.surface.curvature_radius);
-    let tightest = tightest(&surface, &curvature);
+    let tightest = Tightest::of(job, &surface, &curvature);
     let metrics = strip_metrics(job, &curvature);
     let locator = Locator::new(surface.connectivity(), chart.uv());
     let topology = topology(job, &surface, (&chart, &locator), &curvature);
@@ -431,14 +463,6 @@ fn strip(job: &Job, scallop: f64) -> Strip {
         (Axes::ThreeAxis, Ok(corner)) => Strip::new(corner, 1.0, scallop),
         _ => Strip::new(job.tool, math::sin(job.cut.lead), scallop),
     }
-}
-
-/// Smallest concave radius, mm, and where it is.
-fn tightest(surface: &Surface, curvature: &CurvatureField) -> Option<(f64, DVec3)> {
-    let k_min = |i: usize| curvature.operators()[i].principal().0;
-    let vertex = (0..surface.positions().len()).min_by(|&a, &b| k_min(a).total_cmp(&k_min(b)))?;
-    let k = k_min(vertex);
-    (k < 0.0).then(|| (-1.0 / k, surface.positions()[vertex]))
 }
 
 /// How far the flat polylines of passes may deviate from the level curves, flat mm.

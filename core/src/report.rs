@@ -122,6 +122,10 @@ pub struct SurfaceFigures {
     pub box_high_mm: [f64; 3],
     /// Smallest concave radius of curvature, mm; null where nothing is concave.
     pub smallest_concave_radius_mm: Option<f64>,
+    /// Where that is, mm.
+    pub smallest_concave_at_mm: Option<[f64; 3]>,
+    /// Area that is more concave than the cutter is convex, mm²: the cutter does not fit there.
+    pub too_concave_mm2: f64,
 }
 
 /// Quality of the flat map.

@@ -68,6 +68,8 @@ pub(super) fn report() -> Report {
             box_low_mm: [0.0, 0.0, 0.1],
             box_high_mm: [100.0, 100.0, 24.4],
             smallest_concave_radius_mm: Some(15.4),
+            smallest_concave_at_mm: Some([1.0, 2.0, 3.0]),
+            too_concave_mm2: 0.0,
         },
         repairs: vec!["2 duplicate faces dropped, one at (1.00, 2.00, 3.00)".to_owned()],
         warnings: vec![Warning {
