@@ -490,7 +490,8 @@ export class Views {
       this.#stop();
       return;
     }
-    if (this.#time >= this.#path.duration) this.#go(0);
+    // The slider rounds its end.
+    if (this.#time >= this.#path.duration - 1e-3) this.#go(0);
     this.#button(true);
     let last = performance.now();
     const step = (now) => {
