@@ -9,11 +9,12 @@ use crate::plan::{PlanError, Planned, Stage, plan};
 use crate::post::{PostError, ProgramOptions, program};
 use crate::preview::{
     Drawn, Linked, flat_map, mrr_chart, rate_map, regions_map, residual_map, surface_view,
+    tensor_map,
 };
 use crate::report::{
     ByKind, CoverageFigures, DivisionFigures, FORMAT, FileRecord, FlattenFigures, ForceFigures,
     GougeFigures, Lines, PassFigures, PathFigures, Profile, RaisedStretch, RateFigures, Report,
-    StepoverFigures, SurfaceFigures, VerificationFigures, Versions, Warning,
+    StepoverFigures, SurfaceFigures, TensorFigures, VerificationFigures, Versions, Warning,
 };
 use crate::surface;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
@@ -271,6 +272,11 @@ fn pictures(
             let svg = regions_map(&planned.surface, divided);
             ("regions.svg", "Regions", svg)
         }),
+        Picture::Tensor => planned.topology.as_ref().map(|topology| {
+            let (surface, chart) = (&planned.surface, &planned.chart);
+            let svg = tensor_map(surface, chart, topology, planned.divided.as_ref());
+            ("tensor.svg", "Best feed directions", svg)
+        }),
         Picture::Mrr => planned.plain.as_ref().map(|plain| {
             let (before, after) = (Profile::of(plain), Profile::of(&planned.toolpath));
             ("mrr.svg", "Removal rate along time", mrr_chart(&before, &after, limit))
@@ -382,6 +388,7 @@ pub(crate) fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> R
             even_share: planned.even_share,
         },
         regions: division,
+        tensor: planned.topology.as_ref().map(TensorFigures::of),
         stepover: StepoverFigures {
             nominal_mm: job.nominal_side_step(),
             over_radius: job.nominal_side_step() / job.tool.radius(),

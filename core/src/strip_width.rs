@@ -145,8 +145,7 @@ impl StripTable {
         let at = ((k - self.least) / self.step).clamp(0.0, last as f64);
         let i = (at as usize).min(last - 1);
         let t = at - i as f64;
-        let [low, middle, high] =
-            [low, middle, high].map(|w| w[i] * (1.0 - t) + w[i + 1] * t);
+        let [low, middle, high] = [low, middle, high].map(|w| w[i] * (1.0 - t) + w[i + 1] * t);
         // Lagrange's parabola at -1, 0, 1.
         let s = (2.0 * (along - self.least) / (self.step * last as f64) - 1.0).clamp(-1.0, 1.0);
         middle + 0.5 * s * (high - low + s * (low + high - 2.0 * middle))

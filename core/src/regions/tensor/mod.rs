@@ -220,8 +220,7 @@ pub fn topology<'a>(
     let separatrices = separatrices(&field, &points, clear);
     let values = field.values().to_vec();
     let smoothing = smoothing.scale;
-    let topology =
-        Topology { points, cancelled, doubtful, free, smoothing, separatrices, values };
+    let topology = Topology { points, cancelled, doubtful, free, smoothing, separatrices, values };
     (topology, field)
 }
 
