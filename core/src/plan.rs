@@ -10,7 +10,9 @@ use crate::job::{
     AnalyticKind, AnalyticOptions, AnalyticParameters, Boundary, CutDirection, Division,
     FlattenMethod, ForceControl, Job, Pattern, Stepover, SurfaceSource, TooTight,
 };
-use crate::level_set::{ClosingReport, FieldTerrain, LevelSetError, StripMetric, strip_metric};
+use crate::level_set::{
+    ClosingReport, FieldTerrain, LevelSetError, PassMesh, StripMetric, strip_metric,
+};
 use crate::link::{
     self, CutCounts, CutOptions, DeliverError, DeliverOptions, Delivered, Group, LayOptions,
     TouchUp, cut_passes, deliver, lay,
@@ -18,6 +20,7 @@ use crate::link::{
 use crate::machine::Axes;
 use crate::mesh::{FaceId, MeshFormat, ReadError, VertexId, read};
 use crate::parallel;
+use crate::pattern;
 use crate::region::Region;
 use crate::regions::tensor::{self, Topology};
 use crate::regions::{self, Divided, Ground, JointTerrain, LayoutOptions, Regions, Undivided};
@@ -286,7 +289,10 @@ pub fn plan_showing(
     let metrics = strip_metrics(job, &curvature);
     let locator = Locator::new(surface.connectivity(), chart.uv());
     let topology = topology(job, &surface, (&chart, &locator), &curvature);
-    let regions = divided(job, &surface, &chart, topology.as_ref(), threads)?;
+    let regions = match job.path.pattern {
+        Pattern::Mpf => Some(banded(job, &surface, &chart, metrics.clone())?),
+        _ => divided(job, &surface, &chart, topology.as_ref(), threads)?,
+    };
     let undivided = regions.as_ref().map(|r| Undivided::of(r, &surface, &chart, &metrics));
     let grounds = regions::grounds(regions.as_ref(), &surface, &chart, metrics, threads)?;
     let floor: f64 = grounds.iter().map(Ground::length_floor).sum();
@@ -492,6 +498,20 @@ fn divided(
             Regions::even(surface, chart, options, least, threads).map(Some)
         }
     }
+}
+
+/// The regions that are bands of a machining potential field.
+fn banded(
+    job: &Job,
+    surface: &Surface,
+    chart: &Chart,
+    metric: Vec<StripMetric>,
+) -> Result<Regions, PlanError> {
+    let mesh = PassMesh::coarse(surface, chart, metric)?;
+    let locator = Locator::new(mesh.connectivity(), mesh.uv());
+    let bands = pattern::bands(&mesh, &locator);
+    let regions = Regions::along(surface, chart, &bands.cuts, job.regions.min_area)?;
+    Ok(regions.with_starts(&bands.starts))
 }
 
 /// The topology of the best feed direction, for jobs that divide by it.

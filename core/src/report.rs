@@ -8,11 +8,13 @@ mod page;
 mod profile;
 mod regions;
 mod summary;
+mod tensor;
 mod verification;
 
 pub(crate) use page::escaped;
 pub use profile::Profile;
 pub use regions::{DivisionFigures, PieceFigures, SpacingFigures, UndividedFigures};
+pub use tensor::{PointFigures, TensorFigures};
 pub use verification::{
     CuspFigures, FaultFigures, Lines, MrrFigures, RegionFigures, ScallopFigures, SlopeFigures,
     SpotFigures, VerificationFigures, VerificationReport,
@@ -50,6 +52,9 @@ pub struct Report {
     /// The regions; missing where the surface is not divided.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub regions: Option<DivisionFigures>,
+    /// Where the best feed direction is undefined; missing where the surface is not divided by it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tensor: Option<TensorFigures>,
     /// The side step.
     pub stepover: StepoverFigures,
     /// Limit and measured removal rate.

@@ -9,11 +9,12 @@ use crate::plan::{PlanError, Planned, Sketch, Stage, plan_showing};
 use crate::post::{PostError, ProgramOptions, program};
 use crate::preview::{
     Drawn, Linked, flat_map, mrr_chart, rate_map, regions_map, residual_map, surface_view,
+    tensor_map,
 };
 use crate::report::{
     ByKind, CoverageFigures, DivisionFigures, FORMAT, FileRecord, FlattenFigures, ForceFigures,
     GougeFigures, Lines, PassFigures, PathFigures, Profile, RaisedStretch, RateFigures, Report,
-    StepoverFigures, SurfaceFigures, VerificationFigures, Versions, Warning,
+    StepoverFigures, SurfaceFigures, TensorFigures, VerificationFigures, Versions, Warning,
 };
 use crate::surface::{self, Surface};
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
@@ -431,6 +432,11 @@ fn pictures(job: &Job, planned: &Planned, contacts: &[Option<DVec3>]) -> Vec<Dra
             let svg = regions_map(surface, divided);
             Drawing::new(picture, "regions.svg", "Regions", svg)
         }),
+        Picture::Tensor => planned.topology.as_ref().map(|topology| {
+            let (surface, chart) = (&planned.surface, &planned.chart);
+            let svg = tensor_map(surface, chart, topology, planned.divided.as_ref());
+            ("tensor.svg", "Best feed directions", svg)
+        }),
         Picture::Mrr => planned.plain.as_ref().map(|plain| {
             let svg = mrr_chart(&Profile::of(plain), &Profile::of(path), job.mrr_limit());
             Drawing::new(picture, "mrr.svg", "Removal rate along time", svg)
@@ -563,6 +569,7 @@ fn report_on(
             even_share: planned.even_share,
         },
         regions: division,
+        tensor: planned.topology.as_ref().map(TensorFigures::of),
         stepover: StepoverFigures {
             nominal_mm: job.nominal_side_step(),
             over_radius: job.nominal_side_step() / job.tool.radius(),

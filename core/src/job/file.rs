@@ -439,7 +439,7 @@ pub struct OutputTable {
     #[schemars(extend("x-default" = "a LinuxCNC program"))]
     pub gcode: Option<GcodeTable>,
     /// Pictures to draw.
-    #[schemars(extend("x-default" = "all that there is to draw", "maxItems" = 6, "uniqueItems" = true))]
+    #[schemars(extend("x-default" = "all that there is to draw", "maxItems" = 7, "uniqueItems" = true))]
     pub svg: Option<Vec<Picture>>,
 }
 

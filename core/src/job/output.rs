@@ -22,6 +22,9 @@ pub enum Picture {
     Surface,
     /// The regions and how evenly they map; nothing where there is one only.
     Regions,
+    /// Best feed directions, where they are undefined, and the regions parted there; nothing with other
+    /// divisions.
+    Tensor,
     /// Removal rate along time.
     Mrr,
     /// What the simulation found left on the surface.

@@ -19,18 +19,22 @@ pub enum Pattern {
     IsoPlanar,
     /// Passes across the direction in which the strip is widest, as nearly as one field can.
     DirectionField,
+    /// Bands of passes that each begin where strips are the widest and end where they would be much
+    /// narrower than they could be (machining potential field).
+    Mpf,
     /// Rings joined to one continuous path.
     Spiral,
 }
 
 impl Pattern {
     /// All patterns, in the order in which they are compared.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Contour,
         Self::IsoScallop,
         Self::IsoParametric,
         Self::IsoPlanar,
         Self::DirectionField,
+        Self::Mpf,
         Self::Spiral,
     ];
 
@@ -42,6 +46,7 @@ impl Pattern {
             Self::IsoParametric => "iso-parametric",
             Self::IsoPlanar => "iso-planar",
             Self::DirectionField => "direction-field",
+            Self::Mpf => "mpf",
             Self::Spiral => "spiral",
         }
     }
@@ -70,7 +75,7 @@ impl Pattern {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Start {
     /// Wherever the path is the shortest: at a side of the boundary, a straight line through the middle of
-    /// the flat image, or the curve of the widest strip.
+    /// the flat image, or a curve along the best feed direction.
     Shortest,
     /// The curve through the place of the widest strip, across the direction in which it is widest.
     Widest,
@@ -85,7 +90,7 @@ pub enum Start {
 #[serde(rename_all = "kebab-case")]
 pub enum StartKey {
     /// Wherever the path is the shortest: at a side of the boundary, a straight line through the middle of
-    /// the flat image, or the curve of the widest strip.
+    /// the flat image, or a curve along the best feed direction.
     Shortest,
     /// The curve through the place of the widest strip, across the direction in which it is widest.
     Widest,

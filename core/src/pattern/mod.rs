@@ -7,6 +7,7 @@
 //! | `iso-parametric` | surface parameter or conformal coordinate, paced |
 //! | `iso-planar` | distance from a vertical plane, paced |
 //! | `direction-field` | least-squares potential of the best cross directions (`direction`), paced |
+//! | `mpf` | signed distances from several start curves, one for each band (`mpf`) |
 //! | `spiral` | the rings of `contour`, joined (`spiral`) |
 //!
 //! Where a pattern leaves a choice open, the one is taken whose level curves are the shortest.
@@ -14,9 +15,11 @@
 //! Source: spec 02, "Pass fields".
 
 mod direction;
+mod mpf;
 mod spiral;
 mod start;
 
+pub use mpf::{Bands, bands};
 pub use spiral::spiral;
 
 use crate::flatten::Locator;
@@ -91,7 +94,8 @@ pub fn lay_out(
             Boundary::Open => PassField::from_boundary(mesh),
             Boundary::Wall => PassField::from_inset(mesh, radius)?,
         },
-        Pattern::IsoScallop => sketch.iso_scallop()?,
+        // Every band is a region with its own start curve.
+        Pattern::IsoScallop | Pattern::Mpf => sketch.iso_scallop()?,
         Pattern::IsoParametric => sketch.iso_parametric(parameters)?,
         Pattern::IsoPlanar => sketch.iso_planar()?,
         Pattern::DirectionField => sketch.direction_field()?,

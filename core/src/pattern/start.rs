@@ -21,6 +21,8 @@ const SMOOTHINGS: usize = 100;
 const CORNER: f64 = PI / 5.0;
 /// Directions of straight lines that are tried.
 const LINES: u32 = 8;
+/// Curves along the best feed direction that are tried.
+const FEED_LINES: usize = 6;
 /// Most sides of the boundary that are tried.
 const MOST_SIDES: usize = 6;
 
@@ -105,6 +107,7 @@ impl Source {
                 let mut all = sides();
                 all.push(Self::Curve(widest(mesh, locator)));
                 all.extend(lines(mesh, locator).into_iter().map(Self::Curve));
+                all.extend(feed_lines(mesh, locator).into_iter().map(Self::Curve));
                 all
             }
         }
@@ -147,6 +150,33 @@ fn lines(mesh: &PassMesh, locator: &Locator) -> Vec<Vec<DVec2>> {
     (0..LINES).map(line).filter(is_through).collect()
 }
 
+/// Curves along the best feed direction through places all over the chart.
+fn feed_lines(mesh: &PassMesh, locator: &Locator) -> Vec<Vec<DVec2>> {
+    let flat = |f: usize| mesh.connectivity().face(FaceId(f as u32)).map(|v| mesh.uv()[v.index()]);
+    let area = |f: usize| {
+        let [a, b, c] = flat(f);
+        0.5 * (b - a).perp_dot(c - a).abs()
+    };
+    let count = mesh.connectivity().face_count();
+    let whole: f64 = (0..count).map(area).sum();
+    let middle =
+        (0..count).map(|f| flat(f).into_iter().sum::<DVec2>() / 3.0 * area(f)).sum::<DVec2>()
+            / whole;
+    let turn = |i: usize| 2.4 * i as f64;
+    let trace = Trace { mesh, locator };
+    let fallback = long_side(mesh);
+    (0..FEED_LINES)
+        .map(|i| {
+            // Vogel's spiral spreads places evenly over a disc.
+            let radius = (whole / PI * (i as f64 + 0.5) / FEED_LINES as f64).sqrt();
+            middle + DVec2::new(cos(turn(i)), sin(turn(i))) * radius
+        })
+        .filter(|place| locator.locate(*place).is_ok())
+        .map(|place| trace.lengthened(trace.through(place, fallback)))
+        .filter(|line| line.len() > 3)
+        .collect()
+}
+
 /// From the place of the widest strip both ways along the best feed direction to the boundary.
 fn widest(mesh: &PassMesh, locator: &Locator) -> Vec<DVec2> {
     let fallback = long_side(mesh);
@@ -172,11 +202,7 @@ fn widest(mesh: &PassMesh, locator: &Locator) -> Vec<DVec2> {
     });
     let from = centre(nearest.unwrap_or(0));
     let trace = Trace { mesh, locator };
-    let first = trace.direction(from).unwrap_or(fallback);
-    let mut back = trace.follow(from, -first);
-    back.reverse();
-    back.extend(trace.follow(from, first).into_iter().skip(1));
-    trace.lengthened(smoothed(back))
+    trace.lengthened(trace.through(from, fallback))
 }
 
 /// The curve through the surface points nearest to `points`, lengthened to the boundary.
@@ -202,9 +228,9 @@ fn nearest(mesh: &PassMesh, p: DVec3) -> DVec2 {
 }
 
 /// Follows the best feed direction through the chart.
-struct Trace<'a> {
-    mesh: &'a PassMesh,
-    locator: &'a Locator<'a>,
+pub(super) struct Trace<'a> {
+    pub mesh: &'a PassMesh,
+    pub locator: &'a Locator<'a>,
 }
 
 impl Trace<'_> {
@@ -216,6 +242,15 @@ impl Trace<'_> {
     fn direction(&self, at: DVec2) -> Option<DVec2> {
         let metric = self.metric(at)?;
         (metric.anisotropy() > EVEN).then(|| metric.direction_of_most())
+    }
+
+    /// Both ways from a place, smoothed; `fallback`: the direction where all are as good.
+    pub fn through(&self, from: DVec2, fallback: DVec2) -> Vec<DVec2> {
+        let first = self.direction(from).unwrap_or(fallback);
+        let mut curve = self.follow(from, -first);
+        curve.reverse();
+        curve.extend(self.follow(from, first).into_iter().skip(1));
+        smoothed(curve)
     }
 
     fn follow(&self, from: DVec2, heading: DVec2) -> Vec<DVec2> {
@@ -238,7 +273,7 @@ impl Trace<'_> {
     }
 
     /// A curve that goes on straight at both ends as far as the chart does.
-    fn lengthened(&self, mut curve: Vec<DVec2>) -> Vec<DVec2> {
+    pub fn lengthened(&self, mut curve: Vec<DVec2>) -> Vec<DVec2> {
         for _ in 0..2 {
             curve.reverse();
             let [.., before, last] = curve[..] else { continue };

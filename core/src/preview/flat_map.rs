@@ -53,7 +53,7 @@ pub fn flat_map(surface: &Surface, chart: &Chart, path: &Toolpath, limit: Option
 }
 
 /// The boundary loops in flat mm.
-fn outlines(surface: &Surface, chart: &Chart) -> Vec<Vec<DVec2>> {
+pub(super) fn outlines(surface: &Surface, chart: &Chart) -> Vec<Vec<DVec2>> {
     let loops = surface.connectivity().boundary_loops();
     loops.iter().map(|l| l.iter().map(|v| chart.uv()[v.index()]).collect()).collect()
 }
@@ -69,17 +69,19 @@ pub(super) fn placement(surface: &Surface, chart: &Chart) -> Placement {
 }
 
 /// From flat mm to pixels.
-struct Frame {
+pub(super) struct Frame {
     /// Cosine and sine of the turn.
     turn: DVec2,
     low: DVec2,
-    size: DVec2,
-    scale: f64,
+    /// Flat mm.
+    pub size: DVec2,
+    /// px per flat mm.
+    pub scale: f64,
 }
 
 impl Frame {
     /// The frame in which the outlines' bounding box is smallest, lying broad.
-    fn around(outlines: &[Vec<DVec2>]) -> Self {
+    pub fn around(outlines: &[Vec<DVec2>]) -> Self {
         let boxed = |degrees: u32| {
             let angle = f64::from(degrees).to_radians();
             let turn = DVec2::new(math::cos(angle), math::sin(angle));
@@ -97,7 +99,15 @@ impl Frame {
         Self { turn, low, size, scale }
     }
 
-    fn place(&self, flat: DVec2) -> DVec2 {
+    /// The flat place of a pixel.
+    pub fn flat(&self, pixel: DVec2) -> DVec2 {
+        let p = DVec2::new(pixel.x - MARGIN, HEADER + self.size.y * self.scale - pixel.y);
+        let back = DVec2::new(self.turn.x, -self.turn.y);
+        back.rotate(p / self.scale + self.low)
+    }
+
+    /// The pixel of a flat place.
+    pub fn place(&self, flat: DVec2) -> DVec2 {
         let p = (self.turn.rotate(flat) - self.low) * self.scale;
         DVec2::new(MARGIN + p.x, HEADER + self.size.y * self.scale - p.y)
     }

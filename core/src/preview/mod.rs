@@ -18,6 +18,7 @@ mod regions_map;
 mod shading;
 mod surface_view;
 mod svg;
+mod tensor_map;
 mod view;
 
 pub use flat_map::flat_map;
@@ -26,6 +27,7 @@ pub use linked::{Drawn, Linked, MeshTable, PathTable, Placement, SampleTable};
 pub use mrr_chart::{ChartPlacement, mrr_chart};
 pub use regions_map::regions_map;
 pub use surface_view::surface_view;
+pub use tensor_map::tensor_map;
 
 #[cfg(test)]
 mod samples;

@@ -32,7 +32,7 @@ const WIDEST: f64 = 2.0;
 ///
 /// # Source
 /// Tol, "Colour Schemes" (2021), scheme light, with two greys left out.
-const FILLS: [Rgb; 7] = [
+pub(super) const FILLS: [Rgb; 7] = [
     Rgb([0x77, 0xaa, 0xdd]),
     Rgb([0xee, 0x88, 0x66]),
     Rgb([0xee, 0xdd, 0x88]),

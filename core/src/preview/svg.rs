@@ -115,6 +115,14 @@ impl Svg {
         ));
     }
 
+    /// The outlines of closed polygons.
+    pub fn region_outline(&mut self, polygons: &[Vec<DVec2>], stroke: Stroke) {
+        for polygon in polygons {
+            let closed: Vec<DVec2> = polygon.iter().chain(polygon.first()).copied().collect();
+            self.polyline(&closed, stroke);
+        }
+    }
+
     /// Lines given as path data in hundredths of a pixel.
     pub fn fine_lines(&mut self, data: &str, stroke: Stroke) {
         let hundredths = attributes(Stroke { width: 100.0 * stroke.width, ..stroke });

@@ -3,7 +3,7 @@
 use super::sheet::{Mean, Sheet};
 use super::{Part, Regions};
 use crate::flatten::{Chart, Locator};
-use crate::geometry::DVec2;
+use crate::geometry::{DVec2, DVec3};
 use crate::level_set::{
     self, INSIDE, LevelSetError, PassField, PassMesh, StripMetric, length_floor,
 };
@@ -26,6 +26,8 @@ pub struct Ground {
     /// Sides of the unrefined boundary beyond which another region lies.
     inner_border: BTreeSet<(VertexId, VertexId)>,
     narrowing: Option<Narrowing>,
+    /// A curve of its own, mm, at which iso-scallop passes begin.
+    pub start: Option<Vec<DVec3>>,
     /// Shortest length that passes on it can have, mm.
     length_floor: f64,
 }
@@ -57,6 +59,7 @@ impl Ground {
             vertices: surface.positions().len(),
             inner_border: BTreeSet::new(),
             narrowing: None,
+            start: None,
         })
     }
 
@@ -97,6 +100,7 @@ impl Ground {
             coarse: coarse.thinned(SKETCH),
             vertices: piece.vertices.len(),
             inner_border: piece.inner_border.clone(),
+            start: part.start.clone(),
             narrowing: part.narrowing.clone().map(|by| Narrowing {
                 connectivity: piece.connectivity.clone(),
                 uv: piece.uv(sheet),
@@ -208,6 +212,6 @@ fn mean_metric(mean: &Mean, metric: &[StripMetric]) -> StripMetric {
     core::array::from_fn(|i| mean.iter().map(|&(v, w)| metric[v as usize][i] * w).sum())
 }
 
-fn positions(sheet: &Sheet, vertices: &[u32]) -> Vec<crate::geometry::DVec3> {
+fn positions(sheet: &Sheet, vertices: &[u32]) -> Vec<DVec3> {
     vertices.iter().map(|&v| sheet.positions()[v as usize]).collect()
 }

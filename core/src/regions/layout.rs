@@ -5,7 +5,7 @@ use crate::flat_path::Terrain;
 use crate::flatten::Locator;
 use crate::geometry::DVec2;
 use crate::geometry::polyline::{simplify_closed, simplify_open};
-use crate::job::{FirstPass, Job, Pattern};
+use crate::job::{FirstPass, Job, PathOptions, Pattern, Start};
 use crate::level_set::{
     ClosingOptions, ClosingReport, FieldTerrain, INSIDE, LevelSetError, Pass, PassField, close,
     passes as level_curves,
@@ -131,7 +131,7 @@ fn region(
             let own = (job.path.pattern == Pattern::IsoParametric)
                 .then(|| Parameters::of(options.surface, options.chart, mesh))
                 .flatten();
-            pattern::lay_out(coarse, mesh, locator, &job.path, radius, own.as_ref())?
+            pattern::lay_out(coarse, mesh, locator, &path(ground, job), radius, own.as_ref())?
         }
     };
     let mut passes = simplified(passes, options.tolerance);
@@ -155,6 +155,17 @@ fn region(
         passes.iter_mut().for_each(|pass| run_over(pass, options, &terrain));
     }
     Ok(Layout { field, passes, precedence, depth, closing })
+}
+
+/// How passes are laid on a region: beginning at its own curve if it has one.
+fn path(ground: &Ground, job: &Job) -> PathOptions {
+    let mut path = job.path.clone();
+    if let Some(curve) = &ground.start {
+        path.start = Start::Curve(curve.clone());
+    } else if path.pattern == Pattern::Mpf {
+        path.start = Start::Widest;
+    }
+    path
 }
 
 /// Rings from the boundary of a region with neighbours.

@@ -37,7 +37,7 @@ pub use sheet::{Mean, Sheet};
 pub use terrain::JointTerrain;
 
 use crate::flatten::{Chart, FlattenError, Locator};
-use crate::geometry::DVec2;
+use crate::geometry::{DVec2, DVec3};
 use crate::job::{Compensation, DistortionOptions};
 use crate::level_set::{LevelSetError, StripMetric};
 use crate::parallel;
@@ -68,6 +68,8 @@ pub struct Part {
     pub stretch: Vec<f64>,
     /// By how much strips are narrowed at its `#V` vertices, at least 1; `None`: not at all.
     pub narrowing: Option<Vec<f64>>,
+    /// A curve of its own, mm, at which iso-scallop passes begin.
+    pub start: Option<Vec<DVec3>>,
 }
 
 impl Part {
@@ -82,7 +84,7 @@ impl Part {
             }
         };
         let stretch = flattened.stretch.vertices().to_vec();
-        Self { piece: flattened.piece, evenness, stretch, narrowing }
+        Self { piece: flattened.piece, evenness, stretch, narrowing, start: None }
     }
 }
 
@@ -138,6 +140,33 @@ impl Regions {
         let stretch = Stretch::of(surface, chart);
         Ok(Self { sheet, parts, whole: stretch.evenness(), stretch })
     }
+}
+
+impl Regions {
+    /// Gives every region the flat curve of which the longest part runs through it, if any does.
+    pub fn with_starts(mut self, curves: &[Vec<DVec2>]) -> Self {
+        for part in &mut self.parts {
+            let uv = part.piece.uv(&self.sheet);
+            let locator = Locator::new(&part.piece.connectivity, &uv);
+            let within = |curve: &Vec<DVec2>| -> Vec<DVec3> {
+                let at = |p: &DVec2| locator.locate(*p).ok();
+                let place = |at: crate::surface::SurfacePoint| {
+                    let corners = part.piece.connectivity.face(at.face);
+                    let sheet = |i: usize| part.piece.vertices[corners[i].index()] as usize;
+                    (0..3).map(|i| self.sheet.positions()[sheet(i)] * at.weights[i]).sum()
+                };
+                curve.iter().filter_map(at).map(place).collect()
+            };
+            let parts = curves.iter().map(within).filter(|c| c.len() > 1);
+            part.start = parts.max_by(|a, b| length(a).total_cmp(&length(b)));
+        }
+        self
+    }
+}
+
+/// Length of a polyline, mm.
+fn length(line: &[DVec3]) -> f64 {
+    line.windows(2).map(|w| w[0].distance(w[1])).sum()
 }
 
 /// The grounds of all regions; of the whole surface if it is not divided. `metric`: at its `#V` vertices.

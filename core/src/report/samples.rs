@@ -25,6 +25,22 @@ fn figures(feed: f64, peak: f64, time: f64) -> PathFigures {
     }
 }
 
+fn tensor() -> TensorFigures {
+    TensorFigures {
+        points: vec![PointFigures {
+            kind: "trisector".to_owned(),
+            at_mm: [4.0, -3.0, 0.0],
+            delta: -2.4e-8,
+            divides: true,
+        }],
+        separatrices: 3,
+        cancelled_pairs: 0,
+        doubtful: 0,
+        free_mm2: 0.0,
+        smoothing_mm: 0.0,
+    }
+}
+
 fn division() -> DivisionFigures {
     let spacing = SpacingFigures { mean: 0.93, deviation: 0.04, max: 1.0 };
     DivisionFigures {
@@ -102,6 +118,7 @@ pub(super) fn report() -> Report {
             even_share: 0.97,
         },
         regions: Some(division()),
+        tensor: Some(tensor()),
         stepover: StepoverFigures { nominal_mm: 1.6, over_radius: 0.4 },
         force: ForceFigures {
             control: "trochoid".to_owned(),

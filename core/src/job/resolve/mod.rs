@@ -275,13 +275,15 @@ impl Resolver<'_> {
 
     fn output(&self) -> OutputOptions {
         let table = &self.file.output;
-        let is_divided = !matches!(self.file.regions.method, None | Some(RegionMethod::Single));
+        let division = match self.file.regions.method {
+            None | Some(RegionMethod::Single) => None,
+            Some(RegionMethod::Distortion) => Some(Picture::Regions),
+            Some(RegionMethod::Tensor) => Some(Picture::Tensor),
+        };
         let all = || {
-            use Picture::{Flat, Mrr, Regions, Removal, Scallop, Surface};
+            use Picture::{Flat, Mrr, Removal, Scallop, Surface};
             let mut all = vec![Flat, Surface, Mrr, Scallop, Removal];
-            if is_divided {
-                all.insert(2, Regions);
-            }
+            division.into_iter().for_each(|picture| all.insert(2, picture));
             all
         };
         OutputOptions {

@@ -2,7 +2,7 @@
 
 use super::Resolver;
 use crate::job::{
-    Boundary, Compensation, DistortionMeasure, DistortionOptions, Division, RegionMethod,
+    Boundary, Compensation, DistortionMeasure, DistortionOptions, Division, Pattern, RegionMethod,
     RegionOptions, RegionOrder, TensorOptions,
 };
 use crate::tool::Tool;
@@ -68,6 +68,10 @@ impl Resolver<'_> {
         }
         if method != RegionMethod::Tensor {
             refuse("regions.tensor".into());
+        }
+        if method != RegionMethod::Single && self.file.path.pattern == Some(Pattern::Mpf) {
+            let message = format!("divides the surface itself, which {named} would do too");
+            self.fault("path.pattern", message, "choose one of the two");
         }
         if method != RegionMethod::Single && self.file.path.boundary == Some(Boundary::Wall) {
             let message = format!("walls are kept off in a single region only, not with {named}");
