@@ -7,7 +7,7 @@
 //!
 //! 1. A piece is laid flat afresh; if `U` is high enough, or the piece too small, it stays.
 //! 2. Its cuts are sketched: where the smoothed measure passes the job's threshold, and where it passes
-//!    its median; and straight across the flat piece, without which a horn would become a stack of ever
+//!    its quartiles; and straight across the flat piece, without which a horn would become a stack of ever
 //!    thinner rings. Groups too small are absorbed.
 //! 3. The sketch after which the pieces map the most evenly is carried out: its isoline is inserted as a
 //!    curve. If the area-weighted mean of `U` does not rise, the split is undone.
@@ -35,7 +35,7 @@ use crate::surface::Surface;
 use sketch::{Cut, sketches};
 
 /// By how much a split must raise the uniformity to be kept. Smaller: pieces without use.
-const GAIN: f64 = 0.01;
+const GAIN: f64 = 0.003;
 /// What a piece more than two is as bad as, uniformity.
 const PIECE: f64 = 0.004;
 
