@@ -1,10 +1,12 @@
-//! `evencut compare`: one job planned with several patterns, judged alike.
+//! `evencut compare`: one job planned with several patterns or divisions into regions, judged alike.
 
 use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use evencut_core::compare::{Row, judged, planned, to_csv, to_text, with_pattern};
+use evencut_core::compare::{
+    RegionVariant, Row, Variant, judged, planned, to_csv, to_svg, to_text,
+};
 use evencut_core::job::{self, Faults, Job, Pattern};
 use evencut_core::results::ResultsError;
 
@@ -20,12 +22,27 @@ pub struct Compare {
     /// Patterns to compare, separated by commas [default: all]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = pattern)]
     patterns: Vec<Pattern>,
+    /// Compare divisions into regions instead of patterns, all or some, separated by commas
+    #[arg(
+        long, value_name = "LIST", value_delimiter = ',', value_parser = regions,
+        num_args = 0..=1, require_equals = true, conflicts_with = "patterns"
+    )]
+    regions: Option<Vec<RegionVariant>>,
     /// Threads to use [default: 1, so that seconds of computing can be compared]
     #[arg(long, value_name = "N")]
     threads: Option<std::num::NonZeroUsize>,
     /// Print comma-separated values instead of aligned text
     #[arg(long)]
     csv: bool,
+    /// Print a picture of bars as SVG instead of aligned text
+    #[arg(long, conflicts_with = "csv")]
+    svg: bool,
+}
+
+fn regions(text: &str) -> Result<RegionVariant, String> {
+    let names: Vec<_> = RegionVariant::ALL.iter().map(|v| v.name()).collect();
+    let found = RegionVariant::ALL.into_iter().find(|v| v.name() == text);
+    found.ok_or_else(|| format!("one of {} is needed", names.join(", ")))
 }
 
 fn pattern(text: &str) -> Result<Pattern, String> {
@@ -39,7 +56,12 @@ impl Compare {
     pub fn run(&self, streams: &mut Streams<'_>) -> Exit {
         match self.rows(streams) {
             Ok(rows) => {
-                streams.data(&if self.csv { to_csv(&rows) } else { to_text(&rows) });
+                let title = self.job.file_stem().unwrap_or_default().to_string_lossy();
+                streams.data(&match (self.csv, self.svg) {
+                    (true, _) => to_csv(&rows),
+                    (_, true) => to_svg(&title, &rows),
+                    _ => to_text(&rows),
+                });
                 let kept = |row: &Row| {
                     let verification = row.figures.as_ref().ok()?.report.verification.as_ref();
                     verification.map(|v| v.passed)
@@ -69,23 +91,33 @@ impl Compare {
                     .map_err(|fault| failed(Exit::BadSurface, &Faults(vec![fault]), &source))?,
             ),
         };
-        let patterns = if self.patterns.is_empty() { &Pattern::ALL[..] } else { &self.patterns };
         let mut rows = Vec::new();
-        for &pattern in patterns {
-            streams.message(&format!("planning {}\n", pattern.name()));
-            rows.push(self.row(&job, file.as_deref(), pattern, &source));
+        for variant in self.variants() {
+            streams.message(&format!("planning {}\n", variant.name()));
+            rows.push(self.row(&job, file.as_deref(), variant, &source));
         }
         Ok(rows)
     }
 
-    fn row(&self, job: &Job, file: Option<&[u8]>, pattern: Pattern, source: &[u8]) -> Row {
-        let job = with_pattern(job, pattern);
+    fn variants(&self) -> Vec<Variant> {
+        match (&self.regions, &self.patterns[..]) {
+            (Some(some), _) if !some.is_empty() => {
+                some.iter().map(|&r| Variant::Regions(r)).collect()
+            }
+            (Some(_), _) => RegionVariant::ALL.map(Variant::Regions).into(),
+            (None, []) => Pattern::ALL.map(Variant::Pattern).into(),
+            (None, some) => some.iter().map(|&p| Variant::Pattern(p)).collect(),
+        }
+    }
+
+    fn row(&self, job: &Job, file: Option<&[u8]>, variant: Variant, source: &[u8]) -> Row {
+        let job = variant.of(job);
         let threads = self.threads.map_or(1, std::num::NonZeroUsize::get);
         let begun = Instant::now();
         let plan = planned(&job, file, threads);
         let seconds = begun.elapsed().as_secs_f64();
         let figures = plan.and_then(|plan| judged(&job, &plan, threads));
         let told = |error: ResultsError| failure::explain(&error, source, None).1.message;
-        Row { pattern, seconds, figures: figures.map_err(told) }
+        Row { variant, seconds, figures: figures.map_err(told) }
     }
 }

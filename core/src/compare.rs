@@ -1,10 +1,14 @@
-//! One job planned with several patterns, judged alike, side by side.
+//! One job planned with several patterns, or with several divisions into regions, judged alike, side by
+//! side.
 //!
 //! What every row has in common is the job's surface, cutter, limit and machine. The removal rate is not
-//! limited: the patterns are compared by their length and by the cusps that they leave.
+//! limited: paths are compared by their length and by the cusps that they leave.
 
-use crate::job::{FirstPass, ForceControl, Job, Pattern};
+use crate::job::{
+    Compensation, DistortionOptions, Division, FirstPass, ForceControl, Job, Pattern, TensorOptions,
+};
 use crate::plan::{Planned, Stage, plan};
+use crate::preview::{Bars, comparison};
 use crate::report::{CuspFigures, Lines, Report, VerificationFigures};
 use crate::results::{ResultsError, judge, report};
 use core::fmt::Write;
@@ -12,13 +16,73 @@ use core::fmt::Write;
 /// Header of the table as comma-separated values.
 pub const CSV_HEADER: &str = "pattern,passes,length_mm,length_over_floor,feed_length_mm,retracts,\
 machine_time_s,computing_s,limit_mm,tolerance_mm,largest_mm,p99_mm,gouge_mm,cusp_p5_mm,cusp_p50_mm,\
-cusp_p95_mm,cusps_within_percent,even_area_percent,kept";
+cusp_p95_mm,cusps_within_percent,even_area_percent,kept,regions,uniformity,spacing_mean,\
+spacing_deviation";
 
-/// A pattern and its figures.
+/// What is varied.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Variant {
+    /// The pattern.
+    Pattern(Pattern),
+    /// The division into regions.
+    Regions(RegionVariant),
+}
+
+/// A division into regions.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum RegionVariant {
+    /// One region, the stepover by the surface.
+    Single,
+    /// One region, one flat stepover for the largest stretch of its map.
+    Piecewise,
+    /// Regions that map evenly, each with one flat stepover.
+    DistortionPiecewise,
+    /// The same regions, the stepover by the surface.
+    Distortion,
+    /// Regions parted where the best feed direction parts.
+    Tensor,
+}
+
+impl RegionVariant {
+    /// All, in the order in which they are compared.
+    pub const ALL: [Self; 5] =
+        [Self::Single, Self::Piecewise, Self::DistortionPiecewise, Self::Distortion, Self::Tensor];
+
+    /// Its name in the table.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Single => "single",
+            Self::Piecewise => "piecewise",
+            Self::DistortionPiecewise => "distortion-piecewise",
+            Self::Distortion => "distortion",
+            Self::Tensor => "tensor",
+        }
+    }
+}
+
+impl Variant {
+    /// Its name in the table.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pattern(pattern) => pattern.name(),
+            Self::Regions(regions) => regions.name(),
+        }
+    }
+
+    /// The job so varied, and without a limit on the rate.
+    pub fn of(self, job: &Job) -> Job {
+        match self {
+            Self::Pattern(pattern) => with_pattern(job, pattern),
+            Self::Regions(regions) => with_regions(job, regions),
+        }
+    }
+}
+
+/// A variant and its figures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// The pattern.
-    pub pattern: Pattern,
+    /// What was varied.
+    pub variant: Variant,
     /// Seconds of computing without the judge, as the caller measured them.
     pub seconds: f64,
     /// The figures, or why there are none.
@@ -41,6 +105,38 @@ pub fn with_pattern(job: &Job, pattern: Pattern) -> Job {
             true => FirstPass::Edge,
             false => FirstPass::HalfStrip,
         };
+    }
+    if pattern == Pattern::Mpf {
+        job.regions.division = Division::Single;
+    }
+    job.force.control = ForceControl::Off;
+    job
+}
+
+/// The job with another division into regions, and no limit on the rate.
+pub fn with_regions(job: &Job, variant: RegionVariant) -> Job {
+    let given = match job.regions.division {
+        Division::Distortion(options) => options,
+        Division::Single | Division::Tensor(_) => DistortionOptions::default(),
+    };
+    let tensor = match job.regions.division {
+        Division::Tensor(options) => options,
+        Division::Single | Division::Distortion(_) => TensorOptions::default(),
+    };
+    let distortion = |compensation, depth| {
+        Division::Distortion(DistortionOptions { compensation, depth, ..given })
+    };
+    let mut job = job.clone();
+    job.regions.division = match variant {
+        RegionVariant::Single => Division::Single,
+        RegionVariant::Piecewise => distortion(Compensation::Piecewise, 0),
+        RegionVariant::DistortionPiecewise => distortion(Compensation::Piecewise, given.depth),
+        RegionVariant::Distortion => distortion(Compensation::Exact, given.depth),
+        RegionVariant::Tensor => Division::Tensor(tensor),
+    };
+    // The bands of that pattern are a division of their own.
+    if variant != RegionVariant::Single && job.path.pattern == Pattern::Mpf {
+        job.path.pattern = Pattern::IsoScallop;
     }
     job.force.control = ForceControl::Off;
     job
@@ -85,8 +181,8 @@ impl Figures {
 /// The rows as aligned text, heights in µm.
 pub fn to_text(rows: &[Row]) -> String {
     let mut out = format!(
-        "{:<16}{:>7}{:>10}{:>9}{:>10}{:>9}{:>9}{:>9}{:>8}{:>8}{:>22}{:>8}{:>9}  {}\n",
-        "pattern",
+        "{:<21}{:>7}{:>10}{:>9}{:>10}{:>9}{:>9}{:>9}{:>8}{:>8}{:>22}{:>8}{:>9}  {}\n",
+        "",
         "passes",
         "mm",
         "/ floor",
@@ -105,7 +201,7 @@ pub fn to_text(rows: &[Row]) -> String {
         // Writing to a string cannot fail.
         let _ = match &row.figures {
             Ok(figures) => writeln!(out, "{}", text_row(row, figures)),
-            Err(message) => writeln!(out, "{:<16}{message}", row.pattern.name()),
+            Err(message) => writeln!(out, "{:<21}{message}", row.variant.name()),
         };
     }
     out
@@ -116,8 +212,8 @@ fn text_row(row: &Row, figures: &Figures) -> String {
     let time = figures.report.delivered.machine_time_s.total.round() as u64;
     let micro = |mm: f64| format!("{:.1}", 1e3 * mm);
     let mut line = format!(
-        "{:<16}{:>7}{:>10.0}{:>9.3}{:>10.0}{:>9}{:>9.2}",
-        row.pattern.name(),
+        "{:<21}{:>7}{:>10.0}{:>9.3}{:>10.0}{:>9}{:>9.2}",
+        row.variant.name(),
         passes.count,
         passes.length_mm,
         passes.length_over_floor,
@@ -142,6 +238,16 @@ fn text_row(row: &Row, figures: &Figures) -> String {
             if v.passed { "yes" } else { "no" },
         );
     }
+    if let Some(r) = &figures.report.regions {
+        let _ = write!(
+            line,
+            "{}{} regions, spacing {:.3} ± {:.3}",
+            if figures.verification().is_some() { ", " } else { "  " },
+            r.count,
+            r.spacing.mean,
+            r.spacing.deviation
+        );
+    }
     line
 }
 
@@ -153,7 +259,7 @@ pub fn to_csv(rows: &[Row]) -> String {
             Ok(figures) => csv_fields(row, figures),
             Err(_) => vec![String::new(); CSV_HEADER.split(',').count() - 1],
         };
-        let _ = writeln!(out, "{},{}", row.pattern.name(), fields.join(","));
+        let _ = writeln!(out, "{},{}", row.variant.name(), fields.join(","));
     }
     out
 }
@@ -182,8 +288,35 @@ fn csv_fields(row: &Row, figures: &Figures) -> Vec<String> {
         Some(100.0 * figures.report.passes.even_share),
     ];
     let kept = v.map_or_else(String::new, |v| v.passed.to_string());
+    let regions = figures.report.regions.as_ref();
+    let divided = [
+        of(regions.map(|r| r.uniformity_min)),
+        of(regions.map(|r| r.spacing.mean)),
+        of(regions.map(|r| r.spacing.deviation)),
+    ];
+    let count = regions.map_or(1, |r| r.count);
     core::iter::once(passes.count.to_string())
         .chain(numbers.map(of))
-        .chain(core::iter::once(kept))
+        .chain([kept, count.to_string()])
+        .chain(divided)
         .collect()
+}
+
+/// The rows as a picture: lengths over the floor, times, and what is left over the limit.
+pub fn to_svg(title: &str, rows: &[Row]) -> String {
+    let bars = |row: &Row| {
+        let figures = row.figures.as_ref().ok();
+        let verification = figures.and_then(Figures::verification);
+        let seconds = figures.map(|f| f.report.delivered.machine_time_s.total);
+        Bars {
+            name: row.variant.name(),
+            length: figures.map(|f| (f.report.passes.length_mm, f.report.passes.length_over_floor)),
+            machine_time: seconds,
+            residual: verification.map(|v| (v.scallop.largest_mm, v.scallop.limit_mm)),
+            computing: row.seconds,
+            regions: figures.and_then(|f| f.report.regions.as_ref()).map_or(1, |r| r.count),
+            is_kept: verification.map(|v| v.passed),
+        }
+    };
+    comparison(title, &rows.iter().map(bars).collect::<Vec<_>>())
 }

@@ -435,7 +435,7 @@ fn pictures(job: &Job, planned: &Planned, contacts: &[Option<DVec3>]) -> Vec<Dra
         Picture::Tensor => planned.topology.as_ref().map(|topology| {
             let (surface, chart) = (&planned.surface, &planned.chart);
             let svg = tensor_map(surface, chart, topology, planned.divided.as_ref());
-            ("tensor.svg", "Best feed directions", svg)
+            Drawing::new(picture, "tensor.svg", "Best feed directions", svg)
         }),
         Picture::Mrr => planned.plain.as_ref().map(|plain| {
             let svg = mrr_chart(&Profile::of(plain), &Profile::of(path), job.mrr_limit());
@@ -460,7 +460,9 @@ fn measured(job: &Job, planned: &Planned, (found, options): &Judged) -> Vec<Draw
             let svg = rate_map(design, rest, found, &planned.toolpath, options.mrr_limit);
             Some(Drawing::new(picture, "removal.svg", "Measured: removal rate", svg))
         }
-        Picture::Flat | Picture::Surface | Picture::Regions | Picture::Mrr => None,
+        Picture::Flat | Picture::Surface | Picture::Regions | Picture::Tensor | Picture::Mrr => {
+            None
+        }
     };
     job.output.pictures.iter().filter_map(draw).collect()
 }

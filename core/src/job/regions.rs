@@ -61,6 +61,18 @@ pub struct DistortionOptions {
     pub compensation: Compensation,
 }
 
+impl Default for DistortionOptions {
+    fn default() -> Self {
+        Self {
+            measure: DistortionMeasure::Stretch,
+            threshold: 0.0,
+            uniformity: 0.85,
+            depth: 12,
+            compensation: Compensation::Exact,
+        }
+    }
+}
+
 /// How the surface is divided, by name.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]

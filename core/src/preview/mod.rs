@@ -5,6 +5,7 @@
 //! removal rate on the same scale.
 
 mod colour;
+mod comparison;
 mod flat_map;
 mod heat_map;
 mod heat_scale;
@@ -21,6 +22,7 @@ mod svg;
 mod tensor_map;
 mod view;
 
+pub use comparison::{Bars, comparison};
 pub use flat_map::flat_map;
 pub use heat_map::{rate_map, residual_map};
 pub use linked::{Drawn, Linked, MeshTable, PathTable, Placement, SampleTable};

@@ -147,8 +147,9 @@ fn region(
         passes = simplified(passes, options.tolerance);
     }
     let terrain = FieldTerrain::new(mesh, &field, locator);
-    // A region too narrow for the outermost pass has one along its middle.
-    let on_levels = !is_spiral && passes.iter().all(|p| p.level >= 0.0 || !p.is_closed);
+    // Beside the sharp ridges of regions rings are blunted too much for the field to tell how near they
+    // are.
+    let on_levels = !is_spiral && !ground.has_neighbours();
     let closing = ClosingOptions { order: job.path.order, on_levels, threads: options.threads };
     let closing = close(&mut passes, mesh, &field, &terrain, &closing);
     if ground.has_neighbours() {

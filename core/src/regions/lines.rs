@@ -174,3 +174,66 @@ fn edge(inner: DVec2, outer: DVec2, locator: &Locator) -> Option<DVec2> {
     let start = locator.locate(inner).ok()?;
     locator.walk(start.face, inner, outer, |_, _| {}).err().map(|outside| outside.uv)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::sheet::samples::BUMP;
+    use super::*;
+    use crate::geometry::math::{cos, sin};
+
+    /// Every side of the sheet on which the function changes its sign has a vertex at 0 now.
+    #[test]
+    fn an_isoline_runs_along_sides() {
+        let (surface, chart) = &*BUMP;
+        let mut sheet = Sheet::new(surface, chart);
+        let circle = |p: &DVec2| p.length() - 9.03;
+        let value = sheet.cut_isoline(0, chart.uv().iter().map(circle).collect());
+        sheet.validate(surface);
+        assert_eq!(value.len(), sheet.uv().len());
+        let signs = |f: &[u32; 3]| f.map(|v| value[v as usize]);
+        let mixed = |v: [f64; 3]| v.iter().any(|&x| x > 0.0) && v.iter().any(|&x| x < 0.0);
+        assert!(!sheet.faces().iter().any(|f| mixed(signs(f))));
+        let all: Vec<u32> = (0..sheet.faces().len() as u32).collect();
+        let inside =
+            |f: u32| u32::from(signs(&sheet.faces()[f as usize]).iter().sum::<f64>() > 0.0);
+        assert_eq!(sheet.groups(&all, inside, 0.0).len(), 2);
+    }
+
+    /// Two lines through the middle make four pieces, however they lie to the mesh.
+    #[test]
+    fn crossing_lines_make_four_pieces() {
+        let (surface, chart) = &*BUMP;
+        let locator = Locator::new(surface.connectivity(), chart.uv());
+        for turn in [0.0, 0.1, 0.37, core::f64::consts::FRAC_PI_4] {
+            let way = DVec2::new(cos(turn), sin(turn)) * 100.0;
+            let mut sheet = Sheet::new(surface, chart);
+            for way in [way, way.perp()] {
+                let line: Vec<DVec2> =
+                    (0..=200).map(|i| way * (f64::from(i) / 100.0 - 1.0)).collect();
+                sheet.cut_polyline(&line, &locator);
+            }
+            sheet.improve();
+            sheet.validate(surface);
+            let all: Vec<u32> = (0..sheet.faces().len() as u32).collect();
+            let pieces = sheet.groups(&all, |_| 0, 0.0);
+            assert_eq!(pieces.len(), 4, "turned by {turn}");
+            for faces in &pieces {
+                let piece = sheet.piece(faces).unwrap();
+                assert_eq!(piece.connectivity.euler_characteristic(), 1);
+                assert!((piece.area(&sheet) / surface.area() - 0.25).abs() < 0.01);
+            }
+        }
+    }
+
+    /// A line that ends inside does not part anything.
+    #[test]
+    fn a_line_without_end_on_the_boundary_parts_nothing() {
+        let (surface, chart) = &*BUMP;
+        let locator = Locator::new(surface.connectivity(), chart.uv());
+        let mut sheet = Sheet::new(surface, chart);
+        sheet.cut_polyline(&[DVec2::new(-100.0, 3.0), DVec2::new(2.0, 3.3)], &locator);
+        sheet.validate(surface);
+        let all: Vec<u32> = (0..sheet.faces().len() as u32).collect();
+        assert_eq!(sheet.groups(&all, |_| 0, 0.0).len(), 1);
+    }
+}

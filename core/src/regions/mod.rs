@@ -80,7 +80,10 @@ impl Part {
             // l_s sigma = w sigma / sigma_ave_max on the surface instead of w.
             Compensation::Piecewise => {
                 let stretch = flattened.stretch.vertices().iter();
-                Some(stretch.map(|s| evenness.most / s).collect())
+                // A vertex without flat area tells nothing.
+                let by = |s: &f64| evenness.most / s;
+                let sound = |r: f64| if r.is_finite() { r.max(1.0) } else { 1.0 };
+                Some(stretch.map(by).map(sound).collect())
             }
         };
         let stretch = flattened.stretch.vertices().to_vec();

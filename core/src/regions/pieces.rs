@@ -180,3 +180,40 @@ impl Sheet {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::sheet::samples::BUMP;
+    use super::*;
+
+    #[test]
+    fn small_groups_go_to_the_longest_border() {
+        let (surface, chart) = &*BUMP;
+        let sheet = Sheet::new(surface, chart);
+        let all: Vec<u32> = (0..sheet.faces().len() as u32).collect();
+        let stripe = |f: u32| {
+            let x = sheet.uv()[sheet.faces()[f as usize][0] as usize].x;
+            u32::from(x > 0.0) + u32::from(x > 1.5)
+        };
+        assert!(sheet.groups(&all, stripe, 0.0).len() >= 3);
+        let groups = sheet.groups(&all, stripe, 200.0);
+        assert_eq!(groups.len(), 2);
+        assert_eq!(groups.iter().map(Vec::len).sum::<usize>(), all.len());
+    }
+
+    /// Two faces that share a vertex only: the vertex is there twice.
+    #[test]
+    fn a_pinched_piece_is_a_manifold() {
+        let (surface, chart) = &*BUMP;
+        let sheet = Sheet::new(surface, chart);
+        let inner = (0..sheet.uv().len() as u32).find(|&v| {
+            let fan = sheet.around(v);
+            fan.len() == 6 && sheet.opposite(fan[0]).is_some()
+        });
+        let fan = sheet.around(inner.unwrap());
+        let faces = [fan[0] / 3, fan[3] / 3];
+        let piece = sheet.piece(&faces).unwrap();
+        assert_eq!(piece.vertices.len(), 6);
+        assert_eq!(piece.connectivity.boundary_loops().len(), 2);
+    }
+}

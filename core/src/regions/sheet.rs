@@ -245,13 +245,9 @@ impl Sheet {
         let side = between(&self.means[b as usize], &self.means[c as usize], weights[2] / outer)?;
         let mean = between(&self.means[a as usize], &side, outer)?;
         let m = self.push_vertex(a, a, 0.0, mean);
-        let at = |p: &[DVec2]| {
-            p[a as usize] * weights[0] + p[b as usize] * weights[1] + p[c as usize] * weights[2]
-        };
-        self.uv[m as usize] = at(&self.uv);
-        let p = &self.positions;
-        self.positions[m as usize] =
-            p[a as usize] * weights[0] + p[b as usize] * weights[1] + p[c as usize] * weights[2];
+        let corners = [a, b, c].map(|v| v as usize);
+        self.uv[m as usize] = (0..3).map(|i| self.uv[corners[i]] * weights[i]).sum();
+        self.positions[m as usize] = (0..3).map(|i| self.positions[corners[i]] * weights[i]).sum();
         let sides = [0, 1, 2].map(|k| self.opposite(3 * face + k));
         let (second, third) = (self.push_face(face, [b, c, m]), self.push_face(face, [c, a, m]));
         self.faces[face as usize] = [a, b, m];
@@ -378,4 +374,51 @@ pub(super) fn next(side: u32) -> u32 {
 /// The previous side of the same face.
 pub(super) fn previous(side: u32) -> u32 {
     if side.is_multiple_of(3) { side + 2 } else { side - 1 }
+}
+
+#[cfg(test)]
+pub(super) mod samples {
+    use super::*;
+    use crate::flatten::bff;
+    use crate::surface::AnalyticSurface;
+    use std::sync::LazyLock;
+
+    /// A bump of 30 mm on a square of 40 mm, and its chart.
+    pub static BUMP: LazyLock<(Surface, Chart)> = LazyLock::new(|| {
+        let soup = AnalyticSurface::Bump { size: 40.0, height: 14.0, width: 7.0 }.mesh(1.0);
+        let faces = soup.faces.iter().map(|f| f.map(VertexId)).collect();
+        let connectivity = crate::mesh::Connectivity::new(soup.positions.len(), faces).unwrap();
+        let surface = Surface::new(connectivity, soup.positions);
+        let chart = bff(&surface).unwrap();
+        (surface, chart)
+    });
+
+    impl Sheet {
+        /// What must hold of a sheet of that surface.
+        pub fn validate(&self, surface: &Surface) {
+            for h in 0..3 * self.faces.len() as u32 {
+                if let Some(o) = self.opposite(h) {
+                    assert_eq!(self.opposite(o), Some(h));
+                    let (a, b) = self.ends(h);
+                    assert_eq!(self.ends(o), (b, a));
+                }
+            }
+            for v in 0..self.uv.len() as u32 {
+                let fan = self.around(v);
+                assert!(!fan.is_empty() && fan.iter().all(|&h| self.ends(h).0 == v));
+            }
+            for (mean, p) in self.means.iter().zip(&self.positions) {
+                let of = |m: &(u32, f64)| surface.positions()[m.0 as usize] * m.1;
+                let expected: DVec3 = mean.iter().map(of).sum();
+                assert!(expected.distance(*p) < 1e-9);
+            }
+            let area: f64 = (0..self.faces.len()).map(|f| self.area(f)).sum();
+            assert!((area / surface.area() - 1.0).abs() < 1e-12);
+            let turned = |f: &[u32; 3]| {
+                let [a, b, c] = f.map(|v| self.uv[v as usize]);
+                cross2(a, b, c) <= 0.0
+            };
+            assert!(!self.faces.iter().any(turned));
+        }
+    }
 }

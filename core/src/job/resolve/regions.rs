@@ -2,8 +2,8 @@
 
 use super::Resolver;
 use crate::job::{
-    Boundary, Compensation, DistortionMeasure, DistortionOptions, Division, Pattern, RegionMethod,
-    RegionOptions, RegionOrder, TensorOptions,
+    Boundary, DistortionOptions, Division, Pattern, RegionMethod, RegionOptions, RegionOrder,
+    TensorOptions,
 };
 use crate::tool::Tool;
 
@@ -34,12 +34,13 @@ impl Resolver<'_> {
 
     fn distortion(&self) -> DistortionOptions {
         let table = &self.file.regions.distortion;
+        let default = DistortionOptions::default();
         DistortionOptions {
-            measure: table.measure.unwrap_or(DistortionMeasure::Stretch),
-            threshold: table.threshold.unwrap_or(0.0),
-            uniformity: table.uniformity.unwrap_or(0.85),
-            depth: table.depth.unwrap_or(12),
-            compensation: table.compensation.unwrap_or(Compensation::Exact),
+            measure: table.measure.unwrap_or(default.measure),
+            threshold: table.threshold.unwrap_or(default.threshold),
+            uniformity: table.uniformity.unwrap_or(default.uniformity),
+            depth: table.depth.unwrap_or(default.depth),
+            compensation: table.compensation.unwrap_or(default.compensation),
         }
     }
 

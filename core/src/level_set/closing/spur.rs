@@ -90,10 +90,8 @@ impl Chooser<'_> {
     /// Along the middle of the blob: round it where it is closed, else to both ends and back.
     fn along(&self, blob: &Blob) -> Option<(Anchor, Vec<DVec2>)> {
         let line = blob.middle_line();
-        match second_way(blob, &line) {
-            Some(back) => self.round(blob, &line, &back),
-            None => self.out_and_back(blob, &line),
-        }
+        let round = second_way(blob, &line).and_then(|back| self.round(blob, &line, &back));
+        round.or_else(|| self.out_and_back(blob, &line))
     }
 
     fn out_and_back(&self, blob: &Blob, line: &[u32]) -> Option<(Anchor, Vec<DVec2>)> {

@@ -12,6 +12,8 @@ const NOISE: f64 = 0.2;
 /// Length over which outlines are smoothed, as a part of the side of a square of the piece's area. Larger:
 /// they miss the bumps; smaller: ragged.
 const OUTLINE: f64 = 0.06;
+/// Parts of the area below the measures that are tried.
+const SHARES: [f64; 3] = [0.5, 0.25, 0.75];
 /// Rounds of smoothing, at least and at most.
 const ROUNDS: (f64, f64) = (4.0, 400.0);
 
@@ -19,13 +21,13 @@ const ROUNDS: (f64, f64) = (4.0, 400.0);
 #[derive(Clone, Debug)]
 pub struct Cut(pub Vec<f64>);
 
-/// The cuts to choose from: the measure at its threshold and at its median, and straight ones.
+/// The cuts to choose from: the measure at its threshold and at its quartiles, and straight ones.
 pub fn sketches(piece: &Flattened, options: &DistortionOptions, least: f64) -> Vec<Cut> {
     let measure = piece.stretch.measure(&piece.surface, options.measure);
     let measure = smoothed(piece, measure, NOISE * least.sqrt());
     let outline = OUTLINE * piece.surface.area().sqrt();
-    let median = median(piece, &measure);
-    let levels = [options.threshold, median];
+    let shares = shares(piece, &measure);
+    let levels = core::iter::once(options.threshold).chain(shares);
     let sides = |level: f64| measure.iter().map(move |e| if *e > level { 1.0 } else { -1.0 });
     // The sides smoothed, and not the measure alone, have a smooth border wherever it is nearly even.
     let isolines = levels.map(|level| Cut(smoothed(piece, sides(level).collect(), outline)));
@@ -64,8 +66,8 @@ fn averaged(connectivity: &Connectivity, values: &[f64]) -> Vec<f64> {
     values.iter().zip(&sums).map(mean).collect()
 }
 
-/// The value below which half of the area lies.
-fn median(piece: &Flattened, values: &[f64]) -> f64 {
+/// The values below which a part of the area lies.
+fn shares(piece: &Flattened, values: &[f64]) -> [f64; 3] {
     let of_face = |f: u32| {
         let [a, b, c] = piece.surface.corners(FaceId(f));
         let face = piece.piece.connectivity.face(FaceId(f));
@@ -75,7 +77,7 @@ fn median(piece: &Flattened, values: &[f64]) -> f64 {
     let count = piece.piece.connectivity.face_count() as u32;
     let mut rated: Vec<(f64, f64)> = (0..count).map(of_face).collect();
     rated.sort_by(|a, b| a.0.total_cmp(&b.0));
-    percentile(&rated, 0.5)
+    SHARES.map(|share| percentile(&rated, share))
 }
 
 /// Straight across the longer extent of the flat piece, through the middle of its largest hole or of
