@@ -245,13 +245,9 @@ impl Sheet {
         let side = between(&self.means[b as usize], &self.means[c as usize], weights[2] / outer)?;
         let mean = between(&self.means[a as usize], &side, outer)?;
         let m = self.push_vertex(a, a, 0.0, mean);
-        let at = |p: &[DVec2]| {
-            p[a as usize] * weights[0] + p[b as usize] * weights[1] + p[c as usize] * weights[2]
-        };
-        self.uv[m as usize] = at(&self.uv);
-        let p = &self.positions;
-        self.positions[m as usize] =
-            p[a as usize] * weights[0] + p[b as usize] * weights[1] + p[c as usize] * weights[2];
+        let corners = [a, b, c].map(|v| v as usize);
+        self.uv[m as usize] = (0..3).map(|i| self.uv[corners[i]] * weights[i]).sum();
+        self.positions[m as usize] = (0..3).map(|i| self.positions[corners[i]] * weights[i]).sum();
         let sides = [0, 1, 2].map(|k| self.opposite(3 * face + k));
         let (second, third) = (self.push_face(face, [b, c, m]), self.push_face(face, [c, a, m]));
         self.faces[face as usize] = [a, b, m];
