@@ -314,6 +314,9 @@ fn documented_defaults_are_the_ones_filled_in() {
             SMALLEST.replace("file = \"part.stl\"", &format!("analytic = {{ kind = \"{kind}\" }}"))
         })
         .chain([SMALLEST.replace("\"part.stl\"", "\"part.stl\"\nselect = { normal_within = 9 }")])
+        .chain(
+            ["distortion", "tensor"].map(|m| format!("{SMALLEST}\n[regions]\nmethod = \"{m}\"\n")),
+        )
         .map(|text| job::read(text.as_bytes()).unwrap().job.to_toml().parse().unwrap())
         .collect();
     let mut compared = 0;

@@ -1,8 +1,12 @@
-//! Degenerate points of the strip-width tensor on real and made surfaces.
+//! Degenerate points of the strip-width tensor on real and made surfaces, and what regions parted there
+//! gain.
 
+use evencut_core::compare::{judged, planned};
 use evencut_core::flatten::{Locator, bff};
 use evencut_core::geometry::{DVec2, DVec3};
-use evencut_core::job::{Component, SurfaceOptions, TensorOptions};
+use evencut_core::job::{
+    self, Component, Division, Job, Pattern, Start, SurfaceOptions, TensorOptions,
+};
 use evencut_core::nurbs::{MeshOptions, NurbsParts, NurbsSurface, Trim, mesh};
 use evencut_core::regions::tensor::{Kind, Topology, topology};
 use evencut_core::step::{SmoothFormat, smooth};
@@ -171,4 +175,108 @@ fn noise_number(i: u64, salt: u64) -> f64 {
     x = x.wrapping_mul(0xBF58_476D_1CE4_E5B9);
     x ^= x >> 29;
     (x >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+}
+
+/// A way to plan the same job.
+struct Way {
+    name: &'static str,
+    pattern: Pattern,
+    start: Start,
+    division: Division,
+}
+
+/// The ways that are compared: tensor regions first.
+fn ways() -> [Way; 6] {
+    let tensor = Division::Tensor(TensorOptions::default());
+    let way = |name, pattern, start, division| Way { name, pattern, start, division };
+    [
+        way("tensor", Pattern::IsoScallop, Start::Widest, tensor),
+        way("tensor, shortest start", Pattern::IsoScallop, Start::Shortest, tensor),
+        way("iso-parametric", Pattern::IsoParametric, Start::Shortest, Division::Single),
+        way("iso-scallop from a side", Pattern::IsoScallop, Start::Boundary, Division::Single),
+        way("iso-scallop, shortest start", Pattern::IsoScallop, Start::Shortest, Division::Single),
+        way("mpf", Pattern::Mpf, Start::Shortest, Division::Single),
+    ]
+}
+
+/// Length of the passes of every way, mm, and the floor, mm; prints a table.
+fn table(job: &Job, bytes: &[u8]) -> (Vec<f64>, f64) {
+    let mut lengths = Vec::new();
+    let mut floor = f64::INFINITY;
+    println!(
+        "| method | regions | passes | length mm | / floor | computing s | P99 µm | above % |"
+    );
+    println!("|---|---|---|---|---|---|---|---|");
+    for way in ways() {
+        let mut job = job.clone();
+        (job.path.pattern, job.path.start) = (way.pattern, way.start);
+        job.regions.division = way.division;
+        let clock = std::time::Instant::now();
+        let plan = planned(&job, Some(bytes), 2).unwrap_or_else(|e| panic!("{}: {e}", way.name));
+        let seconds = clock.elapsed().as_secs_f64();
+        let report = judged(&job, &plan, 2).unwrap().report;
+        let scallop = &report.verification.as_ref().unwrap().scallop;
+        println!(
+            "| {} | {} | {} | {:.0} | {:.3} | {seconds:.1} | {:.1} | {:.2} |",
+            way.name,
+            report.regions.as_ref().map_or(1, |r| r.count),
+            report.passes.count,
+            report.passes.length_mm,
+            report.passes.length_over_floor,
+            1e3 * scallop.p99_mm,
+            scallop.above_percent,
+        );
+        lengths.push(report.passes.length_mm);
+        if way.name == "iso-parametric" {
+            floor = report.passes.length_floor_mm;
+        }
+    }
+    let best = lengths[0].min(lengths[1]);
+    for (way, length) in ways().iter().zip(&lengths).skip(2) {
+        println!(
+            "tensor / {}: {:.3}; no path is below {:.3}",
+            way.name,
+            best / length,
+            floor / length
+        );
+    }
+    (lengths, floor)
+}
+
+fn read_job(text: &str) -> Job {
+    match job::read(text.as_bytes()) {
+        Ok(resolved) => resolved.job,
+        Err(faults) => panic!("{}", faults.render("job", text.as_bytes())),
+    }
+}
+
+#[test]
+fn tensor_regions_are_shorter_on_a_trisector_of_ours() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/regions-tensor/");
+    let text = std::fs::read_to_string(format!("{folder}trisector.toml")).unwrap();
+    let bytes = std::fs::read(format!("{folder}trisector.json")).unwrap();
+    let (lengths, _) = table(&read_job(&text), &bytes);
+    let [tensor, shortest, parametric, from_side, iso_scallop, mpf] = lengths[..] else { panic!() };
+    let best = tensor.min(shortest);
+    // The source's ratios, where a side of the surface is where iso-scallop passes begin.
+    assert!(best <= 0.795 * parametric, "{best} of {parametric}");
+    assert!(best <= 0.901 * from_side, "{best} of {from_side}");
+    // Ours begin where the path is the shortest; then less is left to gain.
+    assert!(best <= 0.97 * iso_scallop, "{best} of {iso_scallop}");
+    assert!(best <= mpf, "{best} of {mpf}");
+}
+
+#[test]
+fn tensor_regions_on_the_teapot_patch() {
+    let Some(data) = shared_data() else { return };
+    let bytes = std::fs::read(data.join("nurbs/teapot_patch12.json")).unwrap();
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/regions-tensor/");
+    let text = std::fs::read_to_string(format!("{folder}trisector.toml")).unwrap();
+    let text = text.replace("trisector.json", "teapot_patch12.json");
+    let text = text.replace("chord = 0.005", "chord = 0.01\nscale = 8.0");
+    let (lengths, floor) = table(&read_job(&text), &bytes);
+    let [tensor, shortest, parametric, from_side, ..] = lengths[..] else { panic!() };
+    assert!(tensor.min(shortest) <= 0.795 * parametric);
+    // No path at all could be 0.901 of what iso-scallop passes from a side need.
+    assert!(floor > 0.901 * from_side, "{floor} of {from_side}");
 }

@@ -81,8 +81,8 @@ pub struct Touch {
     pub depth: f64,
 }
 
-/// Halvings of a step in which the edge of the cutter is found.
-const EDGE_HALVINGS: usize = 12;
+/// Thirds by which the place of the edge is narrowed down: to a thousandth of a step.
+const EDGE_STEPS: usize = 16;
 /// Blocks that are looked at together first.
 const BLOCKS: usize = 8;
 /// Groups of blocks whose bounds are looked at together.
@@ -333,7 +333,7 @@ fn lowest_entry(s: &Swept, step: &Step, body: &Body) -> Option<(f64, Placed)> {
         return Some(lowest);
     }
     if !body.is_rounded() {
-        return first_entry(step, body, position, normal);
+        return lowest_at_edge(step, body, position, normal);
     }
     let entry = |at: Placed, guess: f64| {
         body.entry_near(&at, position, normal, guess).map(|height| (height, at))
@@ -368,31 +368,38 @@ fn lowest_entry(s: &Swept, step: &Step, body: &Body) -> Option<(f64, Placed)> {
     [between, start, middle, end].into_iter().flatten().reduce(lower)
 }
 
-/// Where a line enters a cutter with a sharp edge first during a step that turns: the edge comes down on the
-/// line at once, and behind it the tilted bottom only rises.
-fn first_entry(step: &Step, body: &Body, position: DVec3, normal: DVec3) -> Option<(f64, Placed)> {
+/// The lowest place at which a line enters a cutter with a sharp edge during a step.
+///
+/// A wall that leans over the line comes down on it steeply, until its edge passes; behind the edge the
+/// tilted bottom rises: a valley with a kink, which a parabola does not find.
+fn lowest_at_edge(
+    step: &Step,
+    body: &Body,
+    position: DVec3,
+    normal: DVec3,
+) -> Option<(f64, Placed)> {
     let entry = |at: f64| {
         let axis = step.middle.axis + 0.5 * at * (step.to.axis - step.from.axis);
         let tip = step.middle.tip + step.half_way * at;
         let at = Placed { tip, axis: axis.normalize_or(step.middle.axis) };
         body.entry(&at, position, normal).map(|height| (height, at))
     };
-    let ends = [-1.0, 0.0, 1.0].map(|at| (at, entry(at)));
-    let found = ends.windows(2).filter_map(|pair| {
-        let ((mut out, before), (mut inside, after)) = (pair[0], pair[1]);
-        let mut best = after?;
-        if before.is_none() {
-            for _ in 0..EDGE_HALVINGS {
-                let middle = 0.5 * (out + inside);
-                match entry(middle) {
-                    Some(here) => (inside, best) = (middle, lower(best, here)),
-                    None => out = middle,
-                }
-            }
-        }
-        Some(best)
-    });
-    found.chain(ends[0].1).reduce(lower)
+    let height = |found: Option<(f64, Placed)>| found.map_or(f64::INFINITY, |f| f.0);
+    let [from, middle, to] = [-1.0, 0.0, 1.0].map(entry);
+    let (a, b, c) = (height(from), height(middle), height(to));
+    let (mut low, mut high) = match () {
+        () if a < b => (-1.0, 0.0),
+        () if c < b => (0.0, 1.0),
+        () => (-1.0, 1.0),
+    };
+    let mut best = [from, middle, to].into_iter().flatten().reduce(lower)?;
+    for _ in 0..EDGE_STEPS {
+        let third = (high - low) / 3.0;
+        let (left, right) = (entry(low + third), entry(high - third));
+        best = [left, right].into_iter().flatten().fold(best, lower);
+        if height(left) < height(right) { high -= third } else { low += third }
+    }
+    Some(best)
 }
 
 fn lower(a: (f64, Placed), b: (f64, Placed)) -> (f64, Placed) {
