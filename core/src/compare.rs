@@ -238,7 +238,7 @@ fn text_row(row: &Row, figures: &Figures) -> String {
             if v.passed { "yes" } else { "no" },
         );
     }
-    if let Some(r) = &figures.report.regions {
+    if let Some(r) = figures.report.regions.as_ref().filter(|r| r.count > 1) {
         let _ = write!(
             line,
             "{}{} regions, spacing {:.3} ± {:.3}",
