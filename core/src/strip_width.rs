@@ -202,10 +202,10 @@ mod tests {
     #[test]
     fn tables_are_close() {
         let s = strip(5.0, 1.0, 0.1, 0.02);
-        let table = StripTable::new(&s, -0.015, 0.3);
+        let table = StripTable::new(&s, -0.015, 0.06);
         for i in 0..200 {
-            let k = -0.015 + 0.315 * (f64::from(i) + 0.37) / 200.0;
-            let along = 0.3 - k;
+            let k = -0.015 + 0.075 * (f64::from(i) + 0.37) / 200.0;
+            let along = 0.045 - k;
             let w = 1.0 / table.weight(k, along).sqrt();
             let exact = s.exact_bent(k, along);
             assert!((w / exact - 1.0).abs() < 1e-3, "{k}: {w} is not {exact}");
