@@ -86,8 +86,8 @@ fn outer_loop(mesh: &PassMesh) -> &[VertexId] {
 pub enum Source {
     /// The whole boundary.
     Boundary,
-    /// The outer boundary from one vertex to another.
-    Side(VertexId, VertexId),
+    /// The outer boundary from the vertex at a flat point to that at another.
+    Side(DVec2, DVec2),
     /// A flat curve.
     Curve(Vec<DVec2>),
 }
@@ -336,18 +336,22 @@ fn sides(mesh: &PassMesh) -> Vec<Source> {
     };
     let mut order: Vec<usize> = (0..corners.len()).collect();
     order.sort_by(|&a, &b| length(b).total_cmp(&length(a)).then(a.cmp(&b)));
-    let side = |k: usize| Source::Side(outer[corners[k]], outer[corners[(k + 1) % corners.len()]]);
+    let at = |k: usize| mesh.uv()[outer[corners[k % corners.len()]].index()];
+    let side = |k: usize| Source::Side(at(k), at(k + 1));
     order.into_iter().take(MOST_SIDES).map(side).collect()
 }
 
-/// The vertices of the outer boundary from one to another.
-fn between(mesh: &PassMesh, from: VertexId, to: VertexId) -> Vec<VertexId> {
+/// The vertices of the outer boundary from the one nearest to a flat point to the one nearest to another.
+fn between(mesh: &PassMesh, from: DVec2, to: DVec2) -> Vec<VertexId> {
     let outer = outer_loop(mesh);
-    let start = outer.iter().position(|&v| v == from).unwrap_or(0);
-    let mut side: Vec<VertexId> = outer[start..].iter().chain(&outer[..start]).copied().collect();
-    let end = side.iter().skip(1).position(|&v| v == to).map_or(side.len(), |i| i + 2);
-    side.truncate(end);
-    side
+    let nearest = |p: DVec2| {
+        let square = |i: &usize| mesh.uv()[outer[*i].index()].distance_squared(p);
+        (0..outer.len()).min_by(|a, b| square(a).total_cmp(&square(b))).unwrap_or(0)
+    };
+    let (start, end) = (nearest(from), nearest(to));
+    let n = outer.len();
+    let length = if end == start { n } else { (end + n - start) % n };
+    (0..=length).filter_map(|k| outer.get((start + k) % n)).copied().collect()
 }
 
 /// Turn of a loop at a vertex, seen over `reach` mm to either side, rad.
