@@ -10,6 +10,8 @@ use crate::geometry::{DVec2, DVec3};
 use crate::mesh::{FaceId, HalfEdgeId};
 use crate::surface::{Surface, SurfacePoint};
 
+/// Most that an overrun leaves the straight way, as a part of its length.
+const LARGEST_BEND: f64 = 0.2;
 /// Distance of contacts beyond the chart, cutter radii.
 const OVERRUN_STEP: f64 = 0.05;
 
@@ -237,10 +239,13 @@ impl Beyond {
             length => (end.normal - beside.normal) / length,
         };
         let back = |way: f64| at_way(end, inward, way).map(|p| flat(p - end.position));
-        let (way, bend) = match (back(far), back(2.0 * far)) {
-            (Some(near), Some(far)) => (0.5 * far - 2.0 * near, 0.5 * far - near),
-            _ => (along * far, DVec3::ZERO),
-        };
+        let parabola = back(far).zip(back(2.0 * far)).map(|(near, far)| {
+            // Through both places and the end.
+            (0.5 * far - 2.0 * near, 0.5 * far - near)
+        });
+        // A spur beside the end is no bend of the pass.
+        let smooth = parabola.filter(|(_, bend)| bend.length() <= LARGEST_BEND * far);
+        let (way, bend) = smooth.unwrap_or((along * far, DVec3::ZERO));
         Self { end: *end, way, bend, turn, sign: by.signum() }
     }
 
