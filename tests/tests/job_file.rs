@@ -314,6 +314,7 @@ fn documented_defaults_are_the_ones_filled_in() {
             SMALLEST.replace("file = \"part.stl\"", &format!("analytic = {{ kind = \"{kind}\" }}"))
         })
         .chain([SMALLEST.replace("\"part.stl\"", "\"part.stl\"\nselect = { normal_within = 9 }")])
+        .chain([SMALLEST.replace("version = 1", "version = 1\nregions.method = \"distortion\"")])
         .map(|text| job::read(text.as_bytes()).unwrap().job.to_toml().parse().unwrap())
         .collect();
     let mut compared = 0;
