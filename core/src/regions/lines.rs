@@ -135,12 +135,12 @@ impl Sheet {
                 cross2(here, there, self.uv()[q as usize]),
             );
             // The way lies between p on its right and q on its left.
-            if u > 0.0 || v < 0.0 || v <= u {
-                continue;
-            }
-            let t = u / (u - v);
-            let crossing = self.uv()[p as usize].lerp(self.uv()[q as usize], t);
-            if (crossing - here).dot(there - here) > 0.0 {
+            if u <= 0.0 && v >= 0.0 && v > u {
+                let t = u / (u - v);
+                let crossing = self.uv()[p as usize].lerp(self.uv()[q as usize], t);
+                if (crossing - here).dot(there - here) <= 0.0 {
+                    continue;
+                }
                 return match t {
                     _ if t < SNAP => Some(p),
                     _ if t > 1.0 - SNAP => Some(q),
@@ -177,7 +177,7 @@ fn edge(inner: DVec2, outer: DVec2, locator: &Locator) -> Option<DVec2> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::sheet::samples::BUMP;
+    use super::super::sheet::samples::{BUMP, middle};
     use super::*;
     use crate::geometry::math::{cos, sin};
 
@@ -186,7 +186,7 @@ mod tests {
     fn an_isoline_runs_along_sides() {
         let (surface, chart) = &*BUMP;
         let mut sheet = Sheet::new(surface, chart);
-        let circle = |p: &DVec2| p.length() - 9.03;
+        let circle = |p: &DVec2| p.distance(middle()) - 9.03;
         let value = sheet.cut_isoline(0, chart.uv().iter().map(circle).collect());
         sheet.validate(surface);
         assert_eq!(value.len(), sheet.uv().len());
@@ -209,7 +209,7 @@ mod tests {
             let mut sheet = Sheet::new(surface, chart);
             for way in [way, way.perp()] {
                 let line: Vec<DVec2> =
-                    (0..=200).map(|i| way * (f64::from(i) / 100.0 - 1.0)).collect();
+                    (0..=200).map(|i| middle() + way * (f64::from(i) / 100.0 - 1.0)).collect();
                 sheet.cut_polyline(&line, &locator);
             }
             sheet.improve();
@@ -231,7 +231,8 @@ mod tests {
         let (surface, chart) = &*BUMP;
         let locator = Locator::new(surface.connectivity(), chart.uv());
         let mut sheet = Sheet::new(surface, chart);
-        sheet.cut_polyline(&[DVec2::new(-100.0, 3.0), DVec2::new(2.0, 3.3)], &locator);
+        let line = [DVec2::new(-100.0, 3.0), DVec2::new(2.0, 3.3)].map(|p| middle() + p);
+        sheet.cut_polyline(&line, &locator);
         sheet.validate(surface);
         let all: Vec<u32> = (0..sheet.faces().len() as u32).collect();
         assert_eq!(sheet.groups(&all, |_| 0, 0.0).len(), 1);

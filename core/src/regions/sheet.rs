@@ -393,6 +393,12 @@ pub(super) mod samples {
         (surface, chart)
     });
 
+    /// The middle of the chart, about which it is symmetric.
+    pub fn middle() -> DVec2 {
+        let uv = BUMP.1.uv();
+        uv.iter().sum::<DVec2>() / uv.len() as f64
+    }
+
     impl Sheet {
         /// What must hold of a sheet of that surface.
         pub fn validate(&self, surface: &Surface) {

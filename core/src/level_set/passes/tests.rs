@@ -88,7 +88,7 @@ fn rings_of_a_disk_are_circles() {
 fn thinned_mesh_covers_the_same_plane() {
     let (surface, chart) = plate(80, 0.5, |p| p.distance(DVec2::splat(22.0)) > 6.0);
     let mesh = pass_mesh(&surface, &chart, 1.0);
-    let thin = mesh.thinned(100);
+    let thin = mesh.thinned(400);
     let area = |m: &PassMesh| -> f64 {
         let corners = m.connectivity().faces().iter().map(|f| f.map(|v| m.uv()[v.index()]));
         corners.map(|[a, b, c]| 0.5 * (b - a).perp_dot(c - a)).sum()
@@ -97,7 +97,7 @@ fn thinned_mesh_covers_the_same_plane() {
     assert!((area(&thin) / area(&mesh) - 1.0).abs() < 1e-12);
     assert_eq!(thin.connectivity().boundary_loops().len(), 2);
     let highest = |m: &PassMesh| PassField::from_boundary(m).range().1;
-    assert!((highest(&thin) / highest(&mesh) - 1.0).abs() < 0.02);
+    assert!((highest(&thin) / highest(&mesh) - 1.0).abs() < 0.05);
 }
 
 #[test]

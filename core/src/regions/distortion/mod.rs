@@ -205,7 +205,7 @@ mod tests {
         let before = Stretch::of(surface, chart).evenness().uniformity;
         let options = DistortionOptions::default();
         let (sheet, pieces) = divided(&options, 2);
-        assert!(before < 0.6 && pieces.len() > 1, "{before}, {} pieces", pieces.len());
+        assert!(before < 0.7 && pieces.len() > 1, "{before}, {} pieces", pieces.len());
         assert!(pieces.iter().all(|p| p.uniformity() >= options.uniformity));
         assert!(pieces.iter().all(|p| p.piece.area(&sheet) >= 20.0));
         let area: f64 = pieces.iter().map(|p| p.piece.area(&sheet)).sum();
