@@ -198,9 +198,15 @@ fn overrun(lifted: Lifted, run: &[FlatPoint], first: usize, step: f64) -> Lifted
         let steps = (by.abs() / step).ceil() as usize;
         // Out and back: what comes before or after the pass runs on the surface.
         let ways = (0..=steps).chain((0..steps).rev());
-        let before: Vec<&Contact> = lifted.contacts[..i].iter().rev().collect();
-        let after: Vec<&Contact> = lifted.contacts[i + 1..].iter().collect();
-        let inward = if by < 0.0 { after } else { before };
+        let pass = |k: &usize| run[lifted.points[*k].source - first].pass;
+        let is_on_it = |k: &usize| pass(k) == pass(&i);
+        let inward: Vec<&Contact> = if by < 0.0 {
+            let after = (i + 1..lifted.contacts.len()).take_while(is_on_it);
+            after.map(|k| &lifted.contacts[k]).collect()
+        } else {
+            let before = (0..i).rev().take_while(is_on_it);
+            before.map(|k| &lifted.contacts[k]).collect()
+        };
         let beyond = Beyond::new(contact, &inward, by);
         for k in ways {
             let part = k as f64 / steps as f64;

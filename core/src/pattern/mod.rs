@@ -41,6 +41,8 @@ const PIECE: f64 = 4.0;
 const SPURS: f64 = 2.0;
 /// Start curves, the best at a glance, that are compared with care.
 const FINALISTS: usize = 4;
+/// Lengths that differ by less than this part are alike.
+const TIE: f64 = 1e-3;
 /// Directions in which iso-planar passes are tried, evenly over half a turn.
 const ANGLES: u32 = 12;
 
@@ -233,7 +235,8 @@ impl Sketch<'_> {
             match PassField::paced(self.coarse, &across_plane(self.coarse, angle)) {
                 Ok(field) => {
                     let length = field.length(self.coarse);
-                    if length < best.0 {
+                    // On a plane all are as long: rounding must not decide.
+                    if length < best.0 * (1.0 - TIE) {
                         best = (length, Ok(angle));
                     }
                 }

@@ -41,7 +41,7 @@ pub fn spiral(
     (0..rings.len()).filter(|&r| is_start(r)).map(|r| wound(&chain(r), &curves)).collect()
 }
 
-/// The spiral of a chain of rings, outermost first; `curves`: closed level curves, the lowest first.
+/// The spiral of a chain of rings, from the first to the last; `curves`: level curves, the lowest first.
 fn wound(chain: &[&Pass], curves: &[Pass]) -> Pass {
     let (first, last) = (chain[0], chain[chain.len() - 1]);
     if chain.len() == 1 {
@@ -49,9 +49,16 @@ fn wound(chain: &[&Pass], curves: &[Pass]) -> Pass {
     }
     let mut points: Vec<DVec2> = first.line().collect();
     let mut turn = Turn::new(first, first.points[0]);
-    let above = curves.partition_point(|c| c.level <= first.level);
-    let below = curves.partition_point(|c| c.level <= last.level);
-    for group in curves[above..below].chunk_by(|a, b| a.level == b.level) {
+    let is_inward = first.level <= last.level;
+    let (low, high) = if is_inward { (first, last) } else { (last, first) };
+    let from = curves.partition_point(|c| c.level <= low.level);
+    let to = curves.partition_point(|c| c.level <= high.level);
+    let mut between: Vec<&[Pass]> =
+        curves[from..to.max(from)].chunk_by(|a, b| a.level == b.level).collect();
+    if !is_inward {
+        between.reverse();
+    }
+    for group in between {
         let at = points[points.len() - 1];
         let closed = group.iter().filter(|c| c.is_closed).map(|c| Turn::new(c, at));
         let next = closed.min_by(|a, b| a.apart(at).total_cmp(&b.apart(at)));
