@@ -12,6 +12,8 @@ use crate::surface::{Surface, SurfacePoint};
 
 /// Most that an overrun leaves the straight way, as a part of its length.
 const LARGEST_BEND: f64 = 0.2;
+/// Contacts nearer than this are one, mm.
+const SAME: f64 = 1e-6;
 /// Distance of contacts beyond the chart, cutter radii.
 const OVERRUN_STEP: f64 = 0.05;
 
@@ -235,6 +237,7 @@ impl Beyond {
     /// before the start of the pass.
     fn new(end: &Contact, inward: &[&Contact], by: f64) -> Self {
         let far = by.abs();
+        let inward = &without_spurs(end, inward, 2.0 * far)[..];
         let flat = |v: DVec3| v.reject_from(end.normal);
         let is_far = |c: &&&Contact| c.position.distance(end.position) >= far;
         let beside = inward.iter().find(is_far).or(inward.last()).map_or(*end, |c| **c);
@@ -268,6 +271,23 @@ impl Beyond {
             ..end
         }
     }
+}
+
+/// The contacts back to so far from the end, mm, without the ways out and back between.
+fn without_spurs<'a>(end: &Contact, inward: &[&'a Contact], back: f64) -> Vec<&'a Contact> {
+    let mut line: Vec<&Contact> = Vec::new();
+    for &contact in inward {
+        let is_here = |c: &&Contact| c.position.distance(contact.position) < SAME;
+        match line.iter().rposition(is_here) {
+            Some(k) => line.truncate(k + 1),
+            None => line.push(contact),
+        }
+        // A spur may begin just before.
+        if contact.position.distance(end.position) > 2.0 * back {
+            break;
+        }
+    }
+    line
 }
 
 /// The place so far back along a pass, mm; `None` where it is shorter.
