@@ -28,12 +28,13 @@ most of it is its triangulation.
 pub fn patterns(project: &Path) -> Result<(), String> {
     run(cargo(project).args(["build", "--release", "--package", "evencut-cli"]))?;
     let mut text = HEAD.to_owned();
+    let path = project.join(PATH);
     for job in jobs(project)? {
         println!("{}", job.display());
         text += &table(project, &job)?;
+        std::fs::write(&path, &text).map_err(|e| format!("{}: {e}", path.display()))?;
     }
-    let path = project.join(PATH);
-    std::fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))
+    Ok(())
 }
 
 fn jobs(project: &Path) -> Result<Vec<PathBuf>, String> {
