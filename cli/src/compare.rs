@@ -22,7 +22,9 @@ pub struct Compare {
     /// Patterns to compare, separated by commas [default: all]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = pattern)]
     patterns: Vec<Pattern>,
-    /// Compare divisions into regions instead of patterns, all or some, separated by commas
+    /// Compare divisions into regions instead of patterns, all or some, separated by commas: single,
+    /// piecewise (one region, one stepover for the largest stretch of its map), distortion-piecewise,
+    /// distortion, tensor
     #[arg(
         long, value_name = "LIST", value_delimiter = ',', value_parser = regions,
         num_args = 0..=1, require_equals = true, conflicts_with = "patterns"

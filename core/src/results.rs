@@ -672,7 +672,7 @@ fn warnings(
         out.push(warning(
             "rings",
             format!("{:.2} mm² of the surface are never covered by the cutter", c.never_covered),
-            "choose a smaller cut.stepover",
+            "choose a smaller cut.stepover or cut.scallop",
         ));
     }
     if c.too_tight > 0.0 {
