@@ -65,7 +65,7 @@ const SURFACES: [(&str, &str, f64); 5] = [
     (
         "torus patch",
         "kind = \"torus-patch\"\nsize = 40.0\nradius = 80.0\ntube_radius = 30.0\nresolution = 0.3",
-        1.05,
+        1.03,
     ),
     ("saddle", "kind = \"saddle\"\nsize = 60.0\nheight = 8.0\nresolution = 0.4", 1.08),
 ];

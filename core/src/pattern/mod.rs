@@ -189,8 +189,13 @@ impl Sketch<'_> {
     /// About how long the passes of a field on the coarse mesh are, mm, pieces and gaps counted.
     fn cost(&self, field: PassField) -> f64 {
         let Laid { passes, field } = laid(self.coarse, field, self.options);
-        let pieces = passes.len() as f64 - field.range().1.max(0.0);
-        field.length(self.coarse)
+        let (low, high) = field.range();
+        let pieces = passes.len() as f64 - high.max(0.0);
+        // Open passes lie at whole levels: the length is a mean over all origins, of which theirs may have
+        // one pass more.
+        let is_open = field.inside() == f64::NEG_INFINITY && high > low;
+        let levels = if is_open { (high.floor() + 1.0) / (high - low) } else { 1.0 };
+        levels * field.length(self.coarse)
             + SPURS * field.ridges(self.coarse)
             + PIECE * self.radius * pieces.max(0.0)
     }
