@@ -21,7 +21,7 @@ use thiserror::Error;
 pub enum LocateError {
     /// The surface faces away from the tool.
     #[error(
-        "locate: {count} of {total} contacts face away from the tool, first at ({:.3}, {:.3}, {:.3}), where the normal is {degrees:.1} degrees from the axis; it must be below 90: exclude these faces, turn the part or machine in five axes",
+        "locate: {count} of {total} contacts face away from the tool, first at ({:.3}, {:.3}, {:.3}), where the normal is {degrees:.1} degrees from the axis; it must be below 90: exclude these faces, turn the part (surface.rotate), turn its sides (surface.flip) or machine in five axes",
         place.x, place.y, place.z
     )]
     BelowHorizon {

@@ -59,14 +59,10 @@ impl<'a> Locator<'a> {
             faces: Vec::new(),
             tolerance: 0.0,
         };
-        let mut keyed: Vec<(DVec2, u32)> = (0..count as u32)
-            .map(|f| {
-                let [a, b, c] = locator.corners(FaceId(f));
-                (a + b + c, f)
-            })
-            .collect();
-        locator.build(&mut keyed, 0);
-        locator.faces = keyed.into_iter().map(|(_, f)| f).collect();
+        locator.faces = locator.by_place();
+        if count > 0 {
+            locator.build(0, count);
+        }
         if let Some(root) = locator.nodes.first() {
             locator.tolerance = ON_BOUNDARY * (root.high - root.low).length();
         }
@@ -194,38 +190,67 @@ impl<'a> Locator<'a> {
         }
     }
 
-    /// Appends the tree over `keyed`, faces by their centres, which begin at `first` in all.
-    fn build(&mut self, keyed: &mut [(DVec2, u32)], first: usize) {
-        if keyed.is_empty() {
-            return;
-        }
-        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        for &(_, f) in keyed.iter() {
-            for p in self.corners(FaceId(f)) {
-                low = low.min(p);
-                high = high.max(p);
-            }
-        }
+    /// The faces along a curve that fills the chart, by their centres.
+    ///
+    /// Source: Morton, "A computer oriented geodetic data base", 1966.
+    fn by_place(&self) -> Vec<u32> {
+        let centre = |f: u32| self.corners(FaceId(f)).into_iter().sum::<DVec2>() / 3.0;
+        let faces = 0..self.connectivity.face_count() as u32;
+        let centres: Vec<DVec2> = faces.map(centre).collect();
+        let low = centres.iter().fold(DVec2::INFINITY, |low, c| low.min(*c));
+        let high = centres.iter().fold(DVec2::NEG_INFINITY, |high, c| high.max(*c));
+        let cells = f64::from(u32::MAX) / (high - low).max_element();
+        // Casts saturate: of a chart without extent all faces are at one place.
+        let key = |c: &DVec2| {
+            let cell = (*c - low) * cells;
+            spread(cell.x as u32) | spread(cell.y as u32) << 1
+        };
+        let mut keyed: Vec<(u64, u32)> = centres.iter().map(key).zip(0..).collect();
+        keyed.sort_unstable();
+        keyed.into_iter().map(|(_, f)| f).collect()
+    }
+
+    /// Appends the tree over `count` of the ordered faces from `first`; its box.
+    fn build(&mut self, first: usize, count: usize) -> (DVec2, DVec2) {
         let node = self.nodes.len();
-        let count = if keyed.len() <= LEAF { keyed.len() as u32 } else { 0 };
-        self.nodes.push(Node { low, high, second_or_first: first as u32, count });
-        if count > 0 {
-            return;
+        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        self.nodes.push(Node { low, high, second_or_first: first as u32, count: count as u32 });
+        if count <= LEAF {
+            for &f in &self.faces[first..first + count] {
+                for p in self.corners(FaceId(f)) {
+                    (low, high) = (low.min(p), high.max(p));
+                }
+            }
+        } else {
+            let half = count / 2;
+            let left = self.build(first, half);
+            self.nodes[node].count = 0;
+            self.nodes[node].second_or_first = self.nodes.len() as u32;
+            let right = self.build(first + half, count - half);
+            (low, high) = (left.0.min(right.0), left.1.max(right.1));
         }
-        let axis = usize::from(high.y - low.y > high.x - low.x);
-        let middle = keyed.len() / 2;
-        keyed.select_nth_unstable_by(middle, |a, b| {
-            a.0[axis].total_cmp(&b.0[axis]).then(a.1.cmp(&b.1))
-        });
-        let (left, right) = keyed.split_at_mut(middle);
-        self.build(left, first);
-        self.nodes[node].second_or_first = self.nodes.len() as u32;
-        self.build(right, first + middle);
+        (self.nodes[node].low, self.nodes[node].high) = (low, high);
+        (low, high)
     }
 
     fn corners(&self, face: FaceId) -> [DVec2; 3] {
         self.connectivity.face(face).map(|v| self.uv[v.index()])
     }
+}
+
+/// The bits of a number, each followed by a zero.
+fn spread(x: u32) -> u64 {
+    let mut x = u64::from(x);
+    for (shift, mask) in [
+        (16, 0x0000_ffff_0000_ffff),
+        (8, 0x00ff_00ff_00ff_00ff),
+        (4, 0x0f0f_0f0f_0f0f_0f0f),
+        (2, 0x3333_3333_3333_3333),
+        (1, 0x5555_5555_5555_5555),
+    ] {
+        x = (x | x << shift) & mask;
+    }
+    x
 }
 
 /// Barycentric coordinates of `p`, which sum to 1; negative beyond the opposite side.

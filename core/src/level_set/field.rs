@@ -259,6 +259,25 @@ impl PassField {
         };
         mesh.connectivity().faces().iter().enumerate().map(of_face).sum()
     }
+
+    /// Length of the level curves at one value on the surface, mm.
+    pub fn length_at(&self, mesh: &PassMesh, level: f64) -> f64 {
+        let of_face = |face: &[VertexId; 3]| {
+            let crossed = |i: usize| {
+                let [a, b] = [face[i], face[(i + 1) % 3]];
+                let [from, to] = [a, b].map(|v| self.values[v.index()] - level);
+                let [start, end] = [a, b].map(|v| mesh.positions()[v.index()]);
+                ((from < 0.0) != (to < 0.0)).then(|| start.lerp(end, from / (from - to)))
+            };
+            match [crossed(0), crossed(1), crossed(2)] {
+                [Some(a), Some(b), None] | [Some(a), None, Some(b)] | [None, Some(a), Some(b)] => {
+                    a.distance(b)
+                }
+                _ => 0.0,
+            }
+        };
+        mesh.connectivity().faces().iter().map(of_face).sum()
+    }
 }
 
 fn boundary_sources(mesh: &PassMesh) -> Vec<(VertexId, f64)> {

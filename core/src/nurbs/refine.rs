@@ -140,7 +140,11 @@ impl<'a> Mesh<'a> {
     fn detour(&self, [v, w]: [u32; 2], [p, q]: [DVec2; 2]) -> f64 {
         let [v, w] = [v as usize, w as usize];
         let (a, b) = (self.positions[v], self.positions[w]);
-        let (chord, line) = (a.distance(b), self.sizing.length(p, q));
+        let chord = a.distance(b);
+        if chord >= STRAIGHT * self.sizing.longest(p, q) && chord > 0.0 {
+            return 1.0;
+        }
+        let line = self.sizing.length(p, q);
         if chord <= 0.0 || chord >= STRAIGHT * line {
             return 1.0;
         }

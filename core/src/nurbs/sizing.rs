@@ -56,6 +56,9 @@ pub(super) struct Sizing {
     /// Shifts that lead from one end to the other, for closed directions.
     period: [Option<f64>; 2],
     low: DVec2,
+    /// Greatest `E, |F|, G`.
+    fastest: [f64; 3],
+    buckets: [Buckets; 2],
 }
 
 impl Sizing {
@@ -65,7 +68,10 @@ impl Sizing {
         let (from, to) = surface.domain();
         let period = [0, 1].map(|a| (surface.closed()[a]).then(|| to[a] - from[a]));
         let (form, along) = (Vec::new(), Vec::new());
-        let mut this = Self { lines, form, size: Vec::new(), wide: Vec::new(), along, period, low };
+        let buckets = [0, 1].map(|axis: usize| Buckets::of(&lines[axis]));
+        let fastest = [0.0; 3];
+        let (size, wide) = (Vec::new(), Vec::new());
+        let mut this = Self { lines, form, size, wide, along, period, low, fastest, buckets };
         let mut bends = Vec::new();
         for &u in &this.lines[0] {
             for &v in &this.lines[1] {
@@ -76,6 +82,9 @@ impl Sizing {
                 bends.push(bend);
                 this.along.push(along);
             }
+        }
+        for form in &this.form {
+            this.fastest = [0, 1, 2].map(|k| this.fastest[k].max(form[k].abs()));
         }
         this.size = vec![0.0; bends.len()];
         let longest = limits.longest * this.area().sqrt();
@@ -229,7 +238,7 @@ impl Sizing {
             Some(period) => t - ((t - self.low[axis]) / period).floor() * period,
             None => t,
         };
-        let i = lines.partition_point(|&l| l <= t).clamp(1, lines.len() - 1) - 1;
+        let i = self.buckets[axis].cell(lines, t);
         (i, ((t - lines[i]) / (lines[i + 1] - lines[i])).clamp(0.0, 1.0))
     }
 
@@ -271,12 +280,52 @@ impl Sizing {
         GAUSS.iter().map(|&(t, weight)| weight * speed(t)).sum()
     }
 
+    /// What [`length`](Self::length) is at most, without a look at where the line is, mm.
+    pub fn longest(&self, a: DVec2, b: DVec2) -> f64 {
+        let d = b - a;
+        let [e, f, g] = self.fastest;
+        (e * d.x * d.x + 2.0 * f * (d.x * d.y).abs() + g * d.y * d.y).sqrt()
+    }
+
     /// Mean lengths of the tangents.
     pub fn mean_speed(&self) -> DVec2 {
         let mean = |k: usize| {
             self.form.iter().map(|f| f[k].max(0.0).sqrt()).sum::<f64>() / self.form.len() as f64
         };
         DVec2::new(mean(0), mean(2)).max(DVec2::splat(f64::MIN_POSITIVE))
+    }
+}
+
+/// Where to look for a parameter among ascending lines.
+struct Buckets {
+    low: f64,
+    per_length: f64,
+    /// For every bucket the last line that is not above its start.
+    first: Vec<u32>,
+}
+
+impl Buckets {
+    fn of(lines: &[f64]) -> Self {
+        let (low, high) = (lines[0], lines[lines.len() - 1]);
+        let count = 2 * lines.len();
+        let per_length = count as f64 / (high - low);
+        let start = |k: usize| low + k as f64 / per_length;
+        let before = |k: usize| lines.partition_point(|&l| l <= start(k)).saturating_sub(1) as u32;
+        Self { low, per_length, first: (0..count).map(before).collect() }
+    }
+
+    /// The last line but one, or the last before that is not above `t`; the first if all are.
+    fn cell(&self, lines: &[f64], t: f64) -> usize {
+        let bucket = ((t - self.low) * self.per_length) as usize;
+        let mut i = self.first[bucket.min(self.first.len() - 1)] as usize;
+        // The bucket's start is rounded.
+        while i > 0 && lines[i] > t {
+            i -= 1;
+        }
+        while i + 2 < lines.len() && lines[i + 1] <= t {
+            i += 1;
+        }
+        i.min(lines.len() - 2)
     }
 }
 

@@ -191,11 +191,18 @@ impl Sketch<'_> {
         let Laid { passes, field } = laid(self.coarse, field, self.options);
         let (low, high) = field.range();
         let pieces = passes.len() as f64 - high.max(0.0);
-        // Open passes lie at whole levels: the length is a mean over all origins, of which theirs may have
-        // one pass more.
-        let is_open = field.inside() == f64::NEG_INFINITY && high > low;
-        let levels = if is_open { (high.floor() + 1.0) / (high - low) } else { 1.0 };
-        levels * field.length(self.coarse)
+        // The mean over origins counts as many passes as the range is long; open passes are more, at its
+        // ends.
+        let edges = match passes.last() {
+            Some(last) if field.inside() == f64::NEG_INFINITY => {
+                let more = last.level + 1.0 - (high - low);
+                let ends = [0.0, last.level].map(|level| field.length_at(self.coarse, level));
+                0.5 * more * (ends[0] + ends[1])
+            }
+            _ => 0.0,
+        };
+        field.length(self.coarse)
+            + edges
             + SPURS * field.ridges(self.coarse)
             + PIECE * self.radius * pieces.max(0.0)
     }

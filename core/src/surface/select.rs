@@ -36,11 +36,16 @@ pub(super) fn pick(mut mesh: TriangleSoup, selection: &Selection) -> Result<Pick
     let split = if conditions { select_faces(&mut mesh, selection)? } else { 0 };
     let whole = judge(&mesh.positions, &mesh.faces);
     let count = whole.components.len();
-    let number = match selection.component {
-        Component::Only => Vec::new(),
+    let number = match count {
+        0 | 1 => Vec::new(),
         _ => component_of(&mesh.positions, &mesh.faces, &whole.components),
     };
     let (index, passed_over) = match selection.component {
+        Component::Index(index) if index as usize >= count => {
+            return Err(SurfaceError::NoSuchComponent { index, count });
+        }
+        // All of it, whatever was asked for.
+        _ if count < 2 => (None, 0),
         Component::Only => (None, 0),
         Component::Largest => {
             let least = WORTHWHILE * whole.components.first().map_or(0.0, |c| c.area);
@@ -52,8 +57,7 @@ pub(super) fn pick(mut mesh: TriangleSoup, selection: &Selection) -> Result<Pick
                 });
             (Some(usable.unwrap_or(0)), usable.unwrap_or(0))
         }
-        Component::Index(i) if (i as usize) < count => (Some(i), 0),
-        Component::Index(index) => return Err(SurfaceError::NoSuchComponent { index, count }),
+        Component::Index(i) => (Some(i), 0),
     };
     let total: f64 = whole.components.iter().map(|c| c.area).sum();
     let (piece, judgement, left_out) = match index {
