@@ -239,44 +239,75 @@ impl PassField {
     }
 
     /// Length of all level curves one apart, mean over their origin, on the surface, mm: the integral
-    /// of the gradient's length (coarea formula). Where the field grows by less than a pass per pass, what
-    /// is missing is counted as if gone along out and back.
+    /// of the gradient's length (coarea formula), and what [`flats`](Self::flats) ask for.
     pub fn length(&self, mesh: &PassMesh) -> f64 {
-        let of_face = |(f, face): (usize, &[VertexId; 3])| {
+        self.growths(mesh).map(|(length, missing)| length * (1.0 + OUT_AND_BACK * missing)).sum()
+    }
+
+    /// What has to be gone along out and back, on the surface, mm, where the field grows by less than a pass
+    /// per pass.
+    pub fn flats(&self, mesh: &PassMesh) -> f64 {
+        self.growths(mesh).map(|(length, missing)| length * OUT_AND_BACK * missing).sum()
+    }
+
+    /// For every face the integral of the gradient's length, mm, and the part of a pass that is missing.
+    fn growths<'a>(&'a self, mesh: &'a PassMesh) -> impl Iterator<Item = (f64, f64)> + 'a {
+        let of_face = move |(f, face): (usize, &[VertexId; 3])| {
             let value = face.map(|v| self.values[v.index()]);
             let [a, b, c] = face.map(|v| mesh.positions()[v.index()]);
             let twice_area = (b - a).cross(c - a).length();
             // |grad| A = |sum of value times opposite side| / 2.
             let sum = (c - b) * value[0] + (a - c) * value[1] + (b - a) * value[2];
-            let Some(metric) = mesh.flat_metric(FaceId(f as u32)) else { return 0.0 };
+            let metric = mesh.flat_metric(FaceId(f as u32))?;
             let slope = gradient(face.map(|v| mesh.uv()[v.index()]), value)
                 .map_or(1.0, |gradient| metric.slope(gradient));
             if value.iter().any(|v| !v.is_finite()) || twice_area <= 0.0 {
-                return 0.0;
+                return None;
             }
             let missing = if slope < FLAT { (1.0 / slope - 1.0).min(1.0) } else { 0.0 };
-            0.5 * sum.length() * (1.0 + OUT_AND_BACK * missing)
+            Some((0.5 * sum.length(), missing))
         };
-        mesh.connectivity().faces().iter().enumerate().map(of_face).sum()
+        mesh.connectivity().faces().iter().enumerate().filter_map(of_face)
     }
 
-    /// Length of the level curves at one value on the surface, mm.
-    pub fn length_at(&self, mesh: &PassMesh, level: f64) -> f64 {
+    /// Length of the level curves at the whole values from 0 to `last` on the surface, mm.
+    pub fn length_of_levels(&self, mesh: &PassMesh, last: f64) -> f64 {
         let of_face = |face: &[VertexId; 3]| {
-            let crossed = |i: usize| {
-                let [a, b] = [face[i], face[(i + 1) % 3]];
-                let [from, to] = [a, b].map(|v| self.values[v.index()] - level);
-                let [start, end] = [a, b].map(|v| mesh.positions()[v.index()]);
-                ((from < 0.0) != (to < 0.0)).then(|| start.lerp(end, from / (from - to)))
+            let value = face.map(|v| self.values[v.index()]);
+            let at = face.map(|v| mesh.positions()[v.index()]);
+            let low = value.iter().copied().fold(f64::INFINITY, f64::min).ceil().max(0.0);
+            let high = value.iter().copied().fold(f64::NEG_INFINITY, f64::max).floor().min(last);
+            let crossed = |level: f64| {
+                let of_side = |i: usize| {
+                    let j = (i + 1) % 3;
+                    let (from, to) = (value[i] - level, value[j] - level);
+                    ((from < 0.0) != (to < 0.0)).then(|| at[i].lerp(at[j], from / (from - to)))
+                };
+                let [x, y, z] = [0, 1, 2].map(of_side);
+                x.or(y).zip(z.or(y)).map_or(0.0, |(start, end)| start.distance(end))
             };
-            match [crossed(0), crossed(1), crossed(2)] {
-                [Some(a), Some(b), None] | [Some(a), None, Some(b)] | [None, Some(a), Some(b)] => {
-                    a.distance(b)
-                }
-                _ => 0.0,
-            }
+            // A face with a corner that nothing reaches has no levels.
+            let count = if high >= low { (high - low) as u32 + 1 } else { 0 };
+            (0..count).map(|k| crossed(low + f64::from(k))).sum::<f64>()
         };
         mesh.connectivity().faces().iter().map(of_face).sum()
+    }
+
+    /// Length of the boundary along which passes run as they end on it, mm: a boundary at a slant to the
+    /// passes is machined by spurs and by what they overrun it. `last`: level of the last pass.
+    pub fn slants(&self, mesh: &PassMesh, last: f64) -> f64 {
+        let of_side = |side: HalfEdgeId| {
+            let (a, b) = mesh.connectivity().ends(side);
+            let [from, to] = [a, b].map(|v| self.values[v.index()]);
+            let middle = 0.5 * (from + to);
+            // Outside of the first and the last pass there is no other that could end.
+            if mesh.connectivity().opposite(side).is_some() || !(middle > 0.0 && middle < last) {
+                return 0.0;
+            }
+            let across = ((to - from).abs() / mesh.pass_length(side)).min(1.0);
+            mesh.length(side) * (1.0 - across * across).sqrt()
+        };
+        (0..3 * mesh.connectivity().face_count() as u32).map(|h| of_side(HalfEdgeId(h))).sum()
     }
 }
 

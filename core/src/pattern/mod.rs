@@ -189,20 +189,13 @@ impl Sketch<'_> {
     /// About how long the passes of a field on the coarse mesh are, mm, pieces and gaps counted.
     fn cost(&self, field: PassField) -> f64 {
         let Laid { passes, field } = laid(self.coarse, field, self.options);
-        let (low, high) = field.range();
-        let pieces = passes.len() as f64 - high.max(0.0);
-        // The mean over origins counts as many passes as the range is long; open passes are more, at its
-        // ends.
-        let edges = match passes.last() {
-            Some(last) if field.inside() == f64::NEG_INFINITY => {
-                let more = last.level + 1.0 - (high - low);
-                let ends = [0.0, last.level].map(|level| field.length_at(self.coarse, level));
-                0.5 * more * (ends[0] + ends[1])
-            }
-            _ => 0.0,
-        };
-        field.length(self.coarse)
-            + edges
+        let last = passes.last().map_or(0.0, |pass| pass.level);
+        let is_open = field.inside() == f64::NEG_INFINITY;
+        let slants = if is_open { field.slants(self.coarse, last) } else { 0.0 };
+        let pieces = passes.len() as f64 - field.range().1.max(0.0);
+        field.length_of_levels(self.coarse, last)
+            + field.flats(self.coarse)
+            + slants
             + SPURS * field.ridges(self.coarse)
             + PIECE * self.radius * pieces.max(0.0)
     }
