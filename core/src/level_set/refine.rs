@@ -6,6 +6,7 @@ use crate::flatten::Chart;
 use crate::geometry::{DVec2, DVec3};
 use crate::mesh::{Connectivity, FaceId, HalfEdgeId, VertexId};
 use crate::surface::Surface;
+use std::sync::OnceLock;
 
 /// Edges longer than this many passes are split in a fine mesh. Longer: corners of rings and summits of
 /// the field are blunted; shorter: more triangles, quadratically.
@@ -33,6 +34,8 @@ pub struct PassMesh {
     scale: Vec<f64>,
     positions: Vec<DVec3>,
     metric: Vec<StripMetric>,
+    /// `#F` flat metrics, once they are asked for.
+    flat: OnceLock<Vec<Option<FlatMetric>>>,
 }
 
 impl PassMesh {
@@ -64,6 +67,7 @@ impl PassMesh {
             scale: chart.vertex_scale().to_vec(),
             positions: surface.positions().to_vec(),
             metric,
+            flat: OnceLock::new(),
         }
         .made_coarse()
     }
@@ -80,7 +84,8 @@ impl PassMesh {
         positions: Vec<DVec3>,
         metric: Vec<StripMetric>,
     ) -> Result<Self, LevelSetError> {
-        Self { connectivity, uv, scale, positions, metric }.made_coarse()
+        let flat = OnceLock::new();
+        Self { connectivity, uv, scale, positions, metric, flat }.made_coarse()
     }
 
     fn made_coarse(self) -> Result<Self, LevelSetError> {
@@ -126,6 +131,7 @@ impl PassMesh {
             scale: kept.iter().map(|v| self.scale[v.index()]).collect(),
             positions: kept.iter().map(|v| self.positions[v.index()]).collect(),
             metric: kept.iter().map(|v| self.metric[v.index()]).collect(),
+            flat: OnceLock::new(),
         }
     }
 
@@ -174,10 +180,17 @@ impl PassMesh {
 
     /// The strip metric on a face, in the flat plane; `None` for a face without flat area.
     pub fn flat_metric(&self, face: FaceId) -> Option<FlatMetric> {
-        let v = self.connectivity.face(face).map(VertexId::index);
-        let [a, b, c] = v.map(|v| &self.metric[v]);
-        let mean = core::array::from_fn(|i| (a[i] + b[i] + c[i]) / 3.0);
-        FlatMetric::of_triangle(&mean, v.map(|v| self.positions[v]), v.map(|v| self.uv[v]))
+        self.flat.get_or_init(|| self.flat_metrics())[face.index()]
+    }
+
+    fn flat_metrics(&self) -> Vec<Option<FlatMetric>> {
+        let of_face = |face: &[VertexId; 3]| {
+            let v = face.map(VertexId::index);
+            let [a, b, c] = v.map(|v| &self.metric[v]);
+            let mean = core::array::from_fn(|i| (a[i] + b[i] + c[i]) / 3.0);
+            FlatMetric::of_triangle(&mean, v.map(|v| self.positions[v]), v.map(|v| self.uv[v]))
+        };
+        self.connectivity.faces().iter().map(of_face).collect()
     }
 
     /// The sides that leave a vertex.
@@ -229,7 +242,7 @@ impl PassMesh {
     fn split_long_edges(&self, longest: f64) -> Result<Option<Self>, LevelSetError> {
         let sides = 3 * self.connectivity.face_count();
         let mut middle = vec![u32::MAX; sides];
-        let mut next = self.clone();
+        let mut next = Self { flat: OnceLock::new(), ..self.clone() };
         for h in 0..sides {
             let side = HalfEdgeId(h as u32);
             if middle[h] != u32::MAX || !self.is_split(side, longest) {
