@@ -121,8 +121,8 @@ pub enum PlanError {
     /// The cutter does not fit and the job says to refuse.
     #[error(
         "cutter: it does not fit near ({:.3}, {:.3}, {:.3}) mm, where it would have to be raised by {raise:.3} mm \
-         ({stretches} stretches, {length:.1} mm of path); use a smaller cutter or cut.too_tight = \"avoid\"",
-        place.x, place.y, place.z
+         ({stretches} stretch{}, {length:.1} mm of path); use a smaller cutter or cut.too_tight = \"avoid\"",
+        place.x, place.y, place.z, if *stretches == 1 { "" } else { "es" }
     )]
     TooTight {
         /// Worst place, mm.
@@ -288,11 +288,15 @@ pub fn plan_showing(
     let tightest = Tightest::of(job, &surface, &curvature);
     let metrics = strip_metrics(job, &curvature);
     let locator = Locator::new(surface.connectivity(), chart.uv());
-    let topology = topology(job, &surface, (&chart, &locator), &curvature);
+    let mut topology = topology(job, &surface, (&chart, &locator), &curvature);
     let regions = match job.path.pattern {
         Pattern::Mpf => Some(banded(job, &surface, &chart, metrics.clone())?),
         _ => divided(job, &surface, &chart, topology.as_ref(), threads)?,
     };
+    if let (Some(topology), Some(regions)) = (&mut topology, &regions) {
+        // What was too small may have been joined again.
+        topology.points.iter_mut().for_each(|p| p.divides &= regions.is_at_border(p.at.face));
+    }
     let undivided = regions.as_ref().map(|r| Undivided::of(r, &surface, &chart, &metrics));
     let grounds = regions::grounds(regions.as_ref(), &surface, &chart, metrics, threads)?;
     let floor: f64 = grounds.iter().map(Ground::length_floor).sum();

@@ -684,9 +684,10 @@ fn warnings(
         out.push(warning(
             "cutter",
             format!(
-                "the cutter does not fit on {} stretches, {length:.1} mm in all; worst near \
+                "the cutter does not fit on {} stretch{}, {length:.1} mm in all; worst near \
                  ({:.3}, {:.3}, {:.3}) mm, raised by {:.3} mm",
                 planned.raised.len(),
+                if planned.raised.len() == 1 { "" } else { "es" },
                 worst.place.x,
                 worst.place.y,
                 worst.place.z,

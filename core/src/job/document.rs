@@ -401,7 +401,10 @@ impl Walk {
         let least = schema["minItems"].as_u64().unwrap_or(0) as usize;
         let most = schema["maxItems"].as_u64().map_or(usize::MAX, |n| n as usize);
         if !(least..=most).contains(&array.len()) {
-            let message = format!("{} items, expected {}", array.len(), expectation(schema));
+            let message = {
+                let (count, expected) = (array.len(), expectation(schema));
+                format!("{count} item{}, expected {expected}", if count == 1 { "" } else { "s" })
+            };
             self.fault(Fault::new(key, message).at(Some(span)));
             return None;
         }

@@ -268,7 +268,8 @@ pub struct RegionsTable {
     #[schemars(extend("x-unit" = "mm²", "x-default" = "a square of 1.5 tool diameters", "minimum" = 0.0, "maximum" = 1e8))]
     pub min_area: Option<f64>,
     /// How far the strips of neighbouring regions overlap along their border: with 0 the outermost passes
-    /// run half a side step beside it, with a whole side step on it. Open passes go on so far beyond it.
+    /// run half a side step beside it, with a whole side step, which is the most, on it. Open passes go on
+    /// so far beyond it.
     #[schemars(extend("x-unit" = "mm", "x-default" = "a tenth of the nominal side step", "minimum" = 0.0, "maximum" = 100.0))]
     pub blend: Option<f64>,
     /// In which order the regions are machined.

@@ -81,7 +81,8 @@ fn range_words(schema: &Schema) -> String {
 fn array_words(schema: &Schema, unit: &str) -> String {
     let count = match (schema["minItems"].as_u64(), schema["maxItems"].as_u64()) {
         (Some(least), Some(most)) if least == most => format!("of {least}"),
-        (_, Some(most)) => format!("of at most {most}"),
+        (Some(least), Some(most)) => format!("of {least} to {most}"),
+        (None, Some(most)) => format!("of at most {most}"),
         _ => "of any length".into(),
     };
     format!("an array {count}, each {}{unit}", expectation(&schema["items"]))

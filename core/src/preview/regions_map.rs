@@ -76,7 +76,8 @@ pub fn regions_map(surface: &Surface, divided: &Divided) -> String {
     };
     let count = divided.parts.len();
     let fills = region_tones(divided);
-    view(DVec2::new(column[0], TOP), &format!("{count} regions"), &fills, &palette(&FILLS));
+    let counted = format!("{count} region{}", if count == 1 { "" } else { "s" });
+    view(DVec2::new(column[0], TOP), &counted, &fills, &palette(&FILLS));
     let steps = step_colours();
     let before = &divided.undivided.evenness;
     let heading = format!("Undivided: uniformity {:.2}", before.uniformity);

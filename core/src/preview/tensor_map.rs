@@ -141,7 +141,7 @@ fn legend(svg: &mut Svg, topology: &Topology, at: DVec2) {
         |is: &dyn Fn(&DegeneratePoint) -> bool| topology.points.iter().filter(|p| is(p)).count();
     let kinds: [(Kind, bool, &str); 3] = [
         (Kind::Trisector, true, "trisector that divides"),
-        (Kind::Trisector, false, "trisector, little gained"),
+        (Kind::Trisector, false, "trisector that does not"),
         (Kind::Wedge, false, "wedge"),
     ];
     for (kind, divides, text) in kinds {
@@ -153,7 +153,8 @@ fn legend(svg: &mut Svg, topology: &Topology, at: DVec2) {
     }
     let mut note = |text: String| row(svg, &|_, _| (), &text);
     if !topology.cancelled.is_empty() {
-        note(format!("{} pairs taken for noise", topology.cancelled.len()));
+        let count = topology.cancelled.len();
+        note(format!("{count} pair{} taken for noise", if count == 1 { "" } else { "s" }));
     }
     if !topology.free.is_empty() {
         let area: f64 = topology.free.iter().map(|f| f.area).sum();

@@ -40,6 +40,7 @@ use crate::flatten::{Chart, FlattenError, Locator};
 use crate::geometry::{DVec2, DVec3};
 use crate::job::{Compensation, DistortionOptions};
 use crate::level_set::{LevelSetError, StripMetric};
+use crate::mesh::FaceId;
 use crate::parallel;
 use crate::surface::Surface;
 use distortion::Flattened;
@@ -108,6 +109,16 @@ impl Regions {
         let pieces = distortion::divide(&mut sheet, options, least, threads)?;
         let parts = pieces.into_iter().map(|p| Part::of(p, options.compensation)).collect();
         Ok(Self { sheet, parts, whole: stretch.evenness(), stretch })
+    }
+
+    /// Whether several regions meet at a face of the surface.
+    pub fn is_at_border(&self, face: FaceId) -> bool {
+        let sheet = &self.sheet;
+        let corners = sheet.parts(face).flat_map(|f| sheet.faces()[f as usize]);
+        let labels = corners.flat_map(|v| sheet.around(v)).map(|h| sheet.labels()[h as usize / 3]);
+        let mut labels = labels.peekable();
+        let first = labels.peek().copied();
+        labels.any(|label| Some(label) != first)
     }
 
     /// For every region the ones that share a side with it.

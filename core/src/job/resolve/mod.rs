@@ -89,6 +89,7 @@ impl Resolver<'_> {
         if file.regions.blend.is_none() {
             job.regions.blend = BLEND * job.nominal_side_step();
         }
+        self.check_blend(&job);
         self.second_looks(&job);
         Some(job)
     }

@@ -2,7 +2,7 @@
 
 use super::Resolver;
 use crate::job::{
-    Boundary, DistortionOptions, Division, Pattern, RegionMethod, RegionOptions, RegionOrder,
+    Boundary, DistortionOptions, Division, Job, Pattern, RegionMethod, RegionOptions, RegionOrder,
     TensorOptions,
 };
 use crate::tool::Tool;
@@ -50,6 +50,19 @@ impl Resolver<'_> {
         TensorOptions {
             scale: table.scale.map(|scale| scale * self.unit),
             least_gain: table.least_gain.unwrap_or(default.least_gain),
+        }
+    }
+
+    /// Strips overlap by a side step at most: then the outermost passes lie on the border.
+    pub(super) fn check_blend(&mut self, job: &Job) {
+        let most = job.nominal_side_step();
+        if job.regions.blend > most {
+            let blend = self.show(job.regions.blend);
+            let message =
+                format!("{blend} is more than the nominal side step, {}", self.show(most));
+            let help = "the outermost passes of both regions already run on their border with a whole \
+                        side step";
+            self.fault("regions.blend", message, help);
         }
     }
 

@@ -98,17 +98,30 @@ impl Chooser<'_> {
         let (anchor, split) = self.nearest_of(blob, line)?;
         let points = blob.points(line);
         let arms = [points[..=split].iter().rev().copied().collect(), points[split..].to_vec()];
-        let mut arms = straightened(arms, blob);
+        let straight = straightened(arms.clone(), blob);
+        // Along a boundary that bends a straight way may lead outside.
+        let out = self.there_and_back(&anchor, straight, blob);
+        let out = out.or_else(|| self.there_and_back(&anchor, arms, blob))?;
+        Some((anchor, out))
+    }
+
+    /// Along both arms of a blob's middle line, trimmed, and back.
+    fn there_and_back(
+        &self,
+        anchor: &Anchor,
+        mut arms: [Vec<DVec2>; 2],
+        blob: &Blob,
+    ) -> Option<Vec<DVec2>> {
         trim(&mut arms, 0, blob);
         trim(&mut arms, 1, blob);
         let spread = |at: DVec2, across: DVec2| SPREAD * gap_across(blob, at, across);
         let narrow: Vec<DVec2> = arms.iter().flat_map(|arm| hairpin(arm, |_, _| 0.0)).collect();
         let wide: Vec<DVec2> = arms.iter().flat_map(|arm| hairpin(arm, spread)).collect();
-        let is_inside = |line: &[DVec2]| self.is_inside(&closed(&anchor, line), blob.deepest());
+        let is_inside = |line: &[DVec2]| self.is_inside(&closed(anchor, line), blob.deepest());
         let left = |line: &Vec<DVec2>| count_uncovered(from_ref(line), blob);
         let mut out = if left(&wide) <= left(&narrow) && is_inside(&wide) { wide } else { narrow };
         out.dedup();
-        is_inside(&out).then_some((anchor, out))
+        is_inside(&out).then_some(out)
     }
 
     /// Once round a blob that is closed in itself.

@@ -123,6 +123,10 @@ fn chosen(
         if score > best.0 {
             best = (score, Some(cut));
         }
+        // Nothing scores better.
+        if parts.len() == 2 && parts.iter().all(|p| p.uniformity() >= options.uniformity) {
+            break;
+        }
     }
     best.1
 }

@@ -4,7 +4,7 @@ use super::{Flattened, percentile};
 use crate::geometry::math::{atan2, cos, sin};
 use crate::geometry::{DVec2, cross2};
 use crate::job::DistortionOptions;
-use crate::mesh::{Connectivity, FaceId, HalfEdgeId, VertexId};
+use crate::mesh::{FaceId, HalfEdgeId, VertexId};
 
 /// Length over which the measure is smoothed, as a part of the side of a square of the least area.
 /// Larger: cuts miss their bumps; smaller: they follow the noise of a scan.
@@ -24,46 +24,81 @@ pub struct Cut(pub Vec<f64>);
 /// The cuts to choose from: the measure at its threshold and at its quartiles, and straight ones.
 pub fn sketches(piece: &Flattened, options: &DistortionOptions, least: f64) -> Vec<Cut> {
     let measure = piece.stretch.measure(&piece.surface, options.measure);
-    let measure = smoothed(piece, measure, NOISE * least.sqrt());
+    let smoothing = Smoothing::of(piece);
+    let measure = smoothing.smoothed(measure.into_iter().map(|e| [e]), NOISE * least.sqrt());
+    let measure: Vec<f64> = measure.into_iter().map(|[e]| e).collect();
     let outline = OUTLINE * piece.surface.area().sqrt();
-    let shares = shares(piece, &measure);
-    let levels = core::iter::once(options.threshold).chain(shares);
-    let sides = |level: f64| measure.iter().map(move |e| if *e > level { 1.0 } else { -1.0 });
+    let [low, half, high] = shares(piece, &measure);
+    let levels = [options.threshold, low, half, high];
+    let sides = |e: &f64| levels.map(|level| if *e > level { 1.0 } else { -1.0 });
     // The sides smoothed, and not the measure alone, have a smooth border wherever it is nearly even.
-    let isolines = levels.map(|level| Cut(smoothed(piece, sides(level).collect(), outline)));
-    isolines.into_iter().chain(straight(piece)).collect()
+    let sides = smoothing.smoothed(measure.iter().map(sides), outline);
+    let isoline = |i: usize| Cut(sides.iter().map(|values| values[i]).collect());
+    (0..levels.len()).map(isoline).chain(straight(piece)).collect()
 }
 
-/// A function of the vertices, averaged over about `reach` mm.
-fn smoothed(piece: &Flattened, mut values: Vec<f64>, reach: f64) -> Vec<f64> {
-    let connectivity = &piece.piece.connectivity;
-    let count = connectivity.face_count().max(1) as f64;
-    // Side of the mean triangle.
-    let side = (2.3 * piece.surface.area() / count).sqrt();
-    // A round spreads values by half the square of a side.
-    let rounds = 2.0 * (reach / side) * (reach / side);
-    for _ in 0..rounds.clamp(ROUNDS.0, ROUNDS.1) as usize {
-        values = averaged(connectivity, &values);
+/// Averages functions of the vertices of a piece.
+struct Smoothing {
+    /// The neighbours of all vertices, one vertex after the other.
+    neighbours: Vec<u32>,
+    /// Where those of each vertex begin, and where the last ones end.
+    begins: Vec<usize>,
+    /// Side of the mean triangle, mm.
+    side: f64,
+}
+
+impl Smoothing {
+    fn of(piece: &Flattened) -> Self {
+        let connectivity = &piece.piece.connectivity;
+        let mut begins = vec![0];
+        let mut neighbours = Vec::with_capacity(4 * connectivity.face_count());
+        let mut lists = vec![Vec::new(); connectivity.vertex_count()];
+        for h in (0..3 * connectivity.face_count() as u32).map(HalfEdgeId) {
+            let (a, b) = connectivity.ends(h);
+            // Inner sides are met twice, once from each end.
+            lists[a.index()].push(b.0);
+            if connectivity.opposite(h).is_none() {
+                lists[b.index()].push(a.0);
+            }
+        }
+        for list in lists {
+            neighbours.extend(list);
+            begins.push(neighbours.len());
+        }
+        let count = connectivity.face_count().max(1) as f64;
+        Self { neighbours, begins, side: (2.3 * piece.surface.area() / count).sqrt() }
     }
-    values
-}
 
-/// Half of every value, and half of the mean of its neighbours.
-fn averaged(connectivity: &Connectivity, values: &[f64]) -> Vec<f64> {
-    let mut sums = vec![(0.0, 0.0); values.len()];
-    for h in (0..3 * connectivity.face_count() as u32).map(HalfEdgeId) {
-        let (a, b) = connectivity.ends(h);
-        // Inner sides are met twice, once from each end.
-        let (a, b) = (a.index(), b.index());
-        sums[a].0 += values[b];
-        sums[a].1 += 1.0;
-        if connectivity.opposite(h).is_none() {
-            sums[b].0 += values[a];
-            sums[b].1 += 1.0;
+    /// `N` functions of the vertices, averaged over about `reach` mm.
+    fn smoothed<const N: usize>(
+        &self,
+        values: impl Iterator<Item = [f64; N]>,
+        reach: f64,
+    ) -> Vec<[f64; N]> {
+        let mut values: Vec<[f64; N]> = values.collect();
+        let mut next = values.clone();
+        // A round spreads values by half the square of a side.
+        let rounds = 2.0 * (reach / self.side) * (reach / self.side);
+        for _ in 0..rounds.clamp(ROUNDS.0, ROUNDS.1) as usize {
+            self.average(&values, &mut next);
+            core::mem::swap(&mut values, &mut next);
+        }
+        values
+    }
+
+    /// Half of every value, and half of the mean of its neighbours.
+    fn average<const N: usize>(&self, values: &[[f64; N]], out: &mut [[f64; N]]) {
+        for (v, (mean, value)) in out.iter_mut().zip(values).enumerate() {
+            let around = &self.neighbours[self.begins[v]..self.begins[v + 1]];
+            let mut sums = [0.0; N];
+            for &w in around {
+                (0..N).for_each(|i| sums[i] += values[w as usize][i]);
+            }
+            let count = around.len() as f64;
+            let half = |i: usize| 0.5 * (value[i] + sums[i] / count);
+            *mean = if around.is_empty() { *value } else { core::array::from_fn(half) };
         }
     }
-    let mean = |(v, s): (&f64, &(f64, f64))| if s.1 > 0.0 { 0.5 * (v + s.0 / s.1) } else { *v };
-    values.iter().zip(&sums).map(mean).collect()
 }
 
 /// The values below which a part of the area lies.
