@@ -72,8 +72,13 @@ fn stages(c: &mut Criterion) {
         let plain = passes(&mesh, &field, &ring_levels(&field));
         for threads in [1, 2] {
             c.bench_function(&format!("gaps closed, side step 0.6 mm, threads {threads}"), |b| {
-                let options =
-                    ClosingOptions { order: RingOrder::OutsideIn, on_levels: true, threads };
+                let options = ClosingOptions {
+                    order: RingOrder::OutsideIn,
+                    on_levels: true,
+                    beside: &[],
+                    has_flat_bottom: false,
+                    threads,
+                };
                 b.iter(|| close(&mut plain.clone(), &mesh, &field, &terrain, &options).spurs);
             });
         }

@@ -41,6 +41,8 @@ pub struct Lift<'a> {
     chart: &'a Chart,
     locator: &'a Locator<'a>,
     tool_radius: f64,
+    /// Whether overruns follow how the surface bends more or less, too.
+    goes_far: bool,
 }
 
 impl<'a> Lift<'a> {
@@ -51,7 +53,12 @@ impl<'a> Lift<'a> {
         locator: &'a Locator<'a>,
         tool_radius: f64,
     ) -> Self {
-        Self { surface, chart, locator, tool_radius }
+        Self { surface, chart, locator, tool_radius, goes_far: false }
+    }
+
+    /// The same for overruns so long that the change of the curvature counts.
+    pub fn going_far(self, goes_far: bool) -> Self {
+        Self { goes_far, ..self }
     }
 
     /// Lifts a run of moves; `first` is the index of `run[0]` in the whole path.
@@ -86,7 +93,8 @@ impl<'a> Lift<'a> {
             }
             out.contacts[i].feed_direction = way;
         }
-        Ok(overrun(out, run, first, OVERRUN_STEP * self.tool_radius))
+        let step = OVERRUN_STEP * self.tool_radius;
+        Ok(overrun(out, run, first, (step, self.goes_far)))
     }
 
     fn locate(&self, at: DVec2) -> Result<SurfacePoint, OutsideChart> {
@@ -181,7 +189,12 @@ impl<'a> Lift<'a> {
 
 /// The contacts with the ways beyond the chart and back that the run's points ask for: along the feed at
 /// the last contact of a point, bent as the surface is before it.
-fn overrun(lifted: Lifted, run: &[FlatPoint], first: usize, step: f64) -> Lifted {
+fn overrun(
+    lifted: Lifted,
+    run: &[FlatPoint],
+    first: usize,
+    (step, goes_far): (f64, bool),
+) -> Lifted {
     if run.iter().all(|p| p.overrun == 0.0) {
         return lifted;
     }
@@ -210,6 +223,7 @@ fn overrun(lifted: Lifted, run: &[FlatPoint], first: usize, step: f64) -> Lifted
             before.map(|k| &lifted.contacts[k]).collect()
         };
         let beyond = Beyond::new(contact, &inward, by);
+        let beyond = if goes_far { beyond.with_change(&inward) } else { beyond };
         for k in ways {
             let part = k as f64 / steps as f64;
             let at = if k == 0 { *contact } else { beyond.at(part) };
@@ -228,6 +242,8 @@ struct Beyond {
     bend: DVec3,
     /// Change of the normal along the way, per mm.
     turn: DVec3,
+    /// Half the change of that, per mm².
+    change: DVec3,
     /// Along the feed at the end of a pass, against it at the start.
     sign: f64,
 }
@@ -255,18 +271,40 @@ impl Beyond {
         // A spur beside the end is no bend of the pass.
         let smooth = parabola.filter(|(_, bend)| bend.length() <= LARGEST_BEND * far);
         let (way, bend) = smooth.unwrap_or((along * far, DVec3::ZERO));
-        Self { end: *end, way, bend, turn, sign: by.signum() }
+        Self { end: *end, way, bend, turn, change: DVec3::ZERO, sign: by.signum() }
+    }
+
+    /// The same straight on, as gaps beside it are measured, with the normal on a parabola through that of the end and those once and twice as far before
+    /// it as the overrun goes beyond it; as it is where the curvature would more than double.
+    fn with_change(self, inward: &[&Contact]) -> Self {
+        let straight = Self { bend: DVec3::ZERO, ..self };
+        let far = self.way.length();
+        let line = without_spurs(&self.end, inward, 2.0 * far);
+        let before = |way: f64| {
+            let contact = line.iter().find(|c| c.position.distance(self.end.position) >= way)?;
+            let way = contact.position.distance(self.end.position);
+            (way > 0.0).then(|| (way, (self.end.normal - contact.normal) / way))
+        };
+        let Some(((near, first), (far, second))) = before(far).zip(before(2.0 * far)) else {
+            return straight;
+        };
+        // n(-s) = n - a s + b s².
+        let change = (first - second) / (far - near);
+        let turn = first + change * near;
+        let is_sound = change.is_finite() && change.length() * near <= turn.length();
+        if is_sound { Self { turn, change, ..straight } } else { straight }
     }
 
     /// The contact at a part of the overrun.
     fn at(&self, part: f64) -> Contact {
-        let Self { end, way, bend, turn, sign } = *self;
+        let Self { end, way, bend, turn, change, sign } = *self;
         let aside = (way + bend * part) * part;
         let heading = (way + bend * (2.0 * part)).normalize_or_zero();
         let far = aside.length();
         Contact {
-            position: end.position + aside - end.normal * (0.5 * turn.dot(aside) * far),
-            normal: (end.normal + turn * far).normalize_or(end.normal),
+            position: end.position + aside
+                - end.normal * ((0.5 * turn + change * (far / 3.0)).dot(aside) * far),
+            normal: (end.normal + turn * far + change * (far * far)).normalize_or(end.normal),
             feed_direction: heading * sign,
             ..end
         }

@@ -30,7 +30,7 @@ use crate::strip_width::{Strip, StripTable};
 use crate::surface::{
     AnalyticSurface, Built, CurvatureField, Part, Surface, SurfaceError, Warning, build,
 };
-use crate::tool::Tool;
+use crate::tool::{Tool, ToolKind};
 use crate::toolpath::{MoveKind, Toolpath};
 use crate::trochoid::Loops;
 use thiserror::Error;
@@ -302,7 +302,14 @@ pub fn plan_showing(
     let floor: f64 = grounds.iter().map(Ground::length_floor).sum();
     let fine: Vec<Locator> = grounds.iter().map(Ground::locator).collect();
     let tolerance = ring_tolerance(job, &chart);
-    let options = LayoutOptions { job, surface: &surface, chart: &locator, tolerance, threads };
+    let options = LayoutOptions {
+        job,
+        surface: &surface,
+        chart: &locator,
+        tolerance,
+        tilted: tilted(job),
+        threads,
+    };
     let layouts = regions::lay_out(&grounds, &fine, &options)?;
     let place = |at| locator.locate(at).ok().map(|p| surface.position(p));
     let order = regions::in_order(regions.as_ref(), &layouts, job.regions.order, place);
@@ -334,7 +341,8 @@ pub fn plan_showing(
         job,
         surface: &surface,
         chart: &chart,
-        lift: crate::lift::Lift::new(&surface, &chart, &locator, job.tool.radius()),
+        lift: crate::lift::Lift::new(&surface, &chart, &locator, job.tool.radius())
+            .going_far(tilted(job).is_some()),
         check: CheckMesh::new(part.positions, part.faces),
         options,
         cusp_limit: cusp_limit(job, &surface, &curvature),
@@ -750,6 +758,12 @@ impl Delivery<'_> {
     }
 }
 
+/// The cutter if it is tilted and has a flat bottom.
+fn tilted(job: &Job) -> Option<Strip> {
+    let is_tilted = job.machine.axes == Axes::Xyzac && job.tool.kind() != ToolKind::Ball;
+    is_tilted.then(|| strip(job, job.cut.tolerance))
+}
+
 /// How passes are laid where the removal rate is not asked for.
 fn lay_options(job: &Job) -> LayOptions {
     LayOptions {
@@ -760,6 +774,7 @@ fn lay_options(job: &Job) -> LayOptions {
         radius: job.tool.radius(),
         height: job.cut.axial_depth,
         feed: job.cut.feed,
+        tilted: tilted(job),
     }
 }
 

@@ -8,6 +8,9 @@
 //! - *Setback*: the points of a tilted flat bottom beside the contact lie behind it, where a surface that
 //!   bends along the feed has risen or fallen.
 //!
+//! - *Lag*: the setback at a distance across the feed. The sides of the strip are swept up to a boundary only
+//!   when the contact is beyond it by the lag of the strip's edge.
+//!
 //! Second order, `w = sqrt(8 h / (k_tool + k))` (Kim 2001, eq. of the strip width; spec 02). Exactly,
 //! the cusp stands where the profile has risen to the height `h` over the section; the width is the
 //! arc of the section between two such places.
@@ -22,6 +25,8 @@ const HALVINGS: usize = 52;
 const ALONG: usize = 3;
 /// Nodes of a table. Fewer: `1/w²` is interpolated with an error above 1e-6 of it.
 const NODES: usize = 1025;
+/// Places between the contact and the edge of a strip at which its lag is asked for.
+const ACROSS: u32 = 16;
 /// Strips are no wider than this part of the diameter, so that passes overlap.
 const WIDEST: f64 = 0.9;
 
@@ -95,6 +100,35 @@ impl Strip {
     fn setback(&self, t: f64) -> f64 {
         let across = self.tool.radius() - self.tool.corner_radius();
         across * (1.0 - cos(t)) * (1.0 - self.sin_lead * self.sin_lead).max(0.0).sqrt()
+    }
+
+    /// How far the cutter touches behind the contact at `across` mm beside it, mm; 0 for a ball.
+    pub fn lag(&self, across: f64) -> f64 {
+        if self.tool.corner_radius() == 0.0 {
+            let radius = self.tool.radius();
+            let ahead = (radius * radius - across * across).max(0.0).sqrt();
+            return (radius - ahead) * (1.0 - self.sin_lead * self.sin_lead).max(0.0).sqrt();
+        }
+        let (mut low, mut high) = (0.0, FRAC_PI_2);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if self.profile(middle).0 < across { low = middle } else { high = middle }
+        }
+        self.setback(high)
+    }
+
+    /// How far a pass goes beyond a boundary at its start and at its end, mm, so that its strip is swept up
+    /// to it: `half` is half the strip's width, `beside` how far ahead the boundary lies at that side of the
+    /// strip at which it is the farthest.
+    ///
+    /// At the end the lag of that side adds up; at the start what lies behind the contact is swept already.
+    pub fn overruns(&self, half: f64, beside: f64) -> [f64; 2] {
+        let missing = |i: u32| {
+            let part = f64::from(i) / f64::from(ACROSS);
+            beside * part - self.lag(half * part)
+        };
+        let start = (0..=ACROSS).map(missing).fold(0.0, f64::max);
+        [start, beside + self.lag(half)]
     }
 
     /// The profile at parameter `t`, 0 at the contact: distance across the feed and height, mm.
@@ -212,6 +246,26 @@ mod tests {
         }
         let even = StripTable::new(&s, 0.0, 0.0);
         assert_eq!(even.weight(1.0, 0.0), even.weight(0.0, 0.0));
+    }
+
+    /// The bottom's edge is a circle seen at an angle.
+    #[test]
+    fn lag_is_that_of_the_tilted_bottom() {
+        let lead = 5.0f64.to_radians();
+        let flat = strip(2.5, 0.0, lead, 0.05);
+        for across in [0.0, 0.4, 1.7, 2.4] {
+            let exact = (2.5 - (2.5f64 * 2.5 - across * across).sqrt()) * cos(lead);
+            assert!((flat.lag(across) - exact).abs() < 1e-9, "{across}");
+        }
+        assert_eq!(strip(2.5, 2.5, 0.0, 0.05).overruns(1.0, 0.3), [0.3, 0.3]);
+        // Square to the boundary: nothing at the start, the edge's lag at the end.
+        assert_eq!(flat.overruns(1.7, 0.0), [0.0, flat.lag(1.7)]);
+        // The edge at the angle of the boundary is what touches it first.
+        let [start, end] = flat.overruns(1.7, 0.5);
+        let tangent: f64 = 0.5 / 1.7 / cos(lead);
+        let exact = 2.5 * cos(lead) * ((1.0 + tangent * tangent).sqrt() - 1.0);
+        assert!((start - exact).abs() < 1e-3, "{start} {exact}");
+        assert_eq!(end, 0.5 + flat.lag(1.7));
     }
 
     #[test]

@@ -28,6 +28,7 @@ use crate::flat_path::Terrain;
 use crate::geometry::DVec2;
 use crate::job::RingOrder;
 use crate::mesh::FaceId;
+pub use gaps::Place as Gap;
 use gaps::{Place, gaps};
 use passes::Passes;
 use spur::{Chooser, Detour, closed};
@@ -40,11 +41,15 @@ const ROUNDS: usize = 6;
 
 /// How gaps are closed.
 #[derive(Copy, Clone, Debug, PartialEq)]
-pub struct ClosingOptions {
+pub struct ClosingOptions<'a> {
     /// Order of the rings.
     pub order: RingOrder,
     /// Whether there is a pass at every whole level.
     pub on_levels: bool,
+    /// Flat segments of other passes, which machine what is near to them.
+    pub beside: &'a [[DVec2; 2]],
+    /// Whether the cutter is tilted on a flat bottom: it machines nothing beyond the end of a spur.
+    pub has_flat_bottom: bool,
     /// Threads to use; the spurs do not depend on it.
     pub threads: usize,
 }
@@ -83,6 +88,17 @@ impl ClosingReport {
     }
 }
 
+/// The places farther than half a pass from all of some flat segments, where a field tells that neighbouring
+/// passes may not be near.
+pub fn uncovered(
+    mesh: &PassMesh,
+    field: &PassField,
+    lines: &[[DVec2; 2]],
+    options: &ClosingOptions,
+) -> Vec<Gap> {
+    gaps(mesh, field, &Tree::new(lines), options).places
+}
+
 /// Gives the rings the spurs that close the gaps between them.
 pub fn close(
     rings: &mut [Pass],
@@ -91,11 +107,16 @@ pub fn close(
     terrain: &dyn Terrain,
     options: &ClosingOptions,
 ) -> ClosingReport {
-    let mut passes = Passes::new(rings, mean_pass(mesh));
+    let mut passes = Passes::new(rings, options.beside, mean_pass(mesh));
     let found = gaps(mesh, field, passes.without_spurs(), options);
     let mut places = found.places;
     for _ in 0..ROUNDS {
-        let chooser = Chooser { passes: &passes, terrain, order: options.order };
+        let chooser = Chooser {
+            passes: &passes,
+            terrain,
+            order: options.order,
+            has_flat_bottom: options.has_flat_bottom,
+        };
         let blobs = blob::blobs(&places, options.threads);
         let wide = blobs.iter().filter(|b| b.deepest().gap > ACCEPTED);
         let detours: Vec<Detour> = wide.filter_map(|b| chooser.detour(b)).collect();

@@ -1,5 +1,6 @@
 //! Fields whose level curves are the passes.
 
+use super::beyond::beside_ways_on;
 use super::front::{Accuracy, Front};
 use super::strip_metric::FlatMetric;
 use super::{LevelSetError, PassMesh};
@@ -112,7 +113,35 @@ impl PassField {
         curve: &[DVec2],
         accuracy: Accuracy,
     ) -> Result<Self, LevelSetError> {
-        let near = beside_curve(mesh, locator, curve);
+        Self::from_beside(mesh, beside_curve(mesh, locator, curve), accuracy)
+    }
+
+    /// As [`from_curve`](Self::from_curve), of the curve that goes on straight beyond the boundary: passes
+    /// do not turn where they meet it.
+    ///
+    /// # Errors
+    /// [`LevelSetError::NoCurve`] when the curve crosses no face.
+    pub fn from_curve_going_on(
+        mesh: &PassMesh,
+        locator: &Locator,
+        curve: &[DVec2],
+        accuracy: Accuracy,
+    ) -> Result<Self, LevelSetError> {
+        let mut near = beside_curve(mesh, locator, curve);
+        if !near.is_empty() {
+            near.extend(beside_ways_on(mesh, curve));
+            near.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.abs().total_cmp(&b.1.abs())));
+            near.dedup_by_key(|n| n.0);
+        }
+        Self::from_beside(mesh, near, accuracy)
+    }
+
+    /// Signed distance in passes from what parts the vertices with these distances.
+    fn from_beside(
+        mesh: &PassMesh,
+        near: Vec<(VertexId, f64)>,
+        accuracy: Accuracy,
+    ) -> Result<Self, LevelSetError> {
         if near.is_empty() {
             return Err(LevelSetError::NoCurve);
         }

@@ -10,6 +10,7 @@
 //! Source: spec 02; Kimmel and Sethian 1998 for the distance on a triangle mesh.
 
 mod bend;
+mod beyond;
 mod closing;
 mod field;
 mod front;
@@ -19,9 +20,10 @@ pub mod strip_metric;
 mod terrain;
 mod thin;
 
-pub use closing::{ClosingOptions, ClosingReport, close};
+pub use closing::{ClosingOptions, ClosingReport, Gap, close, uncovered};
 pub use field::{PassField, length_floor};
 pub use front::Accuracy;
+pub(crate) use passes::shortened;
 pub use passes::{INSIDE, Outermost, Pass, Spur, half_levels, open_levels, passes, ring_levels};
 pub use refine::PassMesh;
 pub use strip_metric::StripMetric;

@@ -26,6 +26,12 @@ pub struct Pass {
     /// How far an open pass goes on straight beyond its start and its end, flat mm, so that it machines
     /// the boundary where it meets that at a slant.
     pub overrun: [f64; 2],
+    /// Half the distance from its neighbours at its start and its end, flat mm; 0 where it does not end on
+    /// the boundary.
+    pub half: [f64; 2],
+    /// How far ahead of its start and its end the boundary lies half way to a neighbour, on the acute side,
+    /// flat mm.
+    pub beside: [f64; 2],
     /// Detours that close gaps beside it; see [`close`](super::close).
     pub spurs: Vec<Spur>,
 }
@@ -139,6 +145,14 @@ enum Way {
     Backward,
 }
 
+/// The boundary at the end of a level curve, as [`Pass`] knows it.
+#[derive(Copy, Clone, Default)]
+struct Rim {
+    overrun: f64,
+    half: f64,
+    beside: f64,
+}
+
 /// How a level curve ends.
 #[derive(Copy, Clone, PartialEq)]
 enum End {
@@ -167,8 +181,16 @@ impl<'a> Tracer<'a> {
         let (mut points, end) = self.follow(face, level, Way::Forward);
         if end == End::Closed {
             points.dedup();
-            let pass =
-                Pass { level, points, is_closed: true, overrun: [0.0; 2], spurs: Vec::new() };
+            let (none, spurs) = ([0.0; 2], Vec::new());
+            let pass = Pass {
+                level,
+                points,
+                is_closed: true,
+                overrun: none,
+                half: none,
+                beside: none,
+                spurs,
+            };
             return (pass.points.len() >= 3).then_some(pass);
         }
         self.seen[face.index()] = 0;
@@ -177,31 +199,42 @@ impl<'a> Tracer<'a> {
         whole.append(&mut points);
         whole.dedup();
         let pass_size = 1.0 / self.mesh.flat_metric(face)?.mean();
-        let overrun = self.overruns(&whole, [start, end])?;
-        let points = without_ends(whole, pass_size)?;
-        Some(Pass { level, points, is_closed: false, overrun, spurs: Vec::new() })
+        let [before, after] = self.overruns(&whole, [start, end])?;
+        Some(Pass {
+            level,
+            points: without_ends(whole, pass_size)?,
+            is_closed: false,
+            overrun: [before.overrun, after.overrun],
+            half: [before.half, after.half],
+            beside: [before.beside, after.beside],
+            spurs: Vec::new(),
+        })
     }
 
-    /// Overruns of an open curve with these ends. `None` for a curve of one point.
-    fn overruns(&self, points: &[DVec2], ends: [End; 2]) -> Option<[f64; 2]> {
+    /// Overruns of an open curve with these ends, and half its distance from its neighbours there. `None`
+    /// for a curve of one point.
+    fn overruns(&self, points: &[DVec2], ends: [End; 2]) -> Option<[Rim; 2]> {
         let [first, second, ..] = points else { return None };
         let [.., before, last] = points else { return None };
         let length = |way: DVec2, end: End| match end {
-            End::Boundary(side) => self.overrun(way, side).unwrap_or(0.0),
-            _ => 0.0,
+            End::Boundary(side) => self.overrun(way, side).unwrap_or_default(),
+            _ => Rim::default(),
         };
         Some([length(*first - *second, ends[0]), length(*last - *before, ends[1])])
     }
 
     /// How far a curve that leaves the surface through `side` goes on: until it is beside the place of the
-    /// boundary half a pass from it, on the acute side.
-    fn overrun(&self, way: DVec2, side: HalfEdgeId) -> Option<f64> {
+    /// boundary half a pass from it, on the acute side; and how far to the side that place is.
+    fn overrun(&self, way: DVec2, side: HalfEdgeId) -> Option<Rim> {
         let (a, b) = self.mesh.connectivity().ends(side);
         let along = self.mesh.uv()[b.index()] - self.mesh.uv()[a.index()];
         let passes = (self.values[b.index()] - self.values[a.index()]).abs();
         let pass_size = 1.0 / self.mesh.flat_metric(side.face())?.mean();
-        let beside = 0.5 * way.try_normalize()?.dot(along).abs() / passes;
-        Some((beside + INSIDE * pass_size).min(LONGEST_OVERRUN * pass_size))
+        let way = way.try_normalize()?;
+        let beside = 0.5 * way.dot(along).abs() / passes;
+        let half = 0.5 * way.perp_dot(along).abs() / passes;
+        let overrun = (beside + INSIDE * pass_size).min(LONGEST_OVERRUN * pass_size);
+        Some(Rim { overrun, half: half.min(pass_size), beside: beside + INSIDE * pass_size })
     }
 
     /// The crossings with the sides through which the curve leaves `face` and those after it, and
@@ -260,7 +293,7 @@ fn without_ends(points: Vec<DVec2>, pass_size: f64) -> Option<Vec<DVec2>> {
 }
 
 /// A polyline without the last `cut` of its length.
-fn shortened(mut line: Vec<DVec2>, mut cut: f64) -> Vec<DVec2> {
+pub(crate) fn shortened(mut line: Vec<DVec2>, mut cut: f64) -> Vec<DVec2> {
     while let [.., before, last] = line[..] {
         let length = before.distance(last);
         line.pop();

@@ -126,6 +126,12 @@ impl FlatMetric {
         (square / self.determinant()).max(0.0).sqrt()
     }
 
+    /// The flat direction in which a front with that normal goes.
+    pub fn across(&self, normal: DVec2) -> DVec2 {
+        let DVec2 { x, y } = normal;
+        DVec2::new(self.yy * x - self.xy * y, self.xx * y - self.xy * x)
+    }
+
     /// Distance in passes of `p` from the segment `a b`, and where on it: 0 at `a`, 1 at `b`.
     pub fn nearest_on(&self, p: DVec2, a: DVec2, b: DVec2) -> (f64, f64) {
         let (way, offset) = (b - a, p - a);

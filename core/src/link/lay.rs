@@ -9,8 +9,13 @@ use super::{CutCounts, Group, LONGEST_LINK, Precedence, SLANT, oriented};
 use crate::flat_path::{FlatPoint, Terrain};
 use crate::geometry::DVec2;
 use crate::job::{CutDirection, Links, RingOrder, Traverse};
-use crate::level_set::Pass;
+use crate::level_set::{INSIDE, Pass};
+use crate::strip_width::Strip;
 use crate::toolpath::MoveKind;
+
+/// The strip of a tilted cutter at the end of its pass is taken for wider by this: neighbours are not quite
+/// parallel, boundaries not quite straight.
+const ROOM: f64 = 1.1;
 
 /// How passes are laid.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -29,6 +34,8 @@ pub struct LayOptions {
     pub height: f64,
     /// Feed, mm/s.
     pub feed: f64,
+    /// A tilted cutter with a flat bottom, the edges of whose strip lag behind it; `None` for any other.
+    pub tilted: Option<Strip>,
 }
 
 /// Lays the passes of one region after the other; returns the path and how it is joined.
@@ -134,8 +141,9 @@ impl Layer<'_> {
     fn pass(&mut self, pass: &Pass) {
         let start = pass.points[0];
         self.reach(start);
+        let by = self.overruns(pass);
         if let Some(arrived) = self.points.last_mut() {
-            arrived.overrun = -pass.overrun[0];
+            arrived.overrun = -by[0];
         }
         let n = pass.points.len();
         let last = if pass.is_closed { n } else { n - 1 };
@@ -152,7 +160,7 @@ impl Layer<'_> {
                 break;
             }
             if i + 1 == n && !pass.is_closed {
-                self.overrun(p, pass, spurs_at(i).next().is_some());
+                self.overrun(p, by[1], spurs_at(i).next().is_some());
             }
             let towards = pass.points[(i + 1) % n] - p;
             let behind = if i > 0 { p - pass.points[i - 1] } else { towards };
@@ -166,10 +174,27 @@ impl Layer<'_> {
         self.pass += 1;
     }
 
+    /// How far a pass goes on before its start and beyond its end.
+    fn overruns(&self, pass: &Pass) -> [f64; 2] {
+        let ends = pass.points.first().zip(pass.points.last());
+        let (Some(strip), Some(ends)) = (self.options.tilted, ends) else { return pass.overrun };
+        let at = |end: usize, place: DVec2| {
+            if pass.overrun[end] == 0.0 {
+                return 0.0;
+            }
+            let scale = self.terrain.scale(place).unwrap_or(1.0);
+            let half = ROOM * scale * pass.half[end];
+            let beside = ROOM * scale * pass.overrun[end];
+            // As much as it is drawn in at least.
+            strip.overruns(half, beside)[end].max(2.0 * INSIDE * half)
+        };
+        [at(0, *ends.0), at(1, *ends.1)]
+    }
+
     /// Lets the pass go on beyond its end, before any spur leaves from there.
-    fn overrun(&mut self, end: DVec2, pass: &Pass, has_spurs: bool) {
+    fn overrun(&mut self, end: DVec2, by: f64, has_spurs: bool) {
         if let Some(last) = self.points.last_mut() {
-            last.overrun = pass.overrun[1];
+            last.overrun = by;
         }
         if has_spurs {
             self.push(end, 0.0, MoveKind::Cut, None);

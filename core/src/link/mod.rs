@@ -126,6 +126,8 @@ pub(crate) fn oriented(pass: &Pass, reverse: bool) -> Pass {
     if reverse {
         turned.points.reverse();
         turned.overrun.reverse();
+        turned.half.reverse();
+        turned.beside.reverse();
         turned.spurs.iter_mut().for_each(|s| s.at = pass.points.len() - 1 - s.at);
     }
     turned

@@ -44,6 +44,8 @@ impl Plate {
                 points: dense(&self.corners(self.radius + self.step * k as f64)),
                 is_closed: true,
                 overrun: [0.0; 2],
+                half: [0.0; 2],
+                beside: [0.0; 2],
                 spurs: Vec::new(),
             })
             .collect()

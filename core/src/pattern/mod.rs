@@ -78,7 +78,7 @@ impl Parameters {
 }
 
 /// Lays the passes of the pattern that the options ask for on a mesh; choices are made on the coarse one. `locator` is over the fine mesh's flat faces;
-/// `radius`: cutter radius, mm; `parameters`: the surface's own, if any.
+/// `radius`: cutter radius, mm, and whether it is tilted on a flat bottom; `parameters`: the surface's own, if any.
 ///
 /// # Errors
 /// [`LevelSetError`]: no pass can be laid.
@@ -87,10 +87,10 @@ pub fn lay_out(
     mesh: &PassMesh,
     locator: &Locator,
     options: &PathOptions,
-    radius: f64,
+    (radius, has_flat_bottom): (f64, bool),
     parameters: Option<&Parameters>,
 ) -> Result<Laid, LevelSetError> {
-    let sketch = Sketch { coarse, mesh, locator, options, radius };
+    let sketch = Sketch { coarse, mesh, locator, options, radius, has_flat_bottom };
     let field = match options.pattern {
         Pattern::Contour | Pattern::Spiral => match options.boundary {
             Boundary::Open => PassField::from_boundary(mesh),
@@ -135,6 +135,9 @@ struct Sketch<'a> {
     locator: &'a Locator<'a>,
     options: &'a PathOptions,
     radius: f64,
+    /// Whether the cutter is tilted on a flat bottom, which machines beside a sharp turn what it should not
+    /// and leaves what it should.
+    has_flat_bottom: bool,
 }
 
 impl Sketch<'_> {
@@ -146,6 +149,9 @@ impl Sketch<'_> {
     fn source(&self) -> Result<Source, LevelSetError> {
         let locator = Locator::new(self.coarse.connectivity(), self.coarse.uv());
         let mut candidates = Source::candidates(self.coarse, &locator, &self.options.start);
+        if self.has_flat_bottom {
+            candidates = candidates.into_iter().map(Source::going_on).collect();
+        }
         if candidates.len() == 1 {
             return candidates.pop().ok_or(LevelSetError::NoCurve);
         }

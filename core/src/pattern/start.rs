@@ -90,6 +90,8 @@ pub enum Source {
     Side(DVec2, DVec2),
     /// A flat curve.
     Curve(Vec<DVec2>),
+    /// A flat curve that goes on straight beyond the boundary.
+    GoingOn(Vec<DVec2>),
 }
 
 impl Source {
@@ -113,6 +115,14 @@ impl Source {
         }
     }
 
+    /// The same, a curve going on straight beyond the boundary.
+    pub fn going_on(self) -> Self {
+        match self {
+            Self::Curve(curve) => Self::GoingOn(curve),
+            other => other,
+        }
+    }
+
     /// The distance from it.
     ///
     /// # Errors
@@ -129,6 +139,7 @@ impl Source {
                 Ok(PassField::from_vertices(mesh, &between(mesh, *from, *to), accuracy))
             }
             Self::Curve(curve) => PassField::from_curve(mesh, locator, curve, accuracy),
+            Self::GoingOn(curve) => PassField::from_curve_going_on(mesh, locator, curve, accuracy),
         }
     }
 }

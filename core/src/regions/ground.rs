@@ -7,7 +7,7 @@ use crate::geometry::{DVec2, DVec3};
 use crate::level_set::{
     self, INSIDE, LevelSetError, PassField, PassMesh, StripMetric, length_floor,
 };
-use crate::mesh::{Connectivity, FaceId, VertexId};
+use crate::mesh::{Connectivity, FaceId, HalfEdgeId, VertexId};
 use crate::surface::Surface;
 use std::collections::BTreeSet;
 
@@ -169,6 +169,16 @@ impl Ground {
         out
     }
 
+    /// Sides of the refined boundary that were one of the unrefined inner border, and their ends.
+    pub(super) fn border_sides(&self) -> Vec<(HalfEdgeId, [VertexId; 2])> {
+        let connectivity = self.fine.connectivity();
+        let sides = (0..3 * connectivity.face_count() as u32).map(HalfEdgeId);
+        let outer = sides.filter(|h| connectivity.opposite(*h).is_none());
+        let with_ends = outer.map(|h| (h, connectivity.ends(h)));
+        let is_inner = |ends: &(VertexId, VertexId)| self.inner_border.contains(ends);
+        with_ends.filter(|(_, ends)| is_inner(ends)).map(|(h, (a, b))| (h, [a, b])).collect()
+    }
+
     /// Passes per mm at a vertex, mean over the sides around.
     fn passes_per_mm(&self) -> impl Fn(VertexId) -> f64 + '_ {
         |v| {
@@ -194,6 +204,15 @@ impl Ground {
     /// Area, mm².
     pub fn surface_area(&self) -> f64 {
         (0..self.fine.connectivity().face_count()).map(|f| self.area(FaceId(f as u32))).sum()
+    }
+
+    /// Length of the level curves on a face of a linear function with these values, integrated over the
+    /// values, mm.
+    pub(super) fn integral(&self, face: FaceId, value: [f64; 3]) -> f64 {
+        let corners = self.fine.connectivity().face(face);
+        let [a, b, c] = corners.map(|v| self.fine.positions()[v.index()]);
+        // |grad| A = |sum of value times opposite side| / 2.
+        0.5 * ((c - b) * value[0] + (a - c) * value[1] + (b - a) * value[2]).length()
     }
 
     /// Area of a face of the refined mesh, mm².

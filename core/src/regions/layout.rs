@@ -1,7 +1,8 @@
 //! The passes of a region.
 
 use super::Ground;
-use crate::flat_path::Terrain;
+use super::joints::{Joints, decide, joints, machined, reset, run_on, ways_on};
+use super::offsets::shifts;
 use crate::flatten::Locator;
 use crate::geometry::DVec2;
 use crate::geometry::polyline::{simplify_closed, simplify_open};
@@ -10,14 +11,17 @@ use crate::level_set::{
     ClosingOptions, ClosingReport, FieldTerrain, INSIDE, LevelSetError, Pass, PassField, close,
     passes as level_curves,
 };
-use crate::link::{Group, Precedence, oriented};
+use crate::link::{Group, Precedence};
 use crate::mesh::FaceId;
 use crate::parallel;
 use crate::pattern::{self, Laid, Parameters};
+use crate::strip_width::Strip;
 use crate::surface::Surface;
 
 /// A field that grows by less than this per pass is about a ridge, where spurs close the gaps.
 const RIDGE: f64 = 0.9;
+/// Longest overrun of a flat bottom, half distances of passes.
+const LONGEST_OVERRUN: f64 = 6.0;
 /// Passes at least this part of the allowed side step apart are even.
 const EVEN: f64 = 0.9;
 
@@ -32,6 +36,8 @@ pub struct LayoutOptions<'a> {
     pub chart: &'a Locator<'a>,
     /// How far polylines may deviate from level curves, flat mm.
     pub tolerance: f64,
+    /// A tilted cutter with a flat bottom, the edges of whose strip lag behind it; `None` for any other.
+    pub tilted: Option<Strip>,
     /// Threads to use.
     pub threads: usize,
 }
@@ -113,49 +119,151 @@ pub fn lay_out(
     // A single region is shared by all threads.
     let threads = if tasks.len() > 1 { 1 } else { options.threads };
     let options_of_one = LayoutOptions { threads, ..*options };
-    let work = |(ground, locator): &(&Ground, &Locator)| region(ground, locator, &options_of_one);
-    parallel::map(options.threads, &tasks, work).into_iter().collect()
+    let draft =
+        |(ground, locator): &(&Ground, &Locator)| Draft::of(ground, locator, &options_of_one);
+    let drafts = parallel::map(options.threads, &tasks, draft);
+    let mut drafts = drafts.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let pattern = options.job.path.pattern;
+    // Bands end half a pass from their neighbours by themselves.
+    if grounds.len() > 1 && !pattern.has_rings() && pattern != Pattern::Mpf {
+        let fields: Vec<&PassField> = drafts.iter().map(|d| &d.field).collect();
+        let shifts = shifts(grounds, &fields);
+        for ((draft, ground), shift) in drafts.iter_mut().zip(grounds).zip(shifts) {
+            draft.shift(ground, shift, options);
+        }
+    }
+    for (draft, (ground, locator)) in drafts.iter_mut().zip(&tasks) {
+        draft.find_joints(ground, locator, options);
+    }
+    for k in (0..drafts.len()).chain(0..drafts.len()) {
+        if !drafts[k].joints.is_empty() {
+            reset(&mut drafts[k].joints);
+            let all: Vec<_> = drafts.iter().flat_map(Draft::machined).collect();
+            let closing = drafts[k].closing_options(tasks[k].0, &[], options);
+            let mut joints = core::mem::take(&mut drafts[k].joints);
+            decide(&mut joints, (tasks[k].0, &drafts[k].field), &all, options, &closing);
+            drafts[k].joints = joints;
+        }
+    }
+    let indices: Vec<usize> = (0..drafts.len()).collect();
+    let work = |&k: &usize| drafts[k].clone().closed(k, &drafts, tasks[k], &options_of_one);
+    Ok(parallel::map(options.threads, &indices, work))
 }
 
-fn region(
-    ground: &Ground,
-    locator: &Locator,
-    options: &LayoutOptions,
-) -> Result<Layout, LevelSetError> {
-    let job = options.job;
-    let mesh = &ground.fine;
-    let Laid { field, passes } = match ground.has_neighbours() && job.path.pattern.has_rings() {
-        true => rings(ground, job),
-        false => {
-            let (coarse, radius) = (&ground.coarse, job.tool.radius());
-            let own = (job.path.pattern == Pattern::IsoParametric)
-                .then(|| Parameters::of(options.surface, options.chart, mesh))
-                .flatten();
-            pattern::lay_out(coarse, mesh, locator, &path(ground, job), radius, own.as_ref())?
+/// Passes of a region before they are joined with those of others.
+#[derive(Clone)]
+struct Draft {
+    field: PassField,
+    passes: Vec<Pass>,
+    precedence: Precedence,
+    is_spiral: bool,
+    /// By pass; none where passes are rings.
+    joints: Vec<Joints>,
+}
+
+impl Draft {
+    fn of(
+        ground: &Ground,
+        locator: &Locator,
+        options: &LayoutOptions,
+    ) -> Result<Self, LevelSetError> {
+        let job = options.job;
+        let mesh = &ground.fine;
+        let Laid { field, passes } = match ground.has_neighbours() && job.path.pattern.has_rings() {
+            true => rings(ground, job),
+            false => {
+                let coarse = &ground.coarse;
+                let radius = (job.tool.radius(), options.tilted.is_some());
+                let own = (job.path.pattern == Pattern::IsoParametric)
+                    .then(|| Parameters::of(options.surface, options.chart, mesh))
+                    .flatten();
+                pattern::lay_out(coarse, mesh, locator, &path(ground, job), radius, own.as_ref())?
+            }
+        };
+        let mut passes = simplified(passes, options.tolerance);
+        if passes.is_empty() {
+            let (low, high) = field.range();
+            return Err(LevelSetError::TooSmall { passes: high - low.min(0.0) });
         }
-    };
-    let mut passes = simplified(passes, options.tolerance);
-    if passes.is_empty() {
+        let precedence = Precedence::new(&passes, job.path.order);
+        let is_spiral = job.path.pattern == Pattern::Spiral;
+        if is_spiral {
+            passes = pattern::spiral(mesh, &field, &passes, &precedence);
+            passes = simplified(passes, options.tolerance);
+        }
+        Ok(Self { field, passes, precedence, is_spiral, joints: Vec::new() })
+    }
+
+    /// Shifts the passes, which are open; unless none would be left.
+    fn shift(&mut self, ground: &Ground, shift: f64, options: &LayoutOptions) {
+        let field = self.field.clone().rescaled(shift, 1.0);
         let (low, high) = field.range();
-        return Err(LevelSetError::TooSmall { passes: high - low.min(0.0) });
+        let levels = (0..).map(|k| low.ceil() + f64::from(k)).take_while(|level| *level < high);
+        let levels: Vec<f64> = levels.collect();
+        let passes = simplified(level_curves(&ground.fine, &field, &levels), options.tolerance);
+        if shift != 0.0 && !passes.is_empty() {
+            self.precedence = Precedence::new(&passes, options.job.path.order);
+            (self.field, self.passes) = (field, passes);
+        }
     }
-    let precedence = Precedence::new(&passes, job.path.order);
-    let depth = precedence.depth();
-    let is_spiral = job.path.pattern == Pattern::Spiral;
-    if is_spiral {
-        passes = pattern::spiral(mesh, &field, &passes, &precedence);
-        passes = simplified(passes, options.tolerance);
+
+    /// Finds the ends on inner borders of passes that are no rings.
+    fn find_joints(&mut self, ground: &Ground, locator: &Locator, options: &LayoutOptions) {
+        if ground.has_neighbours() && !options.job.path.pattern.has_rings() {
+            let terrain = FieldTerrain::new(&ground.fine, &self.field, locator);
+            self.joints = joints(&mut self.passes, options.chart, &terrain);
+        }
     }
-    let terrain = FieldTerrain::new(mesh, &field, locator);
-    // Beside the sharp ridges of regions rings are blunted too much for the field to tell how near they
-    // are.
-    let on_levels = !is_spiral && !ground.has_neighbours();
-    let closing = ClosingOptions { order: job.path.order, on_levels, threads: options.threads };
-    let closing = close(&mut passes, mesh, &field, &terrain, &closing);
-    if ground.has_neighbours() {
-        passes.iter_mut().for_each(|pass| run_over(pass, options, &terrain));
+
+    /// What its passes machine of their neighbours' regions, if they are no rings.
+    fn machined(&self) -> Vec<[DVec2; 2]> {
+        machined(&self.passes, &self.joints)
     }
-    Ok(Layout { field, passes, precedence, depth, closing })
+
+    fn closing_options<'a>(
+        &self,
+        ground: &Ground,
+        beside: &'a [[DVec2; 2]],
+        options: &LayoutOptions,
+    ) -> ClosingOptions<'a> {
+        // Beside the sharp ridges of regions rings are blunted too much for the field to tell how near they
+        // are.
+        let on_levels = !self.is_spiral && !ground.has_neighbours();
+        ClosingOptions {
+            order: options.job.path.order,
+            on_levels,
+            beside,
+            has_flat_bottom: options.tilted.is_some(),
+            threads: options.threads,
+        }
+    }
+
+    /// With the gaps closed that neither its passes nor those of the others reach; `own`: its index among
+    /// `all`.
+    fn closed(
+        mut self,
+        own: usize,
+        all: &[Self],
+        (ground, locator): (&Ground, &Locator),
+        options: &LayoutOptions,
+    ) -> Layout {
+        let mut beside: Vec<[DVec2; 2]> = ways_on(&self.joints).collect();
+        if !self.joints.is_empty() {
+            let others = all.iter().enumerate().filter(|(k, _)| *k != own);
+            beside.extend(others.flat_map(|(_, other)| other.machined()));
+        }
+        let depth = self.precedence.depth();
+        let terrain = FieldTerrain::new(&ground.fine, &self.field, locator);
+        let closing = self.closing_options(ground, &beside, options);
+        let overruns = options.tilted.map(|_| overruns(&mut self.passes));
+        let closing = close(&mut self.passes, &ground.fine, &self.field, &terrain, &closing);
+        for (pass, overrun) in self.passes.iter_mut().zip(overruns.into_iter().flatten()) {
+            pass.overrun = overrun;
+        }
+        run_on(&mut self.passes, &self.joints);
+        let Self { field, passes, precedence, .. } = self;
+        Layout { field, passes, precedence, depth, closing }
+    }
 }
 
 /// How passes are laid on a region: beginning at its own curve if it has one.
@@ -184,35 +292,22 @@ fn rings(ground: &Ground, job: &Job) -> Laid {
     Laid { field, passes }
 }
 
-/// Lets the ends of an open pass go on over inner borders, on the surface, by the blend and by what they
-/// overrun a slanted border.
-fn run_over(pass: &mut Pass, options: &LayoutOptions, terrain: &dyn Terrain) {
-    if pass.is_closed {
-        return;
-    }
-    // One end, then, turned round, the other.
-    for _ in 0..2 {
-        if let [.., before, last] = pass.points[..] {
-            let blend = options.job.regions.blend / terrain.scale(last).unwrap_or(1.0);
-            let way = (last - before).normalize_or_zero() * (blend + pass.overrun[1]);
-            let reached = reached(options.chart, last, last + way);
-            // Not where the end lies on the boundary of the surface.
-            if reached.distance(last) > 0.5 * way.length() {
-                pass.points.push(reached);
-                pass.overrun[1] = 0.0;
+/// How far passes of a cutter with a flat bottom overrun the boundary; until that is set they overrun only as
+/// far as the cutter machines beside them, too: at the very end it does not.
+fn overruns(passes: &mut [Pass]) -> Vec<[f64; 2]> {
+    let of = |pass: &mut Pass| {
+        let mut whole = pass.overrun;
+        for (end, whole) in whole.iter_mut().enumerate() {
+            let (half, beside) = (pass.half[end], pass.beside[end]);
+            let longest = LONGEST_OVERRUN * half;
+            if pass.overrun[end] > 0.0 {
+                *whole = beside.min(longest);
+                pass.overrun[end] = if beside > longest { longest - half } else { beside };
             }
         }
-        *pass = oriented(pass, true);
-    }
-}
-
-/// How far the straight flat way from a point stays on the surface.
-fn reached(chart: &Locator, from: DVec2, to: DVec2) -> DVec2 {
-    let Ok(start) = chart.locate(from) else { return from };
-    match chart.walk(start.face, from, to, |_, _| {}) {
-        Ok(_) => to,
-        Err(outside) => outside.uv,
-    }
+        whole
+    };
+    passes.iter_mut().map(of).collect()
 }
 
 /// Passes with the points left out that the tolerance does not need.

@@ -9,7 +9,9 @@
 //! 2. They are cut in; pieces too small go to a neighbour.
 //! 3. Every piece gets its passes; along inner borders the outermost ones run half a strip inside, less
 //!    half of the blend, so that the strips of both pieces meet and overlap by the blend.
-//! 4. The pieces are put in order.
+//! 4. Open passes are shifted so that those of neighbours fit (`offsets`), and go on beyond inner borders as
+//!    far as neighbours leave something (`joints`).
+//! 5. The pieces are put in order.
 //!
 //! Path and cutter locations stay those of the one surface and its one chart: sheet and surface are the
 //! same set of points.
@@ -19,8 +21,10 @@
 pub mod distortion;
 mod divided;
 mod ground;
+mod joints;
 mod layout;
 mod lines;
+mod offsets;
 mod order;
 mod pieces;
 mod sheet;

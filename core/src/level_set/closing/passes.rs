@@ -74,8 +74,9 @@ pub struct Passes {
 }
 
 impl Passes {
-    /// The rings; `mean_pass`: mean size of a pass, flat mm.
-    pub fn new(rings: &[Pass], mean_pass: f64) -> Self {
+    /// The rings; `beside`: other segments that machine what is near to them; `mean_pass`: mean size of a
+    /// pass, flat mm.
+    pub fn new(rings: &[Pass], beside: &[[DVec2; 2]], mean_pass: f64) -> Self {
         let longest_piece = LONGEST_PIECE * mean_pass;
         let mut passes = Self {
             layers: Vec::new(),
@@ -89,7 +90,8 @@ impl Passes {
             .enumerate()
             .map(|(i, ring)| (Line::Pass(i), ring.level, ring.line().collect()));
         passes.push_layer(lines.collect());
-        let beyond: Vec<[DVec2; 2]> = rings.iter().flat_map(overruns).collect();
+        let beside = beside.iter().copied();
+        let beyond: Vec<[DVec2; 2]> = rings.iter().flat_map(overruns).chain(beside).collect();
         if !beyond.is_empty() {
             let ends: Vec<_> = passes.layers[0].ends.iter().copied().chain(beyond).collect();
             passes.with_overruns = Some(Tree::new(&ends));

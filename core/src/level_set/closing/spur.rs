@@ -48,6 +48,8 @@ pub struct Chooser<'a> {
     pub terrain: &'a dyn Terrain,
     /// Order of the rings: spurs leave from the ring that is cut later, into cleared stock.
     pub order: RingOrder,
+    /// Whether the cutter machines beside the ends of spurs, but nothing beyond them.
+    pub has_flat_bottom: bool,
 }
 
 impl Chooser<'_> {
@@ -112,8 +114,10 @@ impl Chooser<'_> {
         mut arms: [Vec<DVec2>; 2],
         blob: &Blob,
     ) -> Option<Vec<DVec2>> {
-        trim(&mut arms, 0, blob);
-        trim(&mut arms, 1, blob);
+        if !self.has_flat_bottom {
+            trim(&mut arms, 0, blob);
+            trim(&mut arms, 1, blob);
+        }
         let spread = |at: DVec2, across: DVec2| SPREAD * gap_across(blob, at, across);
         let narrow: Vec<DVec2> = arms.iter().flat_map(|arm| hairpin(arm, |_, _| 0.0)).collect();
         let wide: Vec<DVec2> = arms.iter().flat_map(|arm| hairpin(arm, spread)).collect();

@@ -85,7 +85,8 @@ fn closed(
     let on_chart = Locator::new(surface.connectivity(), chart.uv());
     let measure = |rings: &[Pass]| widest(surface, chart, &on_chart, rings, &terrain, step);
     let plain = measure(&rings);
-    let options = ClosingOptions { order, on_levels: true, threads: 2 };
+    let options =
+        ClosingOptions { order, on_levels: true, beside: &[], has_flat_bottom: false, threads: 2 };
     let report = close(&mut rings, &mesh, &field, &terrain, &options);
     let widest = measure(&rings);
     Closed { rings, plain, report, widest }

@@ -1,0 +1,201 @@
+//! Where open passes end on inner borders: how far each goes on beyond.
+//!
+//! - *Joint*: such an end, and the straight flat way on from there, on the surface.
+//! - *Lag*: how far the edge of the strip is swept behind the contact of a tilted flat bottom.
+//!
+//! A border that is met at a slant leaves places on the acute side of the last half strip. The neighbour's
+//! passes machine some of them; of the others each goes to the joint that has the shortest way to machine
+//! it, and every joint goes on as far as the farthest of its places asks, and by the blend.
+
+use super::{Ground, LayoutOptions};
+use crate::flat_path::Terrain;
+use crate::flatten::Locator;
+use crate::geometry::DVec2;
+use crate::job::{CutDirection, Job, Traverse};
+use crate::level_set::{ClosingOptions, Gap, Pass, PassField, shortened, uncovered};
+use crate::link::oriented;
+use crate::strip_width::Strip;
+
+/// Longest way beyond an inner border, half distances of passes.
+const LONGEST: f64 = 14.0;
+/// Half distances of passes by which a pass is taken to end before it does: it machines beside its ends,
+/// but nothing beyond them.
+const BEFORE_END: f64 = 1.0;
+/// What a flat bottom goes on farther, half distances of passes: its edge is not rounded.
+const ROOM: f64 = 0.1;
+/// Farthest place, passes, that a way on machines.
+const BESIDE: f64 = 0.5;
+
+/// An end of an open pass on an inner border.
+#[derive(Clone, Debug)]
+pub(super) struct Joint {
+    at: DVec2,
+    /// Unit way on.
+    way: DVec2,
+    /// How far the way on stays on the surface, flat mm.
+    room: f64,
+    /// Half the distance of passes there, flat mm.
+    half: f64,
+    /// mm per flat mm.
+    scale: f64,
+    /// How far it goes on, flat mm.
+    by: f64,
+}
+
+/// The joints of a pass at its start and its end.
+pub(super) type Joints = [Option<Joint>; 2];
+
+impl Joint {
+    /// At the end of a pass; `None` if that lies on the boundary of the surface or is none.
+    fn of(pass: &Pass, chart: &Locator, terrain: &dyn Terrain) -> Option<Self> {
+        let [.., before, last] = pass.points[..] else { return None };
+        let half = pass.half[1];
+        if pass.is_closed || half == 0.0 {
+            return None;
+        }
+        let way = (last - before).try_normalize()?;
+        let room = reached(chart, last, last + way * (LONGEST * half)).distance(last);
+        let scale = terrain.scale(last).unwrap_or(1.0);
+        (room > half).then_some(Self { at: last, way, room, half, scale, by: 0.0 })
+    }
+
+    /// How far it has to go on for a place, flat mm; `None` where it does not come beside it. `lag`: of the
+    /// edge of the strip, flat mm by flat mm across.
+    fn need(&self, place: &Gap, lag: impl Fn(f64) -> f64) -> Option<f64> {
+        let far = self.way * (LONGEST * self.half + self.room);
+        let (beside, t) = place.metric.nearest_on(place.at, self.at - far, self.at + far);
+        let along = (2.0 * t - 1.0) * far.length();
+        if beside > BESIDE || along <= -2.0 * self.half {
+            return None;
+        }
+        let need = along + lag(place.at.distance(self.at + self.way * along));
+        (need < self.room).then_some(need)
+    }
+
+    /// The way on, as far as it is taken to machine beside it.
+    fn line(&self) -> [DVec2; 2] {
+        let by = (self.by - BEFORE_END * self.half).max(0.0);
+        [self.at, self.at + self.way * by]
+    }
+}
+
+/// How far the straight flat way from a point stays on the surface.
+fn reached(chart: &Locator, from: DVec2, to: DVec2) -> DVec2 {
+    let Ok(start) = chart.locate(from) else { return from };
+    match chart.walk(start.face, from, to, |_, _| {}) {
+        Ok(_) => to,
+        Err(outside) => outside.uv,
+    }
+}
+
+/// The joints of some passes, which do not overrun there any more.
+pub(super) fn joints(passes: &mut [Pass], chart: &Locator, terrain: &dyn Terrain) -> Vec<Joints> {
+    let of = |pass: &mut Pass| {
+        let joints = [oriented(pass, true), pass.clone()].map(|p| Joint::of(&p, chart, terrain));
+        for (end, _) in joints.iter().enumerate().filter(|(_, j)| j.is_some()) {
+            (pass.overrun[end], pass.half[end]) = (0.0, 0.0);
+        }
+        joints
+    };
+    passes.iter_mut().map(of).collect()
+}
+
+/// What passes machine for certain, as flat segments: their points, and as much of their ways on as has been
+/// decided.
+pub(super) fn machined(passes: &[Pass], joints: &[Joints]) -> Vec<[DVec2; 2]> {
+    let mut lines = Vec::new();
+    for (pass, joints) in passes.iter().zip(joints) {
+        let mut points: Vec<DVec2> = pass.line().collect();
+        for joint in [&joints[1], &joints[0]] {
+            if let Some(joint) = joint {
+                match joint.by > BEFORE_END * joint.half {
+                    true => points.push(joint.line()[1]),
+                    false => points = shortened(points, BEFORE_END * joint.half - joint.by),
+                }
+            }
+            points.reverse();
+        }
+        lines.extend(points.windows(2).map(|w| [w[0], w[1]]));
+    }
+    lines
+}
+
+/// Forgets how far joints go on.
+pub(super) fn reset(joints: &mut [Joints]) {
+    joints.iter_mut().flatten().flatten().for_each(|joint| joint.by = 0.0);
+}
+
+/// The ways on of some passes as far as they machine beside them.
+pub(super) fn ways_on(joints: &[Joints]) -> impl Iterator<Item = [DVec2; 2]> + '_ {
+    joints.iter().flatten().flatten().map(Joint::line).filter(|[a, b]| a != b)
+}
+
+/// Decides how far the joints of a region go on; `all`: what the passes of all regions machine.
+pub(super) fn decide(
+    joints: &mut [Joints],
+    (ground, field): (&Ground, &PassField),
+    all: &[[DVec2; 2]],
+    options: &LayoutOptions,
+    closing: &ClosingOptions,
+) {
+    let lags = Lags::of(options);
+    let mut ends: Vec<(bool, &mut Joint)> = Vec::new();
+    for [start, end] in joints.iter_mut() {
+        ends.extend(start.iter_mut().map(|j| (false, j)));
+        ends.extend(end.iter_mut().map(|j| (true, j)));
+    }
+    let mut needs = vec![0.0f64; ends.len()];
+    for place in uncovered(&ground.fine, field, all, closing) {
+        let rated = ends.iter().enumerate().filter_map(|(i, (is_end, joint))| {
+            let lag = |across: f64| lags.at(*is_end, across * joint.scale) / joint.scale;
+            joint.need(&place, lag).map(|need| (need, i))
+        });
+        if let Some((need, i)) = rated.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            needs[i] = needs[i].max(need);
+        }
+    }
+    let blend = options.job.regions.blend;
+    for ((_, joint), need) in ends.iter_mut().zip(needs) {
+        let room = if options.tilted.is_some() { ROOM * joint.half } else { 0.0 };
+        joint.by = (need + room + blend / joint.scale).min(joint.room);
+    }
+}
+
+/// Lets passes go on as their joints have decided.
+pub(super) fn run_on(passes: &mut [Pass], joints: &[Joints]) {
+    for (pass, joints) in passes.iter_mut().zip(joints) {
+        for joint in [&joints[1], &joints[0]] {
+            if let Some(joint) = joint.as_ref().filter(|j| j.by > 0.0) {
+                pass.points.push(joint.at + joint.way * joint.by);
+            }
+            *pass = oriented(pass, true);
+        }
+    }
+}
+
+/// The lag of the job's cutter.
+struct Lags {
+    /// A tilted cutter with a flat bottom.
+    tilted: Option<Strip>,
+    /// Whether a pass is cut toward its last point, toward its first.
+    ways: [bool; 2],
+}
+
+impl Lags {
+    fn of(options: &LayoutOptions) -> Self {
+        let Job { path, cut, .. } = options.job;
+        let is_forward = cut.direction == CutDirection::Climb;
+        let ways = match path.traverse {
+            Traverse::OneWay => [is_forward, !is_forward],
+            Traverse::Zigzag => [true, true],
+        };
+        Self { tilted: options.tilted, ways }
+    }
+
+    /// At that distance across, mm: what the contact goes on farther for, mm.
+    fn at(&self, is_end: bool, across: f64) -> f64 {
+        let lag = self.tilted.map_or(0.0, |strip| strip.lag(across));
+        // A pass that is cut from here begins with what lies behind its contact.
+        if self.ways[usize::from(!is_end)] { lag } else { -lag }
+    }
+}

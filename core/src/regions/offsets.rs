@@ -1,0 +1,147 @@
+//! Where the open passes of neighbouring regions begin to count.
+//!
+//! All passes of a region can be shifted by a part of a pass. Along an inner border the outermost passes of
+//! both sides machine all between them if their distances from it sum up to no more than a pass; elsewhere
+//! something between them must be machined besides, out and back. The shifts are chosen, region by region in
+//! turn, so that passes and this besides are the shortest; no region's outermost pass gets farther than half a
+//! pass from the end of its field.
+
+use super::Ground;
+use crate::level_set::PassField;
+use crate::mesh::FaceId;
+use std::collections::BTreeMap;
+
+/// Shifts that are tried, evenly over a pass.
+const SHIFTS: usize = 25;
+/// Rounds through all regions. More: nothing changes any more.
+const ROUNDS: usize = 4;
+/// Outermost passes of two regions at most so far apart, passes, leave nothing between them: gaps are told
+/// from 0.504 passes on.
+const CLOSED: f64 = 1.008;
+/// What is left beside a pass is machined out and back.
+const OUT_AND_BACK: f64 = 2.0;
+/// Places of a level curve's length, in passes.
+const BIN: f64 = 1.0 / SHIFTS as f64;
+
+/// A stretch of an inner border as its two regions know it.
+struct Stretch {
+    /// mm.
+    length: f64,
+    sides: [Side; 2],
+}
+
+/// A stretch of border seen from one region.
+#[derive(Copy, Clone)]
+struct Side {
+    region: usize,
+    /// The field there, passes.
+    value: f64,
+    /// Whether it grows toward the border.
+    grows: bool,
+}
+
+impl Side {
+    /// Distance of the outermost pass from the border, passes.
+    fn distance(&self, shifts: &[f64]) -> f64 {
+        let value = self.value - shifts[self.region];
+        if self.grows { value - value.floor() } else { value.ceil() - value }
+    }
+}
+
+/// By how much the field of every region is to be shifted, passes, so that its passes lie at whole levels.
+pub(super) fn shifts(grounds: &[Ground], fields: &[&PassField]) -> Vec<f64> {
+    let stretches = stretches(grounds, fields);
+    let lengths: Vec<Lengths> =
+        grounds.iter().zip(fields).map(|(ground, field)| Lengths::of(ground, field)).collect();
+    let mut shifts = vec![0.0; grounds.len()];
+    for _ in 0..ROUNDS {
+        for region in 0..grounds.len() {
+            let beside = |s: &&Stretch| s.sides.iter().any(|side| side.region == region);
+            let beside: Vec<&Stretch> = stretches.iter().filter(beside).collect();
+            let mut best = (f64::INFINITY, shifts[region]);
+            for k in 0..SHIFTS {
+                shifts[region] = BIN * k as f64;
+                let is_open = |s: &&&Stretch| {
+                    s.sides.iter().map(|side| side.distance(&shifts)).sum::<f64>() > CLOSED
+                };
+                let open: f64 = beside.iter().filter(is_open).map(|s| s.length).sum();
+                let cost = lengths[region].at(k) + OUT_AND_BACK * open;
+                if cost < best.0 {
+                    best = (cost, shifts[region]);
+                }
+            }
+            shifts[region] = best.1;
+        }
+    }
+    shifts
+}
+
+/// The stretches of all inner borders.
+fn stretches(grounds: &[Ground], fields: &[&PassField]) -> Vec<Stretch> {
+    let mut waiting: BTreeMap<[u64; 4], Side> = BTreeMap::new();
+    let mut stretches = Vec::new();
+    for (region, (ground, field)) in grounds.iter().zip(fields).enumerate() {
+        for (h, [from, to]) in ground.border_sides() {
+            let bits = |v: crate::mesh::VertexId| {
+                let p = ground.fine.uv()[v.index()];
+                [p.x.to_bits(), p.y.to_bits()]
+            };
+            let value = |v: crate::mesh::VertexId| field.values()[v.index()];
+            let middle = 0.5 * (value(from) + value(to));
+            let inner = value(ground.fine.connectivity().ends(h.next()).1);
+            let side = Side { region, value: middle, grows: inner < middle };
+            let ([a, b], [c, d]) = (bits(from), bits(to));
+            match waiting.remove(&[c, d, a, b]) {
+                Some(other) => {
+                    let length = ground.fine.positions()[from.index()]
+                        .distance(ground.fine.positions()[to.index()]);
+                    stretches.push(Stretch { length, sides: [other, side] });
+                }
+                None => {
+                    waiting.insert([a, b, c, d], side);
+                }
+            }
+        }
+    }
+    stretches
+}
+
+/// How long the passes of a region are, by its shift.
+struct Lengths {
+    /// By shift, mm.
+    of_shift: Vec<f64>,
+}
+
+impl Lengths {
+    fn of(ground: &Ground, field: &PassField) -> Self {
+        let (low, high) = field.range();
+        // Lengths of level curves, mm, by bins of their level.
+        let bins = ((high - low) / BIN).clamp(1.0, 1e6) as usize + 1;
+        let mut curves = vec![0.0; bins];
+        for (f, face) in ground.fine.connectivity().faces().iter().enumerate() {
+            let values = face.map(|v| field.values()[v.index()]);
+            let (l, h) = values.iter().fold((high, low), |(l, h), &v| (l.min(v), h.max(v)));
+            let length = ground.integral(FaceId(f as u32), values) / BIN;
+            let [from, to] = [l, h].map(|v| (((v - low) / BIN) as usize).min(bins - 1));
+            for bin in &mut curves[from..=to.max(from)] {
+                *bin += length / (to.max(from) - from + 1) as f64;
+            }
+        }
+        let curve = |level: f64| curves.get(((level - low) / BIN) as usize).copied().unwrap_or(0.0);
+        let of_shift = |k: usize| {
+            let first = (low - BIN * k as f64).ceil() + BIN * k as f64;
+            let levels = (0..).map(|i| first + f64::from(i)).take_while(|level| *level < high);
+            let last = levels.clone().last().unwrap_or(first);
+            // Unshifted they are near enough to both ends of the field.
+            match k == 0 || (first - low).max(high - last) <= 0.5 {
+                true => levels.map(curve).sum::<f64>(),
+                false => f64::INFINITY,
+            }
+        };
+        Self { of_shift: (0..SHIFTS).map(of_shift).collect() }
+    }
+
+    fn at(&self, shift: usize) -> f64 {
+        self.of_shift[shift]
+    }
+}
