@@ -315,8 +315,9 @@ impl PassField {
                 let [x, y, z] = [0, 1, 2].map(of_side);
                 x.or(y).zip(z.or(y)).map_or(0.0, |(start, end)| start.distance(end))
             };
-            // A face with a corner that nothing reaches has no levels.
-            let count = if high >= low { (high - low) as u32 + 1 } else { 0 };
+            // A corner that nothing reaches has no level.
+            let has_levels = high >= low && value.iter().all(|v| v.is_finite());
+            let count = if has_levels { (high - low) as u32 + 1 } else { 0 };
             (0..count).map(|k| crossed(low + f64::from(k))).sum::<f64>()
         };
         mesh.connectivity().faces().iter().map(of_face).sum()

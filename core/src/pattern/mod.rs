@@ -77,8 +77,20 @@ impl Parameters {
     }
 }
 
-/// Lays the passes of the pattern that the options ask for on a mesh; choices are made on the coarse one. `locator` is over the fine mesh's flat faces;
-/// `radius`: cutter radius, mm, and whether it is tilted on a flat bottom; `parameters`: the surface's own, if any.
+/// What passes are laid for.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Setting {
+    /// Cutter radius, mm.
+    pub radius: f64,
+    /// Whether the cutter is tilted on a flat bottom, which machines beside a sharp turn what it should not
+    /// and leaves what it should.
+    pub has_flat_bottom: bool,
+    /// Whether the passes of other regions go on where these end.
+    pub has_neighbours: bool,
+}
+
+/// Lays the passes of the pattern that the options ask for on a mesh; choices are made on the coarse one.
+/// `locator` is over the fine mesh's flat faces; `parameters`: the surface's own, if any.
 ///
 /// # Errors
 /// [`LevelSetError`]: no pass can be laid.
@@ -87,14 +99,14 @@ pub fn lay_out(
     mesh: &PassMesh,
     locator: &Locator,
     options: &PathOptions,
-    (radius, has_flat_bottom): (f64, bool),
+    setting: Setting,
     parameters: Option<&Parameters>,
 ) -> Result<Laid, LevelSetError> {
-    let sketch = Sketch { coarse, mesh, locator, options, radius, has_flat_bottom };
+    let sketch = Sketch { coarse, mesh, locator, options, setting };
     let field = match options.pattern {
         Pattern::Contour | Pattern::Spiral => match options.boundary {
             Boundary::Open => PassField::from_boundary(mesh),
-            Boundary::Wall => PassField::from_inset(mesh, radius)?,
+            Boundary::Wall => PassField::from_inset(mesh, setting.radius)?,
         },
         // Every band is a region with its own start curve.
         Pattern::IsoScallop | Pattern::Mpf => sketch.iso_scallop()?,
@@ -134,10 +146,7 @@ struct Sketch<'a> {
     mesh: &'a PassMesh,
     locator: &'a Locator<'a>,
     options: &'a PathOptions,
-    radius: f64,
-    /// Whether the cutter is tilted on a flat bottom, which machines beside a sharp turn what it should not
-    /// and leaves what it should.
-    has_flat_bottom: bool,
+    setting: Setting,
 }
 
 impl Sketch<'_> {
@@ -149,7 +158,7 @@ impl Sketch<'_> {
     fn source(&self) -> Result<Source, LevelSetError> {
         let locator = Locator::new(self.coarse.connectivity(), self.coarse.uv());
         let mut candidates = Source::candidates(self.coarse, &locator, &self.options.start);
-        if self.has_flat_bottom {
+        if self.setting.has_flat_bottom {
             candidates = candidates.into_iter().map(Source::going_on).collect();
         }
         if candidates.len() == 1 {
@@ -195,15 +204,16 @@ impl Sketch<'_> {
     /// About how long the passes of a field on the coarse mesh are, mm, pieces and gaps counted.
     fn cost(&self, field: PassField) -> f64 {
         let Laid { passes, field } = laid(self.coarse, field, self.options);
-        let last = passes.last().map_or(0.0, |pass| pass.level);
-        let is_open = field.inside() == f64::NEG_INFINITY;
-        let slants = if is_open { field.slants(self.coarse, last) } else { 0.0 };
         let pieces = passes.len() as f64 - field.range().1.max(0.0);
-        field.length_of_levels(self.coarse, last)
-            + field.flats(self.coarse)
-            + slants
-            + SPURS * field.ridges(self.coarse)
-            + PIECE * self.radius * pieces.max(0.0)
+        let last = passes.last().map_or(0.0, |pass| pass.level);
+        let levels = field.length_of_levels(self.coarse, last) + field.flats(self.coarse);
+        let along = match field.inside() == f64::NEG_INFINITY {
+            false => levels,
+            // The levels will be shifted to fit the neighbours', which also end this region's passes.
+            true if self.setting.has_neighbours => field.length(self.coarse),
+            true => levels + field.slants(self.coarse, last),
+        };
+        along + SPURS * field.ridges(self.coarse) + PIECE * self.setting.radius * pieces.max(0.0)
     }
 
     fn iso_parametric(&self, own: Option<&Parameters>) -> Result<PassField, LevelSetError> {

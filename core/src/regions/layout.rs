@@ -14,7 +14,7 @@ use crate::level_set::{
 use crate::link::{Group, Precedence};
 use crate::mesh::FaceId;
 use crate::parallel;
-use crate::pattern::{self, Laid, Parameters};
+use crate::pattern::{self, Laid, Parameters, Setting};
 use crate::strip_width::Strip;
 use crate::surface::Surface;
 
@@ -173,11 +173,15 @@ impl Draft {
             true => rings(ground, job),
             false => {
                 let coarse = &ground.coarse;
-                let radius = (job.tool.radius(), options.tilted.is_some());
+                let setting = Setting {
+                    radius: job.tool.radius(),
+                    has_flat_bottom: options.tilted.is_some(),
+                    has_neighbours: ground.has_neighbours(),
+                };
                 let own = (job.path.pattern == Pattern::IsoParametric)
                     .then(|| Parameters::of(options.surface, options.chart, mesh))
                     .flatten();
-                pattern::lay_out(coarse, mesh, locator, &path(ground, job), radius, own.as_ref())?
+                pattern::lay_out(coarse, mesh, locator, &path(ground, job), setting, own.as_ref())?
             }
         };
         let mut passes = simplified(passes, options.tolerance);
