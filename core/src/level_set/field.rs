@@ -323,8 +323,8 @@ impl PassField {
         mesh.connectivity().faces().iter().map(of_face).sum()
     }
 
-    /// Length of the boundary along which passes run as they end on it, mm: a boundary at a slant to the
-    /// passes is machined by spurs and by what they overrun it. `last`: level of the last pass.
+    /// Length of the boundary that passes end on, along them, mm: a boundary at a slant to the passes is
+    /// machined by spurs and by what they overrun it. `last`: level of the last pass.
     pub fn slants(&self, mesh: &PassMesh, last: f64) -> f64 {
         let of_side = |side: HalfEdgeId| {
             let (a, b) = mesh.connectivity().ends(side);

@@ -39,6 +39,8 @@ use start::Source;
 const PIECE: f64 = 4.0;
 /// Length of the spurs for each length of a ridge.
 const SPURS: f64 = 2.0;
+/// The way from a ring to the next one, cutter radii.
+const RING: f64 = 2.0;
 /// Start curves, the best at a glance, that are compared with care.
 const FINALISTS: usize = 4;
 /// Lengths that differ by less than this part are alike.
@@ -208,7 +210,7 @@ impl Sketch<'_> {
         let last = passes.last().map_or(0.0, |pass| pass.level);
         let levels = field.length_of_levels(self.coarse, last) + field.flats(self.coarse);
         let along = match field.inside() == f64::NEG_INFINITY {
-            false => levels,
+            false => levels + RING * self.setting.radius * passes.len() as f64,
             // The levels will be shifted to fit the neighbours', which also end this region's passes.
             true if self.setting.has_neighbours => field.length(self.coarse),
             true => levels + field.slants(self.coarse, last),
