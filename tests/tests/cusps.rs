@@ -72,7 +72,7 @@ const SURFACES: [(&str, &str, f64); 5] = [
         "kind = \"torus-patch\"\nsize = 40.0\nradius = 80.0\ntube_radius = 30.0\nresolution = 0.3",
         1.03,
     ),
-    ("saddle", "kind = \"saddle\"\nsize = 60.0\nheight = 8.0\nresolution = 0.4", 1.08),
+    ("saddle", "kind = \"saddle\"\nsize = 60.0\nheight = 8.0\nresolution = 0.4", 1.06),
 ];
 
 #[test]
