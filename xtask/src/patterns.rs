@@ -10,13 +10,13 @@ const PATH: &str = "docs/patterns.md";
 const HEAD: &str = "\
 # Every pattern on every surface
 
-Written by `cargo xtask patterns`, which runs `evencut compare` on the jobs of `tests/patches` (real surfaces, \
-where `../shared` is present) and on two of `jobs`. All plans of a table share surface, cutter, limit and \
+Written by `cargo xtask patterns`, which runs `evencut compare` on two of `jobs`, on the entry of a \
+drawing die (`docs/patterns`) and on the jobs of `tests/patches` (real surfaces, where `../shared` is present). All plans of a table share surface, cutter, limit and \
 machine, and are judged alike, by simulation.
 
 - */ floor*: length of the passes over the length floor, which no path can go below.
 - *largest*: highest place that is left, over the limit; *kept*: not above 1 by more than the tolerance, \
-and no gouge. The tolerance is a twentieth of the limit.
+and no gouge. The tolerance, a tenth to a fiftieth of the limit, is in the job.
 - *cusps*: height of the crests between two passes, over the limit, fifth and 95th percentile of their length; \
 *in 0.9 to 1*: the part of their length that is within 0.90 and 1.00 of the limit.
 - *even area*: the part of the surface on which passes are at least 0.90 of the allowed side step apart.
@@ -38,8 +38,8 @@ pub fn patterns(project: &Path) -> Result<(), String> {
 }
 
 fn jobs(project: &Path) -> Result<Vec<PathBuf>, String> {
-    let mut jobs: Vec<PathBuf> =
-        ["saddle", "lens"].map(|name| project.join(format!("jobs/{name}.toml"))).into();
+    let own = ["jobs/saddle", "jobs/lens", "docs/patterns/die-entry"];
+    let mut jobs: Vec<PathBuf> = own.map(|name| project.join(format!("{name}.toml"))).into();
     let folder = project.join("tests/patches");
     if !project.join("../shared/data").is_dir() {
         println!("skipped: tables of real surfaces, since there is no ../shared/data");
