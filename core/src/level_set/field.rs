@@ -2,11 +2,12 @@
 
 use super::beyond::beside_ways_on;
 use super::front::{Accuracy, Front};
-use super::strip_metric::FlatMetric;
+use super::strip_metric::{FlatMetric, StripMetric};
 use super::{LevelSetError, PassMesh};
-use crate::flatten::Locator;
-use crate::geometry::DVec2;
-use crate::mesh::{FaceId, HalfEdgeId, VertexId};
+use crate::flatten::{Chart, Locator};
+use crate::geometry::{DVec2, DVec3};
+use crate::mesh::{Connectivity, FaceId, HalfEdgeId, VertexId};
+use crate::surface::Surface;
 
 /// Most passes that a paced field may ask for.
 const MOST_PASSES: f64 = 20_000.0;
@@ -456,17 +457,40 @@ pub(super) fn gradient([a, b, c]: [DVec2; 3], [u, v, w]: [f64; 3]) -> Option<DVe
 /// # Source
 /// Kim 2001; spec 02, length floor.
 pub fn length_floor(mesh: &PassMesh) -> f64 {
+    let metric = |face| mesh.flat_metric(face);
+    floor_of_faces(mesh.connectivity(), mesh.positions(), mesh.uv(), metric)
+}
+
+/// As [`length_floor`], of a surface whose faces are not refined; `metric` is the strip metric at each of the
+/// `#V` vertices.
+pub fn length_floor_of(surface: &Surface, chart: &Chart, metric: &[StripMetric]) -> f64 {
+    let (connectivity, positions, uv) = (surface.connectivity(), surface.positions(), chart.uv());
+    let of_face = |face: FaceId| {
+        let v = connectivity.face(face).map(VertexId::index);
+        let [a, b, c] = v.map(|v| &metric[v]);
+        let mean = core::array::from_fn(|i| (a[i] + b[i] + c[i]) / 3.0);
+        FlatMetric::of_triangle(&mean, v.map(|v| positions[v]), v.map(|v| uv[v]))
+    };
+    floor_of_faces(connectivity, positions, uv, of_face)
+}
+
+fn floor_of_faces(
+    connectivity: &Connectivity,
+    positions: &[DVec3],
+    uv: &[DVec2],
+    metric: impl Fn(FaceId) -> Option<FlatMetric>,
+) -> f64 {
     let of_face = |f: usize| {
         let face = FaceId(f as u32);
-        let [a, b, c] = mesh.connectivity().face(face).map(|v| mesh.positions()[v.index()]);
-        let [p, q, r] = mesh.connectivity().face(face).map(|v| mesh.uv()[v.index()]);
+        let [a, b, c] = connectivity.face(face).map(|v| positions[v.index()]);
+        let [p, q, r] = connectivity.face(face).map(|v| uv[v.index()]);
         let flat = (q - p).perp_dot(r - p).abs();
         let area = (b - a).cross(c - a).length();
         // Conformal: flat lengths count by the root of the area's scale.
         let per_mm = |m: FlatMetric| m.least() * (flat / area).sqrt();
-        if area > 0.0 { 0.5 * area * mesh.flat_metric(face).map_or(0.0, per_mm) } else { 0.0 }
+        if area > 0.0 { 0.5 * area * metric(face).map_or(0.0, per_mm) } else { 0.0 }
     };
-    (0..mesh.connectivity().face_count()).map(of_face).sum()
+    (0..connectivity.face_count()).map(of_face).sum()
 }
 
 #[cfg(test)]

@@ -21,7 +21,7 @@ mod terrain;
 mod thin;
 
 pub use closing::{ClosingOptions, ClosingReport, Gap, close, uncovered};
-pub use field::{PassField, length_floor};
+pub use field::{PassField, length_floor, length_floor_of};
 pub use front::Accuracy;
 pub(crate) use passes::shortened;
 pub use passes::{INSIDE, Outermost, Pass, Spur, half_levels, open_levels, passes, ring_levels};
