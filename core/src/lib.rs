@@ -13,6 +13,7 @@ pub mod parallel;
 
 pub mod machine;
 pub mod strip_width;
+mod strips;
 pub mod tool;
 
 pub mod job;

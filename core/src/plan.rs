@@ -5,14 +5,12 @@ use crate::engagement::{Cutting, Stock, Walk};
 use crate::feed::fill_time;
 use crate::flat_path::{FlatPoint, Terrain};
 use crate::flatten::{Chart, FlattenError, Locator, Quality, abf, bff};
-use crate::geometry::{DVec3, math};
+use crate::geometry::DVec3;
 use crate::job::{
     AnalyticKind, AnalyticOptions, AnalyticParameters, Boundary, CutDirection, Division,
     FlattenMethod, ForceControl, Job, Pattern, Stepover, SurfaceSource, TooTight,
 };
-use crate::level_set::{
-    self, ClosingReport, FieldTerrain, LevelSetError, PassMesh, StripMetric, strip_metric,
-};
+use crate::level_set::{ClosingReport, FieldTerrain, LevelSetError, PassMesh, StripMetric};
 use crate::link::{
     self, CutCounts, CutOptions, DeliverError, DeliverOptions, Delivered, Group, LayOptions,
     TouchUp, cut_passes, deliver, lay,
@@ -26,26 +24,18 @@ use crate::regions::tensor::{self, Topology};
 use crate::regions::{self, Divided, Ground, JointTerrain, LayoutOptions, Regions, Undivided};
 use crate::removal::{self, Access, Columns, Coverage, Feeds, Layer, Limit, TooSlow, rated};
 use crate::step::{SmoothError, SmoothFormat, smooth};
-use crate::strip_width::{Strip, StripTable};
+use crate::strip_width::Strip;
+use crate::strips::{Strips, part_of_strip, strip};
 use crate::surface::{
-    AnalyticSurface, Built, CurvatureField, Part, ShapeOperator, Surface, SurfaceError, Warning,
-    build,
+    AnalyticSurface, Built, CurvatureField, Part, Surface, SurfaceError, Warning, build,
 };
-use crate::tool::{Tool, ToolKind};
+use crate::tool::ToolKind;
 use crate::toolpath::{MoveKind, Toolpath};
 use crate::trochoid::Loops;
 use thiserror::Error;
 
 /// Part of the tolerance that ring polylines may deviate from the level curve.
 const RING_TOLERANCE: f64 = 0.25;
-/// Part of the strip width that passes are apart: the distance field is good to a few thousandths of it, and
-/// a cusp grows with its square.
-const SHARE_OF_STRIP: f64 = 0.9975;
-/// Part of the tolerance by which cusps stay below the limit, for the chords of the path that run above
-/// them; at most the part of the limit given second.
-const CHORDS: (f64, f64) = (0.2, 0.05);
-/// Edges below this part of a strip do not gather the curvature in creases.
-const FINE_FACET: f64 = 0.6;
 /// Part of the tolerance that the mesh of a NURBS surface may be off it.
 const CHORD: f64 = 0.25;
 /// Rounds of passes over what the columns show as left.
@@ -289,12 +279,7 @@ pub fn plan_showing(
     progress(Stage::Rings, 0.0);
     let curvature = surface.curvature(job.surface.curvature_radius);
     let tightest = Tightest::of(job, &surface, &curvature);
-    let facets = facets(&surface);
-    let metrics = strip_metrics(job, &curvature, &facets);
-    // What creases cost is no part of the shortest length.
-    let smooth = strip_metrics(job, &curvature, &vec![0.0; facets.len()]);
-    let creases = level_set::length_floor_of(&surface, &chart, &metrics)
-        / level_set::length_floor_of(&surface, &chart, &smooth);
+    let Strips { metrics, creases } = Strips::of(job, &surface, &chart, &curvature);
     let locator = Locator::new(surface.connectivity(), chart.uv());
     let mut topology = topology(job, &surface, (&chart, &locator), &curvature);
     let regions = match job.path.pattern {
@@ -445,84 +430,6 @@ fn analytic_surface(options: &AnalyticOptions) -> AnalyticSurface {
         }
         AnalyticKind::MonkeySaddle => AnalyticSurface::MonkeySaddle { size, height },
         AnalyticKind::Bump => AnalyticSurface::Bump { size, height, width: radius },
-    }
-}
-
-/// The strip metric at every vertex, if facets are `facets` mm long there.
-fn strip_metrics(job: &Job, curvature: &CurvatureField, facets: &[f64]) -> Vec<StripMetric> {
-    let operators = curvature.operators();
-    let h = match job.cut.stepover {
-        Stepover::Fixed(side_step) => return vec![strip_metric::even(side_step); operators.len()],
-        Stepover::Scallop(h) => h,
-    };
-    let strip = strip(job, aimed(job, h));
-    let width = strip.exact(0.0);
-    let bends = operators.iter().zip(facets).map(|(o, facet)| {
-        let (low, high, _) = o.principal();
-        (low, gathered(high, facet / width))
-    });
-    let (low, high) = bends.fold((0.0f64, 0.0f64), |(l, h), (a, b)| (l.min(a), h.max(b)));
-    // Where the surface is as concave as the cutter is convex the strip is as wide as it gets.
-    let table = StripTable::new(&strip, low.max(-strip.k_tool()), high);
-    let of_vertex = |(shape, facet): (&ShapeOperator, &f64)| {
-        let weight = |k: f64, along: f64| {
-            table.weight(gathered(k, facet / width), along) / (SHARE_OF_STRIP * SHARE_OF_STRIP)
-        };
-        strip_metric::of_scallop(shape, weight)
-    };
-    operators.iter().zip(facets).map(of_vertex).collect()
-}
-
-/// The curvature across strips on a mesh whose facets are `facet` strips long: between creases there is none,
-/// and a strip across one has that of the whole facet.
-fn gathered(k: f64, facet: f64) -> f64 {
-    let share = ((facet - FINE_FACET) / (1.0 - FINE_FACET)).clamp(0.0, 1.0);
-    let most = if k < 0.0 { 0.0 } else { facet.max(1.0) };
-    k * (1.0 + share * (most - 1.0))
-}
-
-/// Mean length of the edges at every vertex, mm; 0 where the surface is smooth and its mesh an image of it.
-fn facets(surface: &Surface) -> Vec<f64> {
-    let mut sums = vec![(0.0, 0u32); surface.positions().len()];
-    if surface.parameters().is_none() {
-        for face in surface.connectivity().faces() {
-            for (a, b) in [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (face[i], face[j])) {
-                let length =
-                    surface.positions()[a.index()].distance(surface.positions()[b.index()]);
-                for v in [a, b] {
-                    let (sum, count) = sums[v.index()];
-                    sums[v.index()] = (sum + length, count + 1);
-                }
-            }
-        }
-    }
-    sums.into_iter().map(|(sum, count)| sum / f64::from(count.max(1))).collect()
-}
-
-/// The cusp height that passes aim at.
-fn aimed(job: &Job, scallop: f64) -> f64 {
-    let (of_tolerance, of_scallop) = CHORDS;
-    scallop - (of_tolerance * job.cut.tolerance).min(of_scallop * scallop)
-}
-
-/// How far passes are apart as a part of the widest that the limit allows, on a plane.
-fn part_of_strip(job: &Job) -> f64 {
-    match job.cut.stepover {
-        Stepover::Fixed(_) => 1.0,
-        Stepover::Scallop(h) => {
-            let aimed = strip(job, aimed(job, h)).exact(0.0);
-            SHARE_OF_STRIP * aimed / strip(job, h).exact(0.0)
-        }
-    }
-}
-
-/// What decides the strip width where a job asks for a scallop height.
-fn strip(job: &Job, scallop: f64) -> Strip {
-    let corner = job.tool.corner_radius();
-    match (job.machine.axes, Tool::new(corner, corner)) {
-        // The axis stands at any angle to the surface: the corner is what surely touches.
-        (Axes::ThreeAxis, Ok(corner)) => Strip::new(corner, 1.0, scallop),
-        _ => Strip::new(job.tool, math::sin(job.cut.lead), scallop),
     }
 }
 
@@ -903,21 +810,4 @@ fn rapid_plane(part: &Part, job: &Job) -> f64 {
         Axes::Xyzac => p.length(),
     };
     part.positions.iter().map(reach).fold(f64::NEG_INFINITY, f64::max) + above
-}
-
-#[cfg(test)]
-mod tests {
-    use super::gathered;
-
-    /// Facets that are small against strips bend as the surface does; on facets as long as a strip a valley is
-    /// flat, and a ridge has all of its bend in the creases.
-    #[test]
-    fn creases_gather_curvature() {
-        for k in [-0.1, 0.1] {
-            assert_eq!(gathered(k, 0.0), k);
-            assert_eq!(gathered(k, 0.6), k);
-        }
-        assert_eq!(gathered(-0.1, 1.0), 0.0);
-        assert_eq!(gathered(0.1, 2.0), 0.2);
-    }
 }

@@ -1,0 +1,137 @@
+//! How wide strips are all over a surface, for a job.
+//!
+//! On a mesh whose facets are as long as strips are wide the curvature is gathered in creases: strips are those
+//! of the facets, not of the smooth surface that the mesh stands for.
+
+use crate::flatten::Chart;
+use crate::geometry::math;
+use crate::job::{Job, Stepover};
+use crate::level_set::{StripMetric, length_floor_of, strip_metric};
+use crate::machine::Axes;
+use crate::strip_width::{Strip, StripTable};
+use crate::surface::{CurvatureField, ShapeOperator, Surface};
+use crate::tool::Tool;
+
+/// Part of the strip width that passes are apart: the distance field is good to a few thousandths of it, and
+/// a cusp grows with its square.
+const SHARE_OF_STRIP: f64 = 0.9975;
+/// Part of the tolerance by which cusps stay below the limit, for the chords of the path that run above
+/// them; at most the part of the limit given second.
+const CHORDS: (f64, f64) = (0.2, 0.05);
+/// Edges below this part of a strip do not gather the curvature in creases.
+const FINE_FACET: f64 = 0.6;
+
+/// The strips of a surface.
+pub struct Strips {
+    /// The strip metric at each of the `#V` vertices.
+    pub metrics: Vec<StripMetric>,
+    /// How much longer creases make the shortest path.
+    pub creases: f64,
+}
+
+impl Strips {
+    /// Strips that leave the cusps, or are as wide as the side step, that the job asks for.
+    pub fn of(job: &Job, surface: &Surface, chart: &Chart, curvature: &CurvatureField) -> Self {
+        let facets = facets(surface);
+        let metrics = metrics(job, curvature, &facets);
+        let smooth = self::metrics(job, curvature, &vec![0.0; facets.len()]);
+        let floor = |metrics: &[StripMetric]| length_floor_of(surface, chart, metrics);
+        let creases = floor(&metrics) / floor(&smooth);
+        Self { metrics, creases }
+    }
+}
+
+/// The strip metric at every vertex, if facets are `facets` mm long there.
+fn metrics(job: &Job, curvature: &CurvatureField, facets: &[f64]) -> Vec<StripMetric> {
+    let operators = curvature.operators();
+    let h = match job.cut.stepover {
+        Stepover::Fixed(side_step) => return vec![strip_metric::even(side_step); operators.len()],
+        Stepover::Scallop(h) => h,
+    };
+    let strip = strip(job, aimed(job, h));
+    let width = strip.exact(0.0);
+    let bends = operators.iter().zip(facets).map(|(o, facet)| {
+        let (low, high, _) = o.principal();
+        (low, gathered(high, facet / width))
+    });
+    let (low, high) = bends.fold((0.0f64, 0.0f64), |(l, h), (a, b)| (l.min(a), h.max(b)));
+    // Where the surface is as concave as the cutter is convex the strip is as wide as it gets.
+    let table = StripTable::new(&strip, low.max(-strip.k_tool()), high);
+    let of_vertex = |(shape, facet): (&ShapeOperator, &f64)| {
+        let weight = |k: f64, along: f64| {
+            table.weight(gathered(k, facet / width), along) / (SHARE_OF_STRIP * SHARE_OF_STRIP)
+        };
+        strip_metric::of_scallop(shape, weight)
+    };
+    operators.iter().zip(facets).map(of_vertex).collect()
+}
+
+/// The curvature across strips on a mesh whose facets are `facet` strips long: between creases there is none,
+/// and a strip across one has that of the whole facet.
+fn gathered(k: f64, facet: f64) -> f64 {
+    let share = ((facet - FINE_FACET) / (1.0 - FINE_FACET)).clamp(0.0, 1.0);
+    let most = if k < 0.0 { 0.0 } else { facet.max(1.0) };
+    k * (1.0 + share * (most - 1.0))
+}
+
+/// Mean length of the edges at every vertex, mm; 0 where the surface is smooth and its mesh an image of it.
+fn facets(surface: &Surface) -> Vec<f64> {
+    let mut sums = vec![(0.0, 0u32); surface.positions().len()];
+    if surface.parameters().is_none() {
+        for face in surface.connectivity().faces() {
+            for (a, b) in [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (face[i], face[j])) {
+                let length =
+                    surface.positions()[a.index()].distance(surface.positions()[b.index()]);
+                for v in [a, b] {
+                    let (sum, count) = sums[v.index()];
+                    sums[v.index()] = (sum + length, count + 1);
+                }
+            }
+        }
+    }
+    sums.into_iter().map(|(sum, count)| sum / f64::from(count.max(1))).collect()
+}
+
+/// The cusp height that passes aim at.
+fn aimed(job: &Job, scallop: f64) -> f64 {
+    let (of_tolerance, of_scallop) = CHORDS;
+    scallop - (of_tolerance * job.cut.tolerance).min(of_scallop * scallop)
+}
+
+/// How far passes are apart as a part of the widest that the limit allows, on a plane.
+pub fn part_of_strip(job: &Job) -> f64 {
+    match job.cut.stepover {
+        Stepover::Fixed(_) => 1.0,
+        Stepover::Scallop(h) => {
+            let aimed = strip(job, aimed(job, h)).exact(0.0);
+            SHARE_OF_STRIP * aimed / strip(job, h).exact(0.0)
+        }
+    }
+}
+
+/// What decides the strip width where a job asks for a scallop height.
+pub fn strip(job: &Job, scallop: f64) -> Strip {
+    let corner = job.tool.corner_radius();
+    match (job.machine.axes, Tool::new(corner, corner)) {
+        // The axis stands at any angle to the surface: the corner is what surely touches.
+        (Axes::ThreeAxis, Ok(corner)) => Strip::new(corner, 1.0, scallop),
+        _ => Strip::new(job.tool, math::sin(job.cut.lead), scallop),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::gathered;
+
+    /// Facets that are small against strips bend as the surface does; on facets as long as a strip a valley is
+    /// flat, and a ridge has all of its bend in the creases.
+    #[test]
+    fn creases_gather_curvature() {
+        for k in [-0.1, 0.1] {
+            assert_eq!(gathered(k, 0.0), k);
+            assert_eq!(gathered(k, 0.6), k);
+        }
+        assert_eq!(gathered(-0.1, 1.0), 0.0);
+        assert_eq!(gathered(0.1, 2.0), 0.2);
+    }
+}
