@@ -1,7 +1,7 @@
 //! Even cusps and short paths, measured by the judge on surfaces whose best passes are known.
 
 use evencut_core::compare::{Figures, judged, planned, with_pattern};
-use evencut_core::job::{self, Job, Pattern, SurfaceSource};
+use evencut_core::job::{self, Job, Pattern, RingOrder, SurfaceSource};
 use evencut_tests::shared_data;
 use std::path::Path;
 
@@ -93,6 +93,17 @@ fn every_pattern_keeps_the_limit() {
             check_kept(name, &measured(name, &job(surface, 0.05), pattern));
         }
     }
+}
+
+/// From the core outward a spiral keeps the limit, too.
+#[test]
+fn a_spiral_from_the_inside_out_keeps_the_limit() {
+    let (name, surface, _) = SURFACES[2];
+    let mut job = job(surface, 0.05);
+    job.path.order = RingOrder::InsideOut;
+    let figures = measured(name, &job, Pattern::Spiral);
+    check_kept(name, &figures);
+    assert_eq!(figures.report.passes.count, 1);
 }
 
 /// Where the widest strips fan out, passes that follow them are shorter than the best of those that are one

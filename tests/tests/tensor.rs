@@ -280,14 +280,13 @@ fn tensor_regions_are_shorter_on_a_trisector_of_ours() {
     let lengths: Vec<f64> = measured.iter().map(|m| m.length).collect();
     let [tensor, shortest, parametric, from_side, iso_scallop, mpf] = lengths[..] else { panic!() };
     let best = tensor.min(shortest);
-    // The source's ratio.
+    // The source's ratios, where a side of the surface is where iso-scallop passes begin.
     assert!(best <= 0.795 * parametric, "{best} of {parametric}");
-    // The source has 0.901, perhaps where iso-scallop passes begin at a side of the surface.
-    assert!(best <= 0.906 * from_side, "{best} of {from_side}");
+    assert!(best <= 0.901 * from_side, "{best} of {from_side}");
     // Ours begin where the path is the shortest; then less is left to gain.
     assert!(best <= 0.97 * iso_scallop, "{best} of {iso_scallop}");
     // Bands are shorter still; the source's 0.968 of them is hardly more than the floor.
-    assert!(best <= 1.03 * mpf, "{best} of {mpf}");
+    assert!(best <= 1.02 * mpf, "{best} of {mpf}");
     assert!(floor > 0.95 * mpf, "{floor} of {mpf}");
     for (way, found) in ways().iter().zip(&measured) {
         assert_eq!(found.untouched, 0.0, "{}", way.name);

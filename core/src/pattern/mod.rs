@@ -211,8 +211,12 @@ impl Sketch<'_> {
         let levels = field.length_of_levels(self.coarse, last) + field.flats(self.coarse);
         let along = match field.inside() == f64::NEG_INFINITY {
             false => levels + RING * self.setting.radius * passes.len() as f64,
-            // The levels will be shifted to fit the neighbours', which also end this region's passes.
-            true if self.setting.has_neighbours => field.length(self.coarse),
+            // The levels will be shifted to fit the neighbours', which also end this region's passes: a mean
+            // over all shifts, of as many passes as there are.
+            true if self.setting.has_neighbours => {
+                let (low, high) = field.range();
+                field.length(self.coarse) * (last + 1.0) / (high - low).max(f64::MIN_POSITIVE)
+            }
             true => levels + field.slants(self.coarse, last),
         };
         along + SPURS * field.ridges(self.coarse) + PIECE * self.setting.radius * pieces.max(0.0)
