@@ -6,12 +6,11 @@
 use crate::cutter_location::{Contact, facet_error};
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator, OutsideChart};
+use crate::geometry::beyond::Parabola;
 use crate::geometry::{DVec2, DVec3};
 use crate::mesh::{FaceId, HalfEdgeId};
 use crate::surface::{Surface, SurfacePoint};
 
-/// Most that an overrun leaves the straight way, as a part of its length.
-const LARGEST_BEND: f64 = 0.2;
 /// Contacts nearer than this are one, mm.
 const SAME: f64 = 1e-6;
 /// Distance of contacts beyond the chart, cutter radii.
@@ -237,9 +236,8 @@ fn overrun(
 /// as the surface, out of it.
 struct Beyond {
     end: Contact,
-    /// Way and change of the way in the tangent plane, for the whole of the overrun, mm.
-    way: DVec3,
-    bend: DVec3,
+    /// Its way in the tangent plane.
+    line: Parabola,
     /// Change of the normal along the way, per mm.
     turn: DVec3,
     /// Half the change of that, per mm².
@@ -258,27 +256,21 @@ impl Beyond {
         let is_far = |c: &&&Contact| c.position.distance(end.position) >= far;
         let beside = inward.iter().find(is_far).or(inward.last()).map_or(*end, |c| **c);
         let chord = end.position - beside.position;
-        let along = flat(chord).normalize_or_zero();
         let turn = match chord.length() {
             0.0 => DVec3::ZERO,
             length => (end.normal - beside.normal) / length,
         };
         let back = |way: f64| at_way(end, inward, way).map(|p| flat(p - end.position));
-        let parabola = back(far).zip(back(2.0 * far)).map(|(near, far)| {
-            // Through both places and the end.
-            (0.5 * far - 2.0 * near, 0.5 * far - near)
-        });
-        // A spur beside the end is no bend of the pass.
-        let smooth = parabola.filter(|(_, bend)| bend.length() <= LARGEST_BEND * far);
-        let (way, bend) = smooth.unwrap_or((along * far, DVec3::ZERO));
-        Self { end: *end, way, bend, turn, change: DVec3::ZERO, sign: by.signum() }
+        let line = Parabola::beyond(far, back).unwrap_or(Parabola::straight(flat(chord), far));
+        Self { end: *end, line, turn, change: DVec3::ZERO, sign: by.signum() }
     }
 
-    /// The same straight on, as gaps beside it are measured, with the normal on a parabola through that of the end and those once and twice as far before
-    /// it as the overrun goes beyond it; as it is where the curvature would more than double.
+    /// The same straight on, as gaps beside it are measured, with the normal on a parabola through that of the
+    /// end and those once and twice as far before it as the overrun goes beyond it; as it is where the curvature
+    /// would more than double.
     fn with_change(self, inward: &[&Contact]) -> Self {
-        let straight = Self { bend: DVec3::ZERO, ..self };
-        let far = self.way.length();
+        let far = self.line.way.length();
+        let straight = Self { line: Parabola::straight(self.line.way, far), ..self };
         let line = without_spurs(&self.end, inward, 2.0 * far);
         let before = |way: f64| {
             let contact = line.iter().find(|c| c.position.distance(self.end.position) >= way)?;
@@ -297,15 +289,14 @@ impl Beyond {
 
     /// The contact at a part of the overrun.
     fn at(&self, part: f64) -> Contact {
-        let Self { end, way, bend, turn, change, sign } = *self;
-        let aside = (way + bend * part) * part;
-        let heading = (way + bend * (2.0 * part)).normalize_or_zero();
+        let Self { end, line, turn, change, sign } = *self;
+        let aside = line.at(part);
         let far = aside.length();
         Contact {
             position: end.position + aside
                 - end.normal * ((0.5 * turn + change * (far / 3.0)).dot(aside) * far),
             normal: (end.normal + turn * far + change * (far * far)).normalize_or(end.normal),
-            feed_direction: heading * sign,
+            feed_direction: line.heading(part) * sign,
             ..end
         }
     }

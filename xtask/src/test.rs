@@ -67,11 +67,12 @@ fn parity(project: &Path) -> Result<(), String> {
     }
     install_target(project)?;
     run(cargo(project).args(["build", "--release", "--package", "evencut-cli"]))?;
-    let build = ["build", "--release", "--package", "evencut-parity", "--target", WASM];
+    // Built as the page is: it shares what the page needs, and is what browsers run.
+    let build = ["build", "--profile", "page", "--package", "evencut-parity", "--target", WASM];
     run(cargo(project).args(build))?;
     let target = target_folder(project);
     let command = target.join("release").join(format!("evencut{}", std::env::consts::EXE_SUFFIX));
-    let module = target.join(WASM).join("release/evencut_parity.wasm");
+    let module = target.join(WASM).join("page/evencut_parity.wasm");
     let mut node = Command::new("node");
     node.arg("tests/parity/parity.mjs").args([command, module]).args(jobs(project)?);
     run(node.current_dir(project))

@@ -1,5 +1,6 @@
 //! Vectors, reproducible elementary functions and small planar geometry.
 
+pub mod beyond;
 pub mod math;
 pub mod polyline;
 

@@ -107,7 +107,7 @@ pub fn close(
     terrain: &dyn Terrain,
     options: &ClosingOptions,
 ) -> ClosingReport {
-    let mut passes = Passes::new(rings, options.beside, mean_pass(mesh));
+    let mut passes = Passes::new(rings, options, mean_pass(mesh));
     let found = gaps(mesh, field, passes.without_spurs(), options);
     let mut places = found.places;
     for _ in 0..ROUNDS {

@@ -9,7 +9,7 @@ use crate::mesh::{FaceId, HalfEdgeId};
 pub const INSIDE: f64 = 0.02;
 /// Levels closer than this, passes, to the end of the field's range are on it.
 const ROUNDING: f64 = 1e-6;
-/// Longest overrun, passes. Longer: it leaves the straight flat line as which gaps are measured from it.
+/// Longest overrun, passes. Longer: it leaves the flat line as which gaps are measured from it.
 const LONGEST_OVERRUN: f64 = 1.0;
 /// Open passes shorter than this, passes, are left out.
 const SHORTEST: f64 = 0.1;

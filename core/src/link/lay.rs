@@ -174,15 +174,15 @@ impl Layer<'_> {
         self.pass += 1;
     }
 
-    /// How far a pass goes on before its start and beyond its end.
+    /// How far a pass goes on before its start and beyond its end, mm on the surface.
     fn overruns(&self, pass: &Pass) -> [f64; 2] {
-        let ends = pass.points.first().zip(pass.points.last());
-        let (Some(strip), Some(ends)) = (self.options.tilted, ends) else { return pass.overrun };
+        let Some(ends) = pass.points.first().zip(pass.points.last()) else { return [0.0; 2] };
         let at = |end: usize, place: DVec2| {
+            let scale = self.terrain.scale(place).unwrap_or(1.0);
+            let Some(strip) = self.options.tilted else { return scale * pass.overrun[end] };
             if pass.overrun[end] == 0.0 {
                 return 0.0;
             }
-            let scale = self.terrain.scale(place).unwrap_or(1.0);
             let half = ROOM * scale * pass.half[end];
             let beside = ROOM * scale * pass.overrun[end];
             // As much as it is drawn in at least.

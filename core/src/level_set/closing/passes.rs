@@ -1,13 +1,17 @@
 //! Rings and spurs so far, found by nearness, and put together at the end.
 
+use super::ClosingOptions;
 use super::gaps::Place;
 use super::spur::{Detour, closed};
 use super::tree::Tree;
-use crate::geometry::DVec2;
+use crate::geometry::beyond::Parabola;
+use crate::geometry::{DVec2, DVec3};
 use crate::level_set::{Pass, Spur};
 
 /// Pieces into which long segments are cut for the search, mean passes.
 const LONGEST_PIECE: f64 = 2.0;
+/// Straight pieces of a bent overrun.
+const STEPS: u32 = 4;
 
 /// A ring or a spur.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -49,19 +53,46 @@ struct Layer {
     ends: Vec<[DVec2; 2]>,
 }
 
-/// The straight ways of an open pass beyond its ends.
-fn overruns(pass: &Pass) -> impl Iterator<Item = [DVec2; 2]> {
-    let ends = match pass.points[..] {
-        [a, b, ..] if !pass.is_closed => {
-            let n = pass.points.len();
-            vec![(b, a, pass.overrun[0]), (pass.points[n - 2], pass.points[n - 1], pass.overrun[1])]
+/// The ways of an open pass beyond its ends: straight ones, or on as the pass bends.
+fn overruns(pass: &Pass, is_straight: bool) -> Vec<[DVec2; 2]> {
+    if pass.is_closed {
+        return Vec::new();
+    }
+    let mut line = pass.points.clone();
+    let mut ways = Vec::new();
+    for far in [pass.overrun[1], pass.overrun[0]] {
+        ways.extend(beyond(&line, far, is_straight));
+        line.reverse();
+    }
+    ways
+}
+
+/// The way of length `far` beyond the last point of a line.
+fn beyond(line: &[DVec2], far: f64, is_straight: bool) -> Vec<[DVec2; 2]> {
+    let [first, .., end] = line else { return Vec::new() };
+    if far <= 0.0 {
+        return Vec::new();
+    }
+    let back = |way: f64| Some((before_end(line, way)? - *end).extend(0.0));
+    let whole = Parabola::straight((*end - *first).extend(0.0), far);
+    let bent = Parabola::beyond(far, back).unwrap_or(whole);
+    let way = if is_straight { Parabola::straight(bent.way, far) } else { bent };
+    let steps = if way.bend == DVec3::ZERO { 1 } else { STEPS };
+    let at = |step: u32| *end + way.at(f64::from(step) / f64::from(steps)).truncate();
+    (0..steps).map(|step| [at(step), at(step + 1)]).collect()
+}
+
+/// The place so far before the end of a line; `None` where it is shorter.
+fn before_end(line: &[DVec2], way: f64) -> Option<DVec2> {
+    let mut left = way;
+    for pair in line.windows(2).rev() {
+        let length = pair[0].distance(pair[1]);
+        if length >= left && length > 0.0 {
+            return Some(pair[1].lerp(pair[0], left / length));
         }
-        _ => Vec::new(),
-    };
-    let beyond = |(from, end, by): (DVec2, DVec2, f64)| {
-        (by > 0.0).then(|| [end, end + (end - from).normalize_or_zero() * by])
-    };
-    ends.into_iter().filter_map(beyond)
+        left -= length;
+    }
+    None
 }
 
 /// All passes.
@@ -74,9 +105,8 @@ pub struct Passes {
 }
 
 impl Passes {
-    /// The rings; `beside`: other segments that machine what is near to them; `mean_pass`: mean size of a
-    /// pass, flat mm.
-    pub fn new(rings: &[Pass], beside: &[[DVec2; 2]], mean_pass: f64) -> Self {
+    /// The rings and what else the options name; `mean_pass`: mean size of a pass, flat mm.
+    pub fn new(rings: &[Pass], options: &ClosingOptions, mean_pass: f64) -> Self {
         let longest_piece = LONGEST_PIECE * mean_pass;
         let mut passes = Self {
             layers: Vec::new(),
@@ -90,8 +120,10 @@ impl Passes {
             .enumerate()
             .map(|(i, ring)| (Line::Pass(i), ring.level, ring.line().collect()));
         passes.push_layer(lines.collect());
-        let beside = beside.iter().copied();
-        let beyond: Vec<[DVec2; 2]> = rings.iter().flat_map(overruns).chain(beside).collect();
+        let beside = options.beside.iter().copied();
+        // A tilted flat end goes on straight.
+        let beyond = rings.iter().flat_map(|ring| overruns(ring, options.has_flat_bottom));
+        let beyond: Vec<[DVec2; 2]> = beyond.chain(beside).collect();
         if !beyond.is_empty() {
             let ends: Vec<_> = passes.layers[0].ends.iter().copied().chain(beyond).collect();
             passes.with_overruns = Some(Tree::new(&ends));
