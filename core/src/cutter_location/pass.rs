@@ -154,6 +154,8 @@ struct Dense {
     at_contact: bool,
     /// Whether it was tested to penetrate by at most a quarter of the tolerance.
     tested: bool,
+    /// Whether it was raised out of all that it would penetrate.
+    is_free: bool,
 }
 
 /// The cutter as it is tested against the part.
@@ -192,13 +194,30 @@ impl<'a> Probe<'a> {
             .is_none_or(|grown| self.check.is_clear(&grown, tip - axis * growth, axis, self.reach))
     }
 
-    /// The raise, forgiving a small penetration where undoing it would take a long way up a wall.
-    fn raise(&self, tip: DVec3, axis: DVec3) -> f64 {
+    /// The raise, and whether it is all that is asked for: a small penetration is forgiven where undoing it
+    /// would take a long way up a wall.
+    fn raise(&self, tip: DVec3, axis: DVec3) -> (f64, bool) {
         let raise = self.raise_with_stock(tip, axis);
         if raise > 0.5 * self.tolerance && self.clears(tip, axis, 0.25 * self.tolerance) {
-            return 0.0;
+            return (0.0, false);
         }
-        raise
+        (raise, true)
+    }
+
+    /// Whether the cutter in the middle between two places penetrates by less than a quarter of the tolerance
+    /// for certain, because it does nothing there.
+    ///
+    /// A cutter of corner radius `r` is a ball of that radius swept over a convex set. What both ends of a step
+    /// `s` leave clear is at least `r` from each of the two copies of every ball, and so
+    /// `sqrt(r² - s²/4)` from the one in the middle (parallelogram law).
+    fn is_between(&self, a: &Dense, b: &Dense) -> bool {
+        let r = self.tool.corner_radius();
+        let square = 0.25 * a.tip.distance_squared(b.tip);
+        let is_same = a.is_free && b.is_free && same_axis(a.axis, b.axis);
+        if !is_same || self.reach.is_finite() || square >= r * r {
+            return false;
+        }
+        r - (r * r - square).sqrt() + FREE < 0.25 * self.tolerance
     }
 }
 
@@ -285,7 +304,7 @@ fn dense_path(
     let mut dense: Vec<Dense> = Vec::with_capacity(contacts.len());
     for (piece, (contact, &axis)) in contacts.iter().zip(axes).enumerate() {
         let touching = tip(&options.tool, contact.position, contact.normal, axis, options.stock);
-        let raise = probe.raise(touching, axis);
+        let (raise, is_free) = probe.raise(touching, axis);
         let point = Dense {
             tip: touching + axis * raise,
             axis,
@@ -295,6 +314,7 @@ fn dense_path(
             piece,
             at_contact: true,
             tested: true,
+            is_free,
         };
         if let Some(&before) = dense.last() {
             between(&before, &point, probe, DEEPEST, &mut dense);
@@ -304,13 +324,18 @@ fn dense_path(
     dense
 }
 
+/// What a raised cutter may still penetrate, mm: a bound of [`CheckMesh::raise`].
+const FREE: f64 = 2e-6;
 /// Halvings of a piece between contacts; 2^12 parts of a long piece are shorter than any tolerance.
 const DEEPEST: u32 = 12;
 
 /// Appends the points needed between `a` and `b` for no straight piece to cut in; returns whether any.
 fn between(a: &Dense, b: &Dense, probe: &Probe, depth: u32, out: &mut Vec<Dense>) -> bool {
-    let mut middle = midpoint(a, b);
     let step = b.tip - a.tip;
+    if step.length() < 0.5 * probe.tool.radius() && probe.is_between(a, b) {
+        return false;
+    }
+    let mut middle = midpoint(a, b);
     let across = (step - middle.axis * step.dot(middle.axis)).length();
     let clear = probe.clears(middle.tip, middle.axis, 0.25 * probe.tolerance);
     if clear && (step.length() < 0.5 * probe.tool.radius() || depth == 0) {
@@ -324,6 +349,7 @@ fn between(a: &Dense, b: &Dense, probe: &Probe, depth: u32, out: &mut Vec<Dense>
         let raise = probe.raise_with_stock(middle.tip, middle.axis);
         middle.tip += middle.axis * raise;
         middle.raise += raise;
+        middle.is_free = true;
     }
     let mark = out.len();
     let first_half = between(a, &middle, probe, depth - 1, out);
@@ -347,6 +373,7 @@ fn midpoint(a: &Dense, b: &Dense) -> Dense {
         piece: b.piece,
         at_contact: false,
         tested: true,
+        is_free: false,
     }
 }
 
@@ -362,6 +389,7 @@ fn lifted_beside(a: &Dense, b: &Dense) -> Dense {
         piece: b.piece,
         at_contact: false,
         tested: false,
+        is_free: false,
         ..*low
     }
 }

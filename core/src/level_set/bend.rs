@@ -66,9 +66,13 @@ fn hessian(mesh: &PassMesh, values: &[f64], v: VertexId, near: &mut Vec<VertexId
     let mut right = SVector::<f64, 5>::zeros();
     for w in near.iter().filter(|w| values[w.index()].is_finite()) {
         let d = offset(w) / reach;
-        let row = SVector::<f64, 5>::new(d.x, d.y, 0.5 * d.x * d.x, d.x * d.y, 0.5 * d.y * d.y);
-        matrix += row * row.transpose();
-        right += row * (values[w.index()] - here);
+        let row = [d.x, d.y, 0.5 * d.x * d.x, d.x * d.y, 0.5 * d.y * d.y];
+        let rise = values[w.index()] - here;
+        for (i, x) in row.into_iter().enumerate() {
+            // The factorisation reads nothing above the diagonal.
+            row[..=i].iter().enumerate().for_each(|(j, y)| matrix[(i, j)] += x * y);
+            right[i] += x * rise;
+        }
     }
     let damping = DAMPING * matrix.diagonal().max();
     matrix += SMatrix::<f64, 5, 5>::identity() * damping;

@@ -303,23 +303,23 @@ impl PassField {
     /// Length of the level curves at the whole values from 0 to `last` on the surface, mm.
     pub fn length_of_levels(&self, mesh: &PassMesh, last: f64) -> f64 {
         let of_face = |face: &[VertexId; 3]| {
-            let value = face.map(|v| self.values[v.index()]);
-            let at = face.map(|v| mesh.positions()[v.index()]);
-            let low = value.iter().copied().fold(f64::INFINITY, f64::min).ceil().max(0.0);
-            let high = value.iter().copied().fold(f64::NEG_INFINITY, f64::max).floor().min(last);
-            let crossed = |level: f64| {
-                let of_side = |i: usize| {
-                    let j = (i + 1) % 3;
-                    let (from, to) = (value[i] - level, value[j] - level);
-                    ((from < 0.0) != (to < 0.0)).then(|| at[i].lerp(at[j], from / (from - to)))
-                };
-                let [x, y, z] = [0, 1, 2].map(of_side);
-                x.or(y).zip(z.or(y)).map_or(0.0, |(start, end)| start.distance(end))
-            };
+            let mut corners = face.map(|v| (self.values[v.index()], mesh.positions()[v.index()]));
+            corners.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let [(low, a), (middle, b), (high, c)] = corners;
             // A corner that nothing reaches has no level.
-            let has_levels = high >= low && value.iter().all(|v| v.is_finite());
-            let count = if has_levels { (high - low) as u32 + 1 } else { 0 };
-            (0..count).map(|k| crossed(low + f64::from(k))).sum::<f64>()
+            if !(high.is_finite() && low < high) {
+                return 0.0;
+            }
+            // The longest goes through the middle corner; the others are shorter in proportion.
+            let longest = b.distance(a.lerp(c, (middle - low) / (high - low)));
+            let part = |level: f64| match level < middle {
+                true => (level - low) / (middle - low),
+                false if high > middle => (high - level) / (high - middle),
+                false => 1.0,
+            };
+            let (first, end) = (low.ceil().max(0.0), high.floor().min(last));
+            let count = if end >= first { (end - first) as u32 + 1 } else { 0 };
+            longest * (0..count).map(|k| part(first + f64::from(k))).sum::<f64>()
         };
         mesh.connectivity().faces().iter().map(of_face).sum()
     }
