@@ -113,3 +113,55 @@ impl<const N: usize> Bounds<N> {
         !clear & ((1 << self.len) - 1)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tool::Tool;
+    use crate::verify::body::Placed;
+
+    const RADIUS: f64 = 4.0;
+    const STOCK: f64 = 0.5;
+    const THICKNESS: f64 = 0.9;
+
+    /// Three samples of the upper side of a thin sheet and one of its lower side.
+    fn both_sides(material: Material) -> Vec<Swept> {
+        let sample = |x: f64, z: f64, normal: DVec3| {
+            let position = DVec3::new(x, 0.0, z);
+            Sample { position, centroid: position, normal, area: 0.01, machined: true }
+        };
+        let upper = [-0.1, 0.0, 0.1].map(|x| sample(x, 0.0, DVec3::Z));
+        let lower = sample(0.0, -THICKNESS, -DVec3::Z);
+        upper.into_iter().chain([lower]).map(|s| Swept::new(s, false, material)).collect()
+    }
+
+    /// A step along x of a ball whose tip is at a height, from above or from below.
+    fn step(height: f64, axis: DVec3) -> Step {
+        let at = |x: f64| Placed { tip: DVec3::new(x, 0.0, height), axis };
+        let half_way = DVec3::X * 0.01;
+        Step {
+            from: at(-0.01),
+            middle: at(0.0),
+            to: at(0.01),
+            of: 0,
+            index: 0,
+            half_way,
+            half_turn: 0.0,
+        }
+    }
+
+    #[test]
+    fn the_stock_on_either_side_of_a_thin_sheet_is_reached() {
+        let material = Material { height: STOCK, deepest: 0.1, spacing: 0.1 };
+        let mut bounds = Bounds::<4>::EMPTY;
+        bounds.add(&both_sides(material), material);
+        let body = Body::new(&Tool::new(RADIUS, RADIUS).unwrap(), 40.0);
+        let outer = [(STOCK, DVec3::Z), (-THICKNESS - STOCK, -DVec3::Z)];
+        for (surface, axis) in outer {
+            let inside = step(surface - 0.1 * axis.z, axis);
+            assert_eq!(bounds.reached(&inside, &body), 1, "from {axis}");
+            let clear = step(surface + 0.5 * axis.z, axis);
+            assert_eq!(bounds.reached(&clear, &body), 0, "from {axis}");
+        }
+    }
+}

@@ -186,7 +186,7 @@ impl Sweep {
 }
 
 impl Swept {
-    fn new(sample: Sample, walled: bool, material: Material) -> Self {
+    pub(super) fn new(sample: Sample, walled: bool, material: Material) -> Self {
         let height = if sample.machined { material.height } else { 0.0 };
         let by_parts = walled && sample.machined && sample.area > 0.0;
         let cell = if by_parts { Cell::Open } else { Cell::Line };
