@@ -178,7 +178,7 @@ pub struct AnalyticTable {
     #[schemars(extend("x-unit" = "mm", "default" = 80.0, "minimum" = 0.001, "maximum" = 1e6))]
     pub radius: Option<f64>,
     /// Radius of the tube (torus-patch).
-    #[schemars(extend("x-unit" = "mm", "default" = 30.0, "minimum" = 0.001, "maximum" = 1e6))]
+    #[schemars(extend("x-unit" = "mm", "default" = 60.0, "minimum" = 0.001, "maximum" = 1e6))]
     pub tube_radius: Option<f64>,
     /// Height (saddle, monkey-saddle, bump); negative turns it over.
     #[schemars(extend("x-unit" = "mm", "default" = 10.0, "minimum" = -1e4, "maximum" = 1e4))]

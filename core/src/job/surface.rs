@@ -87,7 +87,7 @@ pub struct AnalyticParameters {
 impl Default for AnalyticParameters {
     /// A 100 mm patch with radii that a 10 mm cutter fits.
     fn default() -> Self {
-        Self { size: 100.0, radius: 80.0, tube_radius: 30.0, height: 10.0, resolution: 1.0 }
+        Self { size: 100.0, radius: 80.0, tube_radius: 60.0, height: 10.0, resolution: 1.0 }
     }
 }
 
