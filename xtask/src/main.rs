@@ -14,8 +14,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 const USAGE: &str = "\
-usage: cargo xtask test        runs all tests, natively and of native against WebAssembly
+usage: cargo xtask test        runs all tests, natively and of the page
        cargo xtask test page   runs the tests of the page only
+       cargo xtask test parity compares native with WebAssembly in node, as the page's tests do in a browser
        cargo xtask page        builds the page for the browser into web/dist
        cargo xtask serve [PORT]  builds it and serves it on this machine, port 8080 unless told
        cargo xtask speed       plans all jobs in the page and natively, and compares the times
@@ -27,6 +28,7 @@ fn main() -> ExitCode {
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["test"] => report(test::test(&project())),
         ["test", "page"] => report(test::page(&project())),
+        ["test", "parity"] => report(test::parity(&project())),
         ["page"] => report(page::page(&project()).map(|_| ())),
         ["serve"] => report(serve("8080")),
         ["serve", port] => report(serve(port)),
