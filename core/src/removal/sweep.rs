@@ -53,7 +53,7 @@ impl Removed {
 }
 
 /// Pieces that lie together.
-struct Run {
+pub(super) struct Run {
     middle: DVec3,
     radius: f64,
     axis: DVec3,
@@ -95,12 +95,13 @@ impl Columns {
     ) -> Removed {
         let body = Body::new(tool, layer, self.spacing);
         let (mut removed, strokes, at) = cut_to_pieces(&path.points, tool);
-        let runs: Vec<Run> = strokes.chunks(RUN).map(Run::of).collect();
+        let runs = runs(&strokes);
         let numbered: Vec<(usize, &Block)> = self.blocks.iter().enumerate().collect();
         let cut = parallel::map(threads, &numbered, |&(i, block)| {
             let left = earlier.and_then(|e| e.heights.get(i));
             let fresh = || vec![layer.top(); block.columns.len()];
-            let mut work = BlockCut::new(block, &body, left.cloned().unwrap_or_else(fresh));
+            let heights = left.cloned().unwrap_or_else(fresh);
+            let mut work = BlockCut::new(block, &body, heights, f64::NEG_INFINITY);
             work.run(&strokes, &runs);
             (work.heights, work.taken)
         });
@@ -114,8 +115,16 @@ impl Columns {
     }
 }
 
+/// Strokes that are tested together.
+pub(super) fn runs(strokes: &[Stroke]) -> Vec<Run> {
+    strokes.chunks(RUN).map(Run::of).collect()
+}
+
 /// The pieces of a path; the moves of those that may cut, and which piece each is.
-fn cut_to_pieces(points: &[PathPoint], tool: &Tool) -> (Removed, Vec<Stroke>, Vec<usize>) {
+pub(super) fn cut_to_pieces(
+    points: &[PathPoint],
+    tool: &Tool,
+) -> (Removed, Vec<Stroke>, Vec<usize>) {
     let mut removed = Removed { first: vec![0, 0], ..Removed::default() };
     let (mut strokes, mut at) = (Vec::new(), Vec::new());
     for pair in points.windows(2) {
@@ -159,11 +168,13 @@ struct Plane {
 }
 
 /// One block being cut.
-struct BlockCut<'a> {
+pub(super) struct BlockCut<'a> {
     block: &'a Block,
     body: &'a Body,
-    heights: Vec<f64>,
-    /// Per node, the level below which all that is left of it is.
+    pub heights: Vec<f64>,
+    /// Columns that are no higher are not looked at any more.
+    enough: f64,
+    /// Per node, the level below which all that is left of it is; minus infinity where nothing is.
     levels: Vec<f64>,
     /// Per tile, its node.
     nodes: Vec<u32>,
@@ -173,7 +184,8 @@ struct BlockCut<'a> {
 }
 
 impl<'a> BlockCut<'a> {
-    fn new(block: &'a Block, body: &'a Body, heights: Vec<f64>) -> Self {
+    /// A block whose columns are `heights` high; those that are at most `enough` are left as they are.
+    pub fn new(block: &'a Block, body: &'a Body, heights: Vec<f64>, enough: f64) -> Self {
         let mut nodes = vec![0; block.tiles.len()];
         for (i, node) in block.nodes.iter().enumerate() {
             if node.children.is_none() {
@@ -181,8 +193,8 @@ impl<'a> BlockCut<'a> {
             }
         }
         let levels = vec![f64::INFINITY; block.nodes.len()];
-        let mut cut =
-            Self { block, body, heights, levels, nodes, taken: Vec::new(), open: Vec::new() };
+        let (taken, open) = (Vec::new(), Vec::new());
+        let mut cut = Self { block, body, heights, enough, levels, nodes, taken, open };
         (0..block.tiles.len()).for_each(|t| cut.set_level(t));
         cut
     }
@@ -191,7 +203,8 @@ impl<'a> BlockCut<'a> {
     fn set_level(&mut self, tile: usize) {
         let t = &self.block.tiles[tile];
         let mut level = f64::NEG_INFINITY;
-        for i in t.first..t.first + t.count {
+        let stands = |i: &usize| self.heights[*i] > self.enough;
+        for i in (t.first..t.first + t.count).filter(stands) {
             level = level.max(t.bound.level(&self.block.columns[i], self.heights[i]));
         }
         let mut node = self.nodes[tile] as usize;
@@ -200,9 +213,10 @@ impl<'a> BlockCut<'a> {
             node = self.block.nodes[node].parent as usize;
             let own = &self.block.nodes[node];
             let Some(children) = own.children else { return };
-            let level = children
-                .map(|c| c as usize)
-                .map(|c| own.bound.level_of(&self.block.nodes[c].bound, self.levels[c]));
+            let level = children.map(|c| c as usize).map(|c| match self.levels[c] {
+                f64::NEG_INFINITY => f64::NEG_INFINITY,
+                level => own.bound.level_of(&self.block.nodes[c].bound, level),
+            });
             let level = level[0].max(level[1]);
             if level >= self.levels[node] {
                 return;
@@ -211,11 +225,15 @@ impl<'a> BlockCut<'a> {
         }
     }
 
-    fn run(&mut self, strokes: &[Stroke], runs: &[Run]) {
+    /// Runs through all strokes.
+    pub fn run(&mut self, strokes: &[Stroke], runs: &[Run]) {
         let Some(root) = self.block.nodes.first() else { return };
         let low = root.bound.low.abs().max(self.body.layer().top() + root.bound.low.abs());
         let radius = root.bound.radius + low;
         for (r, run) in runs.iter().enumerate() {
+            if self.levels[0] == f64::NEG_INFINITY {
+                return;
+            }
             if !run.reaches(root.bound.middle, radius, self.body) {
                 continue;
             }
@@ -236,6 +254,9 @@ impl<'a> BlockCut<'a> {
         self.open.push(0);
         while let Some(n) = self.open.pop() {
             let node = &self.block.nodes[n as usize];
+            if self.levels[n as usize] == f64::NEG_INFINITY {
+                continue;
+            }
             let plane = self.supporting_plane(stroke, dip, &node.bound, self.levels[n as usize]);
             if node.bound.least_along(plane.d, self.levels[n as usize]) >= plane.reach {
                 continue;
@@ -274,10 +295,14 @@ impl<'a> BlockCut<'a> {
         let range = t.first..t.first + t.count;
         // A column leaning away from the plane has all of itself nearer than its top.
         let floor = self.body.layer().stock;
+        let enough = self.enough;
         let mut volume = 0.0;
         for (column, height) in
             self.block.columns[range.clone()].iter().zip(&mut self.heights[range])
         {
+            if *height <= enough {
+                continue;
+            }
             let lean = plane.d.dot(column.line.normal);
             let low = if lean < 0.0 { *height } else { floor };
             if plane.d.dot(column.line.foot) + lean * low >= plane.reach {
