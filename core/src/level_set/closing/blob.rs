@@ -15,61 +15,102 @@ const CHUNK: usize = 2048;
 /// keeps closer to the middle; larger: it is shorter.
 const SHALLOW: f64 = 0.02;
 
+/// Who is whose neighbour among places.
+pub struct Nearness {
+    /// Where the neighbours of every place begin, and where the last ones end.
+    begins: Vec<usize>,
+    /// Neighbours and their distances, passes, by index.
+    links: Vec<(u32, f64)>,
+}
+
+impl Nearness {
+    /// Of all places.
+    pub fn of(places: &[Place], threads: usize) -> Self {
+        let points: Vec<[DVec2; 2]> = places.iter().map(|p| [p.at, p.at]).collect();
+        let tree = Tree::new(&points);
+        let numbered: Vec<u32> = (0..places.len() as u32).collect();
+        let chunks: Vec<&[u32]> = numbered.chunks(CHUNK).collect();
+        let near = |&&own: &&u32, links: &mut Vec<(u32, f64)>| {
+            let (place, first) = (&places[own as usize], links.len());
+            tree.visit(&place.metric, place.at, LINK, |hit| links.push((hit.id, hit.distance)));
+            links[first..].sort_unstable_by_key(|(id, _)| *id);
+            links.len()
+        };
+        let parts = parallel::map(threads, &chunks, |chunk| {
+            let mut links = Vec::new();
+            let ends: Vec<usize> = chunk.iter().map(|own| near(&own, &mut links)).collect();
+            (ends, links)
+        });
+        let mut all = Self { begins: vec![0], links: Vec::new() };
+        for (ends, links) in parts {
+            let first = all.links.len();
+            all.begins.extend(ends.into_iter().map(|end| first + end));
+            all.links.extend(links);
+        }
+        all
+    }
+
+    /// Of those places that are kept, which are numbered anew.
+    pub fn among(&self, kept: &[bool]) -> Self {
+        let mut count = 0;
+        let number = |is_kept: &bool| {
+            count += u32::from(*is_kept);
+            count.wrapping_sub(1)
+        };
+        let numbers: Vec<u32> = kept.iter().map(number).collect();
+        let mut out = Self { begins: vec![0], links: Vec::new() };
+        for place in (0..kept.len()).filter(|&place| kept[place]) {
+            let links = self.links(place).iter().filter(|(id, _)| kept[*id as usize]);
+            out.links.extend(links.map(|&(id, distance)| (numbers[id as usize], distance)));
+            out.begins.push(out.links.len());
+        }
+        out
+    }
+
+    fn links(&self, place: usize) -> &[(u32, f64)] {
+        &self.links[self.begins[place]..self.begins[place + 1]]
+    }
+}
+
 /// Places and who is whose neighbour.
 pub struct Blob<'a> {
     places: &'a [Place],
     members: Vec<u32>,
-    /// Neighbours of each member and their distances, passes, by index in `members`.
-    neighbours: Vec<Vec<(u32, f64)>>,
+    /// By index in `members`.
+    near: Nearness,
 }
 
 /// Puts the places into connected blobs, in order of their first places.
-pub fn blobs(places: &[Place], threads: usize) -> Vec<Blob<'_>> {
-    let mut near = all_near(places, threads);
+pub fn blobs<'a>(places: &'a [Place], near: &Nearness) -> Vec<Blob<'a>> {
     let mut index = vec![u32::MAX; places.len()];
     let mut out = Vec::new();
     for first in 0..places.len() {
         if index[first] != u32::MAX {
             continue;
         }
-        let mut blob = Blob { places, members: vec![first as u32], neighbours: Vec::new() };
+        let mut members = vec![first as u32];
+        let mut own = Nearness { begins: vec![0], links: Vec::new() };
         index[first] = 0;
-        while blob.neighbours.len() < blob.members.len() {
-            let member = blob.members[blob.neighbours.len()];
-            let mut neighbours = core::mem::take(&mut near[member as usize]);
-            // Nearness is measured where one is, and need not be mutual: a place that is near to none of an
-            // earlier blob may have neighbours in it, which are not its blob's.
-            neighbours.retain_mut(|(id, _)| {
-                let known = index[*id as usize];
+        while own.begins.len() <= members.len() {
+            let member = members[own.begins.len() - 1];
+            for &(id, distance) in near.links(member as usize) {
+                let known = index[id as usize];
                 if known == u32::MAX {
-                    index[*id as usize] = blob.members.len() as u32;
-                    blob.members.push(*id);
+                    index[id as usize] = members.len() as u32;
+                    members.push(id);
                 }
-                let own = index[*id as usize];
-                let is_member = blob.members.get(own as usize) == Some(id);
-                *id = own;
-                is_member
-            });
-            blob.neighbours.push(neighbours);
+                // Nearness is measured where one is, and need not be mutual: a place that is near to none of
+                // an earlier blob may have neighbours in it, which are not its blob's.
+                let number = index[id as usize];
+                if members.get(number as usize) == Some(&id) {
+                    own.links.push((number, distance));
+                }
+            }
+            own.begins.push(own.links.len());
         }
-        out.push(blob);
+        out.push(Blob { places, members, near: own });
     }
     out
-}
-
-/// For every place the places within [`LINK`] and their distances, passes, by index.
-fn all_near(places: &[Place], threads: usize) -> Vec<Vec<(u32, f64)>> {
-    let points: Vec<[DVec2; 2]> = places.iter().map(|p| [p.at, p.at]).collect();
-    let tree = Tree::new(&points);
-    let near = |place: &Place| {
-        let mut near = Vec::new();
-        tree.visit(&place.metric, place.at, LINK, |hit| near.push((hit.id, hit.distance)));
-        near.sort_unstable_by_key(|(id, _)| *id);
-        near
-    };
-    let chunks: Vec<&[Place]> = places.chunks(CHUNK).collect();
-    let parts = parallel::map(threads, &chunks, |chunk| chunk.iter().map(near).collect::<Vec<_>>());
-    parts.into_iter().flatten().collect()
 }
 
 /// What a step between neighbours costs when a line is sought.
@@ -153,7 +194,7 @@ impl Blob<'_> {
             if bits != distance[at as usize].to_bits() {
                 continue;
             }
-            for &(to, length) in &self.neighbours[at as usize] {
+            for &(to, length) in self.near.links(at as usize) {
                 let weight = match cost {
                     Cost::Length => 1.0,
                     Cost::Middle => deepest / (self.member(to).gap - LIMIT + SHALLOW),
