@@ -107,11 +107,11 @@ impl Columns {
         let (mut removed, strokes, at) = cut_to_pieces(&path.points, tool);
         let parts = |piece: usize| removed.pieces[piece].end;
         let ends = Ends::new(&path.points, &removed.first, &at, parts);
-        let runs = runs(&strokes);
+        let [long, short] = runs(&strokes);
         removed.heights = parallel::map(threads, &self.blocks, |block| {
             let heights = tried(block, &body, (&strokes, &ends), enough);
             let mut work = BlockCut::new(block, &body, heights, enough);
-            work.run(&strokes, &runs);
+            work.run_on_tiles(&strokes, &long, &short);
             work.heights
         });
         removed

@@ -18,6 +18,8 @@ const LONGEST: f64 = 0.1;
 const LARGEST_TURN: f64 = 0.026;
 /// Pieces that are tested together against a block.
 const RUN: usize = 64;
+/// Pieces that are tested together against a tile.
+pub(super) const SHORT: usize = 8;
 /// A node is opened only for what is deeper than this, mm: rounding, and faces of the mesh.
 const NEGLIGIBLE: f64 = 2e-4;
 /// Length of the cutter, cutter radii, that a turning axis may bring into material.
@@ -95,7 +97,7 @@ impl Columns {
     ) -> Removed {
         let body = Body::new(tool, layer, self.spacing);
         let (mut removed, strokes, at) = cut_to_pieces(&path.points, tool);
-        let runs = runs(&strokes);
+        let runs: Vec<Run> = strokes.chunks(RUN).map(Run::of).collect();
         let numbered: Vec<(usize, &Block)> = self.blocks.iter().enumerate().collect();
         let cut = parallel::map(threads, &numbered, |&(i, block)| {
             let left = earlier.and_then(|e| e.heights.get(i));
@@ -115,9 +117,9 @@ impl Columns {
     }
 }
 
-/// Strokes that are tested together.
-pub(super) fn runs(strokes: &[Stroke]) -> Vec<Run> {
-    strokes.chunks(RUN).map(Run::of).collect()
+/// Strokes that are tested together, and shorter stretches of them.
+pub(super) fn runs(strokes: &[Stroke]) -> [Vec<Run>; 2] {
+    [RUN, SHORT].map(|count| strokes.chunks(count).map(Run::of).collect())
 }
 
 /// The pieces of a path; the moves of those that may cut, and which piece each is.
@@ -213,10 +215,9 @@ impl<'a> BlockCut<'a> {
             node = self.block.nodes[node].parent as usize;
             let own = &self.block.nodes[node];
             let Some(children) = own.children else { return };
-            let level = children.map(|c| c as usize).map(|c| match self.levels[c] {
-                f64::NEG_INFINITY => f64::NEG_INFINITY,
-                level => own.bound.level_of(&self.block.nodes[c].bound, level),
-            });
+            let level = children
+                .map(|c| c as usize)
+                .map(|c| own.bound.level_of(&self.block.nodes[c].bound, self.levels[c]));
             let level = level[0].max(level[1]);
             if level >= self.levels[node] {
                 return;
@@ -231,9 +232,6 @@ impl<'a> BlockCut<'a> {
         let low = root.bound.low.abs().max(self.body.layer().top() + root.bound.low.abs());
         let radius = root.bound.radius + low;
         for (r, run) in runs.iter().enumerate() {
-            if self.levels[0] == f64::NEG_INFINITY {
-                return;
-            }
             if !run.reaches(root.bound.middle, radius, self.body) {
                 continue;
             }
@@ -247,6 +245,34 @@ impl<'a> BlockCut<'a> {
         }
     }
 
+    /// Runs through all strokes, tile by tile: fast where little is left. `short`: runs of [`SHORT`].
+    pub fn run_on_tiles(&mut self, strokes: &[Stroke], long: &[Run], short: &[Run]) {
+        for (t, tile) in self.block.tiles.iter().enumerate() {
+            let node = self.nodes[t] as usize;
+            let low = tile.bound.low.abs();
+            let radius = tile.bound.radius + low + self.body.layer().top();
+            let reaches = |run: &Run| run.reaches(tile.bound.middle, radius, self.body);
+            let is_open = self.levels[node] > f64::NEG_INFINITY;
+            let near: Vec<usize> = (0..long.len())
+                .filter(|&r| is_open && reaches(&long[r]))
+                .flat_map(|r| r * (RUN / SHORT)..((r + 1) * (RUN / SHORT)).min(short.len()))
+                .filter(|&r| reaches(&short[r]))
+                .collect();
+            let near = near.into_iter().flat_map(|r| strokes.iter().skip(r * SHORT).take(SHORT));
+            for stroke in near {
+                let level = self.levels[node];
+                if level == f64::NEG_INFINITY {
+                    break;
+                }
+                let dip = self.body.dip(stroke);
+                let plane = self.supporting_plane(stroke, dip, &tile.bound, level);
+                if tile.bound.least_along(plane.d, level) < plane.reach {
+                    self.take_tile(stroke, &plane, t);
+                }
+            }
+        }
+    }
+
     /// Lowers all columns that a stroke meets; returns the volume.
     fn take(&mut self, stroke: &Stroke) -> f64 {
         let mut volume = 0.0;
@@ -254,9 +280,6 @@ impl<'a> BlockCut<'a> {
         self.open.push(0);
         while let Some(n) = self.open.pop() {
             let node = &self.block.nodes[n as usize];
-            if self.levels[n as usize] == f64::NEG_INFINITY {
-                continue;
-            }
             let plane = self.supporting_plane(stroke, dip, &node.bound, self.levels[n as usize]);
             if node.bound.least_along(plane.d, self.levels[n as usize]) >= plane.reach {
                 continue;
