@@ -594,9 +594,10 @@ impl Delivery<'_> {
             return Ok(Finished { toolpath, raised, coverage, removed: None });
         }
         let columns = self.columns();
-        let layer = self.layer();
-        let removed = columns.cut(&toolpath, &self.job.tool, layer, None, self.threads);
-        let coverage = self.coverage(&columns, &removed, &toolpath);
+        let coverage = self.with_access(&toolpath, |access| {
+            let removed = removal::remains(&columns, access);
+            removal::coverage(&columns, &removed, access)
+        });
         Ok(Finished { toolpath, raised, coverage, removed: None })
     }
 
@@ -661,9 +662,14 @@ impl Delivery<'_> {
         removed: &removal::Removed,
         headings: &Toolpath,
     ) -> Coverage {
+        self.with_access(headings, |access| removal::coverage(columns, removed, access))
+    }
+
+    /// Calls `work` with what decides where the cutter can touch.
+    fn with_access(&self, headings: &Toolpath, work: impl FnOnce(&Access) -> Coverage) -> Coverage {
         let is_open = self.job.path.boundary == Boundary::Open;
         let inside = |p| is_open || self.terrain.room(p).is_some_and(|room| room >= 0.0);
-        let access = Access {
+        work(&Access {
             tool: self.job.tool,
             axis: self.options.pass.axis,
             layer: self.layer(),
@@ -675,8 +681,7 @@ impl Delivery<'_> {
             cusp: self.cusp_limit,
             cell: self.job.nominal_side_step(),
             threads: self.threads,
-        };
-        removal::coverage(columns, removed, &access)
+        })
     }
 
     /// The path with its true removal rates and the feeds that follow from them; and what it removed.

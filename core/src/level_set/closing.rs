@@ -28,6 +28,7 @@ use crate::flat_path::Terrain;
 use crate::geometry::DVec2;
 use crate::job::RingOrder;
 use crate::mesh::FaceId;
+use blob::Nearness;
 pub use gaps::Place as Gap;
 use gaps::{Place, gaps};
 use passes::Passes;
@@ -110,6 +111,7 @@ pub fn close(
     let mut passes = Passes::new(rings, options, mean_pass(mesh));
     let found = gaps(mesh, field, passes.without_spurs(), options);
     let mut places = found.places;
+    let mut near = Nearness::of(&places, options.threads);
     for _ in 0..ROUNDS {
         let chooser = Chooser {
             passes: &passes,
@@ -117,13 +119,13 @@ pub fn close(
             order: options.order,
             has_flat_bottom: options.has_flat_bottom,
         };
-        let blobs = blob::blobs(&places, options.threads);
+        let blobs = blob::blobs(&places, &near);
         let wide = blobs.iter().filter(|b| b.deepest().gap > ACCEPTED);
         let detours: Vec<Detour> = wide.filter_map(|b| chooser.detour(b)).collect();
         if detours.is_empty() {
             break;
         }
-        lower(&mut places, passes.add(detours));
+        near = near.among(&lower(&mut places, passes.add(detours)));
     }
     passes.attach(rings);
     report(&passes, &places, found.widest_kept, terrain)
@@ -143,14 +145,16 @@ fn mean_pass(mesh: &PassMesh) -> f64 {
     if passes > 0.0 { (flat / passes).sqrt() } else { 1.0 }
 }
 
-/// Lowers the gaps by new spurs and forgets the places that are within the limit.
-fn lower(places: &mut Vec<Place>, spurs: &Tree) {
+/// Lowers the gaps by new spurs and forgets the places that are within the limit; which were kept.
+fn lower(places: &mut Vec<Place>, spurs: &Tree) -> Vec<bool> {
     for place in places.iter_mut() {
         if let Some(hit) = spurs.nearest(&place.metric, place.at, place.gap, |_| true) {
             place.gap = hit.distance;
         }
     }
+    let kept = places.iter().map(|p| p.gap > gaps::LIMIT).collect();
     places.retain(|p| p.gap > gaps::LIMIT);
+    kept
 }
 
 fn report(

@@ -15,6 +15,14 @@ pub(super) struct Basis {
     pub values: [[f64; MOST]; 3],
 }
 
+/// Values of the functions that are not zero at a parameter.
+pub(super) struct Values {
+    /// Index of the first of them.
+    pub first: usize,
+    /// By function.
+    pub values: [f64; MOST],
+}
+
 /// A degree and a nondecreasing knot vector.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Knots {
@@ -93,6 +101,15 @@ impl Knots {
             span -= 1;
         }
         span
+    }
+
+    /// The values of the functions at `t`, as [`basis`](Self::basis) has them.
+    pub fn values(&self, t: f64) -> Values {
+        let span = self.span(t);
+        let mut n = [0.0; MOST];
+        n[0] = 1.0;
+        (1..=self.degree).for_each(|q| self.raise(&mut n, q, span, t));
+        Values { first: span - self.degree, values: n }
     }
 
     /// The functions at `t`, a parameter of the domain.
@@ -174,6 +191,8 @@ mod tests {
             let (low, high) = k.domain();
             for i in 0..=20 {
                 let basis = k.basis(low + (high - low) * f64::from(i) / 20.0);
+                let values = k.values(low + (high - low) * f64::from(i) / 20.0);
+                assert_eq!((values.first, values.values), (basis.first, basis.values[0]));
                 let sum = |order: usize| basis.values[order].iter().sum::<f64>();
                 assert!((sum(0) - 1.0).abs() < 1e-14);
                 assert!(sum(1).abs() < 1e-12 && sum(2).abs() < 1e-11, "{} {}", sum(1), sum(2));

@@ -110,11 +110,16 @@ enum Missed {
 /// Splits until all faces are within `chord`; the largest error.
 fn reach(mesh: &mut Mesh<'_>, chord: f64) -> Result<f64, Missed> {
     let mut worst = (0.0, 0);
+    let mut errors: Vec<(f64, usize)> = Vec::new();
     for round in 0..ROUNDS {
         worst = (0.0, 0);
         let mut far: Vec<(f64, usize)> = Vec::new();
-        for f in 0..mesh.faces.len() {
-            let (error, side) = mesh.chord_error(f, chord);
+        errors.resize(mesh.faces.len(), (f64::NAN, 0));
+        for (f, known) in errors.iter_mut().enumerate() {
+            if round == 0 || mesh.is_changed(f) {
+                *known = mesh.chord_error(f, chord);
+            }
+            let (error, side) = *known;
             if error > worst.0 {
                 worst = (error, f);
             }

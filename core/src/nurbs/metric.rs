@@ -15,15 +15,22 @@ pub(super) struct Metric {
     pub wide: f64,
     /// Unit tangent.
     pub along: DVec3,
+    /// Square of the length of an edge of 1 mm across `along`, and how much less it is along it.
+    across: f64,
+    less: f64,
 }
 
 impl Metric {
+    /// Edges up to `wide` mm along a unit tangent, up to `narrow` mm across it.
+    pub fn new(narrow: f64, wide: f64, along: DVec3) -> Self {
+        let across = 1.0 / (narrow * narrow);
+        Self { narrow, wide, along, across, less: across - 1.0 / (wide * wide) }
+    }
+
     /// Square of the length of an edge, of its allowed length.
     pub fn square(&self, edge: DVec3) -> f64 {
-        let across = 1.0 / (self.narrow * self.narrow);
-        let less = across - 1.0 / (self.wide * self.wide);
         let way = edge.dot(self.along);
-        (across * edge.length_squared() - less * way * way).max(0.0)
+        (self.across * edge.length_squared() - self.less * way * way).max(0.0)
     }
 
     /// Length of an edge, of its allowed length.
@@ -33,14 +40,14 @@ impl Metric {
 
     /// The same with lengths multiplied by `factor`.
     pub fn scaled(self, factor: f64) -> Self {
-        Self { narrow: factor * self.narrow, wide: factor * self.wide, ..self }
+        Self::new(factor * self.narrow, factor * self.wide, self.along)
     }
 
     /// No longer than what may have grown from `other`, `distance` mm away.
     pub fn near(self, other: &Self, distance: f64) -> Self {
         let growth = GROWTH * distance;
         let narrow = self.narrow.min(other.narrow + growth);
-        Self { narrow, wide: self.wide.min(other.wide + growth).max(narrow), ..self }
+        Self::new(narrow, self.wide.min(other.wide + growth).max(narrow), self.along)
     }
 }
 

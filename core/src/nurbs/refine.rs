@@ -23,6 +23,13 @@ const TOO_LONG: f64 = 1.25;
 const TOO_SHORT: f64 = 0.05;
 /// Passes of splitting; each halves the longest edges.
 const SPLIT_PASSES: usize = 80;
+/// Passes that split the sides themselves that are too long; later ones split the longest sides of their
+/// faces. Where a triangle reaches around an edge of the surface that is thinner than it is long, its longest
+/// side may exceed less than the others, the halves of which would come back forever.
+const FIRST_PASSES: usize = 24;
+/// Of so many faces one may have a side that is too long when later passes end: sizes are a guess, and the
+/// distance from the surface is measured afterwards.
+const FEW: usize = 1000;
 /// Rounds of the last smoothing.
 const SMOOTHINGS: usize = 4;
 /// Flips per edge in one go; Lawson's flips end by themselves in the plane only.
@@ -54,6 +61,8 @@ pub(super) struct Mesh<'a> {
     across: Vec<u32>,
     /// Faces that changed since the last pass of splitting.
     dirty: Vec<bool>,
+    /// Length over what is allowed by side, as far as it was asked for; of unchanged faces it holds.
+    excesses: Vec<Option<f64>>,
     most_faces: usize,
 }
 
@@ -84,6 +93,7 @@ impl<'a> Mesh<'a> {
             corners,
             across,
             dirty,
+            excesses: Vec::new(),
             most_faces,
         };
         (0..mesh.faces.len()).for_each(|f| mesh.settle(f));
@@ -198,14 +208,15 @@ impl<'a> Mesh<'a> {
     /// Splits, flips and moves until no edge is too long.
     pub fn refine(&mut self) -> Result<(), TooMany> {
         self.flip_all();
-        for _ in 0..SPLIT_PASSES {
-            let count = self.split_pass()?;
+        for pass in 0..SPLIT_PASSES {
+            let count = self.split_pass(pass < FIRST_PASSES)?;
             self.flip_all();
-            if count * 8 < self.faces.len() {
+            if count * 8 < self.faces.len() && pass < FIRST_PASSES {
                 self.smooth();
                 self.flip_all();
             }
-            if count == 0 {
+            let few = if pass < FIRST_PASSES { 0 } else { self.faces.len() / FEW };
+            if count <= few {
                 break;
             }
         }
@@ -218,16 +229,36 @@ impl<'a> Mesh<'a> {
     }
 
     /// Splits the edges that are too long, longest first, one per face; how many.
-    fn split_pass(&mut self) -> Result<usize, TooMany> {
-        let is_first = |s: usize| self.across[s] != NONE && s < self.across[s] as usize;
-        let mut long: Vec<(f64, usize)> = (0..self.across.len())
-            .filter(|&s| is_first(s))
-            .map(|s| (self.excess(s), s))
-            .filter(|&(excess, s)| excess > TOO_LONG && !self.beside_short(s))
-            .collect();
+    fn split_pass(&mut self, by_excess: bool) -> Result<usize, TooMany> {
+        self.excesses.resize(self.across.len(), None);
+        let mut long: Vec<(f64, usize)> = Vec::new();
+        for side in 0..self.across.len() {
+            if self.dirty[side / 3] {
+                self.excesses[side] = None;
+            }
+            if self.across[side] == NONE || side > self.across[side] as usize {
+                continue;
+            }
+            let excess = self.excesses[side].unwrap_or_else(|| self.excess(side));
+            self.excesses[side] = Some(excess);
+            if excess > TOO_LONG && !self.beside_short(side) {
+                long.push(if by_excess { (excess, side) } else { self.longest_beside(side) });
+            }
+        }
         long.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let sides = long.into_iter().map(|(_, s)| s).collect();
         self.split(sides)
+    }
+
+    /// The longest inner side of the two faces of a side, and its length along the surface, mm.
+    fn longest_beside(&self, side: usize) -> (f64, usize) {
+        let faces = [side / 3, self.across[side] as usize / 3];
+        let sides = faces.into_iter().flat_map(|f| [3 * f, 3 * f + 1, 3 * f + 2]);
+        let inner = sides.filter(|&s| self.across[s] != NONE).map(|s| {
+            let (p, q) = self.along(s);
+            (self.sizing.length(p, q), s.min(self.across[s] as usize))
+        });
+        inner.fold((0.0, side), |a, b| if b.0 > a.0 { b } else { a })
     }
 
     /// Whether a face of a side is a needle already, which halving its long sides makes no better.
@@ -584,6 +615,11 @@ impl<'a> Mesh<'a> {
             }
         }
         (error, best.1)
+    }
+
+    /// Whether a face changed since the last pass of splitting.
+    pub fn is_changed(&self, f: usize) -> bool {
+        self.dirty[f]
     }
 
     /// Where the middle of a face is.

@@ -255,7 +255,7 @@ impl Sizing {
         let least = |s: &[f64]| s[n].min(s[n + 1]).min(s[n + m]).min(s[n + m + 1]);
         let nearest = n + if x > 0.5 { m } else { 0 } + usize::from(y > 0.5);
         let (narrow, wide) = (least(&self.size), least(&self.wide));
-        Metric { narrow, wide, along: self.along[nearest] }
+        Metric::new(narrow, wide, self.along[nearest])
     }
 
     fn form(&self, at: DVec2) -> [f64; 3] {

@@ -2,7 +2,7 @@
 
 use glam::DVec4;
 
-use super::basis::{Basis, Knots};
+use super::basis::Knots;
 use super::error::{Direction, NurbsError};
 use crate::geometry::{DMat3, DVec2, DVec3};
 use crate::surface::ShapeOperator;
@@ -208,21 +208,20 @@ impl NurbsSurface {
     /// Position at the parameters `at`, mm.
     pub fn point(&self, at: DVec2) -> DVec3 {
         let at = self.wrap(at);
-        let (u, v) = (self.knots[0].basis(at.x), self.knots[1].basis(at.y));
+        let (u, v) = (self.knots[0].values(at.x), self.knots[1].values(at.y));
         let mut sum = DVec4::ZERO;
         for i in 0..=self.knots[0].degree() {
-            let row = &self.row(&u, i)[v.first..];
+            let row = &self.row(u.first + i)[v.first..];
             let count = self.knots[1].degree() + 1;
-            let along: DVec4 = row.iter().zip(&v.values[0][..count]).map(|(p, n)| *p * *n).sum();
-            sum += along * u.values[0][i];
+            let along: DVec4 = row.iter().zip(&v.values[..count]).map(|(p, n)| *p * *n).sum();
+            sum += along * u.values[i];
         }
         sum.truncate() / sum.w
     }
 
-    /// The `i`-th row of control points that counts.
-    fn row(&self, u: &Basis, i: usize) -> &[DVec4] {
-        let start = (u.first + i) * self.columns;
-        &self.points[start..start + self.columns]
+    /// The `i`-th row of control points.
+    fn row(&self, i: usize) -> &[DVec4] {
+        &self.points[i * self.columns..(i + 1) * self.columns]
     }
 
     /// # Source
@@ -233,7 +232,7 @@ impl NurbsSurface {
         let mut a = [DVec4::ZERO; 6];
         for i in 0..=self.knots[0].degree() {
             let mut along = [DVec4::ZERO; 3];
-            let row = &self.row(&u, i)[v.first..];
+            let row = &self.row(u.first + i)[v.first..];
             for (j, p) in row.iter().enumerate().take(self.knots[1].degree() + 1) {
                 for (sum, n) in along.iter_mut().zip(&v.values) {
                     *sum += *p * n[j];

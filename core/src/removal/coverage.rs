@@ -100,10 +100,22 @@ pub fn coverage(columns: &Columns, removed: &Removed, access: &Access) -> Covera
     out
 }
 
+/// What the path of `access` leaves of fresh columns, for [`coverage`]: what is removed where is not told.
+pub fn remains(columns: &Columns, access: &Access) -> Removed {
+    columns.remains(access.path, &access.tool, access.layer, access.allowed(), access.threads)
+}
+
+impl Access<'_> {
+    /// The highest column that is none too high, mm.
+    fn allowed(&self) -> f64 {
+        // What no move took from is left, however high a cusp may be.
+        let untouched = self.layer.top() - UNTOUCHED * self.layer.depth;
+        (self.layer.stock + self.cusp + SHARE * self.tolerance).min(untouched)
+    }
+}
+
 fn left_over(columns: &Columns, removed: &Removed, access: &Access) -> Vec<Left> {
-    // What no move took from is left, however high a cusp may be.
-    let untouched = access.layer.top() - UNTOUCHED * access.layer.depth;
-    let allowed = (access.layer.stock + access.cusp + SHARE * access.tolerance).min(untouched);
+    let allowed = access.allowed();
     let mut left = Vec::new();
     for (block, heights) in columns.blocks.iter().zip(&removed.heights) {
         for (i, &height) in heights.iter().enumerate().filter(|(_, h)| **h > allowed) {

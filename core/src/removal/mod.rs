@@ -11,7 +11,8 @@
 //!
 //! Steps: columns are laid (`columns`); the path takes from them piece by piece (`sweep`, with the
 //! cutter in `body`); feeds follow from what a window of pieces takes (`rates`); what is left at
-//! the end is the coverage (`coverage`), judged by the cusps that are meant to stay (`cusp`).
+//! the end is the coverage (`coverage`), judged by the cusps that are meant to stay (`cusp`). Where only
+//! that is asked, most columns need not be swept (`remains`).
 //!
 //! Source: spec 09 (material columns), 03 (limit).
 
@@ -20,13 +21,14 @@ mod columns;
 mod coverage;
 mod cusp;
 mod rates;
+mod remains;
 mod sweep;
 #[cfg(test)]
 mod tests;
 
 pub use body::Layer;
 pub use columns::Columns;
-pub use coverage::{Access, Coverage, Place, coverage};
+pub use coverage::{Access, Coverage, Place, coverage, remains};
 pub use cusp::{Lean, cusp, worst_cusp};
 pub use rates::{Feeds, Limit, TooSlow, rated};
 pub use sweep::{Piece, Removed};

@@ -18,6 +18,8 @@ const LONGEST: f64 = 0.1;
 const LARGEST_TURN: f64 = 0.026;
 /// Pieces that are tested together against a block.
 const RUN: usize = 64;
+/// Pieces that are tested together against a tile.
+pub(super) const SHORT: usize = 8;
 /// A node is opened only for what is deeper than this, mm: rounding, and faces of the mesh.
 const NEGLIGIBLE: f64 = 2e-4;
 /// Length of the cutter, cutter radii, that a turning axis may bring into material.
@@ -53,7 +55,7 @@ impl Removed {
 }
 
 /// Pieces that lie together.
-struct Run {
+pub(super) struct Run {
     middle: DVec3,
     radius: f64,
     axis: DVec3,
@@ -100,7 +102,8 @@ impl Columns {
         let cut = parallel::map(threads, &numbered, |&(i, block)| {
             let left = earlier.and_then(|e| e.heights.get(i));
             let fresh = || vec![layer.top(); block.columns.len()];
-            let mut work = BlockCut::new(block, &body, left.cloned().unwrap_or_else(fresh));
+            let heights = left.cloned().unwrap_or_else(fresh);
+            let mut work = BlockCut::new(block, &body, heights, f64::NEG_INFINITY);
             work.run(&strokes, &runs);
             (work.heights, work.taken)
         });
@@ -114,8 +117,16 @@ impl Columns {
     }
 }
 
+/// Strokes that are tested together, and shorter stretches of them.
+pub(super) fn runs(strokes: &[Stroke]) -> [Vec<Run>; 2] {
+    [RUN, SHORT].map(|count| strokes.chunks(count).map(Run::of).collect())
+}
+
 /// The pieces of a path; the moves of those that may cut, and which piece each is.
-fn cut_to_pieces(points: &[PathPoint], tool: &Tool) -> (Removed, Vec<Stroke>, Vec<usize>) {
+pub(super) fn cut_to_pieces(
+    points: &[PathPoint],
+    tool: &Tool,
+) -> (Removed, Vec<Stroke>, Vec<usize>) {
     let mut removed = Removed { first: vec![0, 0], ..Removed::default() };
     let (mut strokes, mut at) = (Vec::new(), Vec::new());
     for pair in points.windows(2) {
@@ -159,11 +170,13 @@ struct Plane {
 }
 
 /// One block being cut.
-struct BlockCut<'a> {
+pub(super) struct BlockCut<'a> {
     block: &'a Block,
     body: &'a Body,
-    heights: Vec<f64>,
-    /// Per node, the level below which all that is left of it is.
+    pub heights: Vec<f64>,
+    /// Columns that are no higher are not looked at any more.
+    enough: f64,
+    /// Per node, the level below which all that is left of it is; minus infinity where nothing is.
     levels: Vec<f64>,
     /// Per tile, its node.
     nodes: Vec<u32>,
@@ -173,7 +186,8 @@ struct BlockCut<'a> {
 }
 
 impl<'a> BlockCut<'a> {
-    fn new(block: &'a Block, body: &'a Body, heights: Vec<f64>) -> Self {
+    /// A block whose columns are `heights` high; those that are at most `enough` are left as they are.
+    pub fn new(block: &'a Block, body: &'a Body, heights: Vec<f64>, enough: f64) -> Self {
         let mut nodes = vec![0; block.tiles.len()];
         for (i, node) in block.nodes.iter().enumerate() {
             if node.children.is_none() {
@@ -181,8 +195,8 @@ impl<'a> BlockCut<'a> {
             }
         }
         let levels = vec![f64::INFINITY; block.nodes.len()];
-        let mut cut =
-            Self { block, body, heights, levels, nodes, taken: Vec::new(), open: Vec::new() };
+        let (taken, open) = (Vec::new(), Vec::new());
+        let mut cut = Self { block, body, heights, enough, levels, nodes, taken, open };
         (0..block.tiles.len()).for_each(|t| cut.set_level(t));
         cut
     }
@@ -191,7 +205,8 @@ impl<'a> BlockCut<'a> {
     fn set_level(&mut self, tile: usize) {
         let t = &self.block.tiles[tile];
         let mut level = f64::NEG_INFINITY;
-        for i in t.first..t.first + t.count {
+        let stands = |i: &usize| self.heights[*i] > self.enough;
+        for i in (t.first..t.first + t.count).filter(stands) {
             level = level.max(t.bound.level(&self.block.columns[i], self.heights[i]));
         }
         let mut node = self.nodes[tile] as usize;
@@ -211,7 +226,8 @@ impl<'a> BlockCut<'a> {
         }
     }
 
-    fn run(&mut self, strokes: &[Stroke], runs: &[Run]) {
+    /// Runs through all strokes.
+    pub fn run(&mut self, strokes: &[Stroke], runs: &[Run]) {
         let Some(root) = self.block.nodes.first() else { return };
         let low = root.bound.low.abs().max(self.body.layer().top() + root.bound.low.abs());
         let radius = root.bound.radius + low;
@@ -224,6 +240,34 @@ impl<'a> BlockCut<'a> {
                 let volume = self.take(stroke);
                 if volume > 0.0 {
                     self.taken.push((i as u32, volume));
+                }
+            }
+        }
+    }
+
+    /// Runs through all strokes, tile by tile: fast where little is left. `short`: runs of [`SHORT`].
+    pub fn run_on_tiles(&mut self, strokes: &[Stroke], long: &[Run], short: &[Run]) {
+        for (t, tile) in self.block.tiles.iter().enumerate() {
+            let node = self.nodes[t] as usize;
+            let low = tile.bound.low.abs();
+            let radius = tile.bound.radius + low + self.body.layer().top();
+            let reaches = |run: &Run| run.reaches(tile.bound.middle, radius, self.body);
+            let is_open = self.levels[node] > f64::NEG_INFINITY;
+            let near: Vec<usize> = (0..long.len())
+                .filter(|&r| is_open && reaches(&long[r]))
+                .flat_map(|r| r * (RUN / SHORT)..((r + 1) * (RUN / SHORT)).min(short.len()))
+                .filter(|&r| reaches(&short[r]))
+                .collect();
+            let near = near.into_iter().flat_map(|r| strokes.iter().skip(r * SHORT).take(SHORT));
+            for stroke in near {
+                let level = self.levels[node];
+                if level == f64::NEG_INFINITY {
+                    break;
+                }
+                let dip = self.body.dip(stroke);
+                let plane = self.supporting_plane(stroke, dip, &tile.bound, level);
+                if tile.bound.least_along(plane.d, level) < plane.reach {
+                    self.take_tile(stroke, &plane, t);
                 }
             }
         }
@@ -274,10 +318,14 @@ impl<'a> BlockCut<'a> {
         let range = t.first..t.first + t.count;
         // A column leaning away from the plane has all of itself nearer than its top.
         let floor = self.body.layer().stock;
+        let enough = self.enough;
         let mut volume = 0.0;
         for (column, height) in
             self.block.columns[range.clone()].iter().zip(&mut self.heights[range])
         {
+            if *height <= enough {
+                continue;
+            }
             let lean = plane.d.dot(column.line.normal);
             let low = if lean < 0.0 { *height } else { floor };
             if plane.d.dot(column.line.foot) + lean * low >= plane.reach {

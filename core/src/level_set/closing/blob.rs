@@ -1,7 +1,6 @@
 //! Places that belong together, and the line along their middle.
 
 use super::gaps::{LIMIT, Place, RASTER};
-use super::tree::Tree;
 use crate::geometry::DVec2;
 use crate::parallel;
 use std::cmp::Reverse;
@@ -11,65 +10,184 @@ use std::collections::BinaryHeap;
 const LINK: f64 = 1.2 * RASTER;
 /// Places handed to a thread at a time.
 const CHUNK: usize = 2048;
+/// Cells of the search for neighbours along the longer side of all places, at most.
+const MOST_CELLS: f64 = 1024.0;
 /// Excess over the limit that counts as little when the middle is sought, passes. Smaller: the line
 /// keeps closer to the middle; larger: it is shorter.
 const SHALLOW: f64 = 0.02;
+
+/// Who is whose neighbour among places.
+pub struct Nearness {
+    /// Where the neighbours of every place begin, and where the last ones end.
+    begins: Vec<usize>,
+    /// Neighbours and their distances, passes, by index.
+    links: Vec<(u32, f64)>,
+}
+
+impl Nearness {
+    /// Of all places.
+    pub fn of(places: &[Place], threads: usize) -> Self {
+        let grid = Grid::of(places);
+        let numbered: Vec<u32> = (0..places.len() as u32).collect();
+        let chunks: Vec<&[u32]> = numbered.chunks(CHUNK).collect();
+        let near = |&&own: &&u32, links: &mut Vec<(u32, f64)>| {
+            let (place, first) = (&places[own as usize], links.len());
+            grid.visit(place.at, reach(place), |id| {
+                let distance = place.metric.length(place.at - places[id as usize].at);
+                if distance <= LINK {
+                    links.push((id, distance));
+                }
+            });
+            links[first..].sort_unstable_by_key(|(id, _)| *id);
+            links.len()
+        };
+        let parts = parallel::map(threads, &chunks, |chunk| {
+            let mut links = Vec::new();
+            let ends: Vec<usize> = chunk.iter().map(|own| near(&own, &mut links)).collect();
+            (ends, links)
+        });
+        let mut all = Self { begins: vec![0], links: Vec::new() };
+        for (ends, links) in parts {
+            let first = all.links.len();
+            all.begins.extend(ends.into_iter().map(|end| first + end));
+            all.links.extend(links);
+        }
+        all
+    }
+
+    /// Of those places that are kept, which are numbered anew.
+    pub fn among(&self, kept: &[bool]) -> Self {
+        let mut count = 0;
+        let number = |is_kept: &bool| {
+            count += u32::from(*is_kept);
+            count.wrapping_sub(1)
+        };
+        let numbers: Vec<u32> = kept.iter().map(number).collect();
+        let mut out = Self { begins: vec![0], links: Vec::new() };
+        for place in (0..kept.len()).filter(|&place| kept[place]) {
+            let links = self.links(place).iter().filter(|(id, _)| kept[*id as usize]);
+            out.links.extend(links.map(|&(id, distance)| (numbers[id as usize], distance)));
+            out.begins.push(out.links.len());
+        }
+        out
+    }
+
+    fn links(&self, place: usize) -> &[(u32, f64)] {
+        &self.links[self.begins[place]..self.begins[place + 1]]
+    }
+}
+
+/// How far neighbours of a place may be, flat mm.
+fn reach(place: &Place) -> f64 {
+    LINK / place.metric.least().max(f64::MIN_POSITIVE)
+}
+
+/// Places by the squares of the plane that they lie in.
+struct Grid {
+    low: DVec2,
+    cell: f64,
+    columns: usize,
+    rows: usize,
+    /// Where the places of every cell begin, and where the last ones end.
+    begins: Vec<u32>,
+    ids: Vec<u32>,
+}
+
+impl Grid {
+    fn of(places: &[Place]) -> Self {
+        let points = || places.iter().map(|p| p.at);
+        let low = points().fold(DVec2::INFINITY, DVec2::min);
+        let high = points().fold(DVec2::NEG_INFINITY, DVec2::max);
+        let mut reaches: Vec<f64> = places.iter().map(reach).collect();
+        let middle = reaches.len() / 2;
+        let typical = match reaches.is_empty() {
+            true => 1.0,
+            false => *reaches.select_nth_unstable_by(middle, f64::total_cmp).1,
+        };
+        // No more cells than a few times the places, either.
+        let most = MOST_CELLS.min(2.0 * (places.len() as f64).sqrt() + 1.0);
+        let finest = (high - low).max_element().max(f64::MIN_POSITIVE) / most;
+        let cell = if typical.is_finite() { typical.max(finest) } else { finest };
+        let mut grid =
+            Self { low, cell, columns: 1, rows: 1, begins: Vec::new(), ids: vec![0; places.len()] };
+        if !places.is_empty() {
+            [grid.columns, grid.rows] = grid.count(high).map(|k| k + 1);
+        }
+        let mut begins = vec![0u32; grid.columns * grid.rows + 1];
+        points().for_each(|at| begins[grid.cell_of(at) + 1] += 1);
+        (1..begins.len()).for_each(|c| begins[c] += begins[c - 1]);
+        let mut next = begins.clone();
+        for (id, at) in points().enumerate() {
+            let slot = &mut next[grid.cell_of(at)];
+            grid.ids[*slot as usize] = id as u32;
+            *slot += 1;
+        }
+        grid.begins = begins;
+        grid
+    }
+
+    /// Column and row of a place; what lies before the first is in that.
+    fn count(&self, at: DVec2) -> [usize; 2] {
+        ((at - self.low) / self.cell).to_array().map(|x| x as usize)
+    }
+
+    fn cell_of(&self, at: DVec2) -> usize {
+        let [column, row] = self.count(at);
+        row.min(self.rows - 1) * self.columns + column.min(self.columns - 1)
+    }
+
+    /// Calls `found` for all places within `reach` of one, and for some others.
+    fn visit(&self, at: DVec2, reach: f64, mut found: impl FnMut(u32)) {
+        let [left, bottom] = self.count(at - reach);
+        let [right, top] = self.count(at + reach);
+        let (right, top) = (right.min(self.columns - 1), top.min(self.rows - 1));
+        for row in bottom..=top {
+            let first = row * self.columns;
+            let [from, to] = [left.min(right), right + 1].map(|c| self.begins[first + c] as usize);
+            self.ids[from..to].iter().copied().for_each(&mut found);
+        }
+    }
+}
 
 /// Places and who is whose neighbour.
 pub struct Blob<'a> {
     places: &'a [Place],
     members: Vec<u32>,
-    /// Neighbours of each member and their distances, passes, by index in `members`.
-    neighbours: Vec<Vec<(u32, f64)>>,
+    /// By index in `members`.
+    near: Nearness,
 }
 
 /// Puts the places into connected blobs, in order of their first places.
-pub fn blobs(places: &[Place], threads: usize) -> Vec<Blob<'_>> {
-    let mut near = all_near(places, threads);
+pub fn blobs<'a>(places: &'a [Place], near: &Nearness) -> Vec<Blob<'a>> {
     let mut index = vec![u32::MAX; places.len()];
     let mut out = Vec::new();
     for first in 0..places.len() {
         if index[first] != u32::MAX {
             continue;
         }
-        let mut blob = Blob { places, members: vec![first as u32], neighbours: Vec::new() };
+        let mut members = vec![first as u32];
+        let mut own = Nearness { begins: vec![0], links: Vec::new() };
         index[first] = 0;
-        while blob.neighbours.len() < blob.members.len() {
-            let member = blob.members[blob.neighbours.len()];
-            let mut neighbours = core::mem::take(&mut near[member as usize]);
-            // Nearness is measured where one is, and need not be mutual: a place that is near to none of an
-            // earlier blob may have neighbours in it, which are not its blob's.
-            neighbours.retain_mut(|(id, _)| {
-                let known = index[*id as usize];
+        while own.begins.len() <= members.len() {
+            let member = members[own.begins.len() - 1];
+            for &(id, distance) in near.links(member as usize) {
+                let known = index[id as usize];
                 if known == u32::MAX {
-                    index[*id as usize] = blob.members.len() as u32;
-                    blob.members.push(*id);
+                    index[id as usize] = members.len() as u32;
+                    members.push(id);
                 }
-                let own = index[*id as usize];
-                let is_member = blob.members.get(own as usize) == Some(id);
-                *id = own;
-                is_member
-            });
-            blob.neighbours.push(neighbours);
+                // Nearness is measured where one is, and need not be mutual: a place that is near to none of
+                // an earlier blob may have neighbours in it, which are not its blob's.
+                let number = index[id as usize];
+                if members.get(number as usize) == Some(&id) {
+                    own.links.push((number, distance));
+                }
+            }
+            own.begins.push(own.links.len());
         }
-        out.push(blob);
+        out.push(Blob { places, members, near: own });
     }
     out
-}
-
-/// For every place the places within [`LINK`] and their distances, passes, by index.
-fn all_near(places: &[Place], threads: usize) -> Vec<Vec<(u32, f64)>> {
-    let points: Vec<[DVec2; 2]> = places.iter().map(|p| [p.at, p.at]).collect();
-    let tree = Tree::new(&points);
-    let near = |place: &Place| {
-        let mut near = Vec::new();
-        tree.visit(&place.metric, place.at, LINK, |hit| near.push((hit.id, hit.distance)));
-        near.sort_unstable_by_key(|(id, _)| *id);
-        near
-    };
-    let chunks: Vec<&[Place]> = places.chunks(CHUNK).collect();
-    let parts = parallel::map(threads, &chunks, |chunk| chunk.iter().map(near).collect::<Vec<_>>());
-    parts.into_iter().flatten().collect()
 }
 
 /// What a step between neighbours costs when a line is sought.
@@ -153,7 +271,7 @@ impl Blob<'_> {
             if bits != distance[at as usize].to_bits() {
                 continue;
             }
-            for &(to, length) in &self.neighbours[at as usize] {
+            for &(to, length) in self.near.links(at as usize) {
                 let weight = match cost {
                     Cost::Length => 1.0,
                     Cost::Middle => deepest / (self.member(to).gap - LIMIT + SHALLOW),
@@ -168,5 +286,43 @@ impl Blob<'_> {
             }
         }
         (distance, before)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::level_set::strip_metric::FlatMetric;
+
+    /// Places of very different metrics.
+    fn places() -> Vec<Place> {
+        let part = |i: u32| f64::from(i.wrapping_mul(2_654_435_761) >> 12) / f64::from(1u32 << 20);
+        let place = |i: u32| Place {
+            at: DVec2::new(part(i), part(i + 7000)) * 0.5 - 3.0,
+            metric: FlatMetric { xx: 2.0, xy: 0.3, yy: 0.5 + 30.0 * part(i + 900).powi(8) },
+            level: 0.0,
+            gap: 0.6,
+            area: 1.0,
+        };
+        (0..700).map(place).collect()
+    }
+
+    #[test]
+    fn neighbours_are_what_a_search_of_all_finds() {
+        let places = places();
+        let near = Nearness::of(&places, 2);
+        let kept: Vec<bool> = (0..places.len()).map(|i| i % 3 != 1).collect();
+        let left: Vec<Place> = (0..places.len()).filter(|&i| kept[i]).map(|i| places[i]).collect();
+        for (places, near) in [(&places, &near), (&left, &near.among(&kept))] {
+            for (i, place) in places.iter().enumerate() {
+                let distance = |other: &Place| place.metric.length(place.at - other.at);
+                let all = places.iter().map(distance).enumerate();
+                let expected: Vec<(u32, f64)> =
+                    all.filter(|d| d.1 <= LINK).map(|(k, d)| (k as u32, d)).collect();
+                assert_eq!(near.links(i), expected);
+            }
+        }
+        assert!(near.links.len() > 2 * places.len());
+        assert!(blobs(&[], &Nearness::of(&[], 1)).is_empty());
     }
 }

@@ -8,6 +8,7 @@ use crate::flat_path::Terrain;
 use crate::geometry::DVec2;
 use crate::geometry::polyline::simplify_open;
 use crate::job::RingOrder;
+use crate::level_set::strip_metric::FlatMetric;
 use core::slice::from_ref;
 
 /// Places of a blob are brought this near to a pass. Smaller: spurs grow; larger: what lies between
@@ -118,7 +119,8 @@ impl Chooser<'_> {
             trim(&mut arms, 0, blob);
             trim(&mut arms, 1, blob);
         }
-        let spread = |at: DVec2, across: DVec2| SPREAD * gap_across(blob, at, across);
+        let gaps = Gaps::of(blob);
+        let spread = |at: DVec2, across: DVec2| SPREAD * gaps.across(at, across);
         let narrow: Vec<DVec2> = arms.iter().flat_map(|arm| hairpin(arm, |_, _| 0.0)).collect();
         let wide: Vec<DVec2> = arms.iter().flat_map(|arm| hairpin(arm, spread)).collect();
         let is_inside = |line: &[DVec2]| self.is_inside(&closed(anchor, line), blob.deepest());
@@ -185,11 +187,26 @@ fn hairpin(arm: &[DVec2], spread: impl Fn(DVec2, DVec2) -> f64) -> Vec<DVec2> {
     out.chain(back).collect()
 }
 
-/// Gap of the blob's place nearest to `at`, as a flat length in the unit direction `across`.
-fn gap_across(blob: &Blob, at: DVec2, across: DVec2) -> f64 {
-    let distance = |p: &Place| (p.at - at).length_squared();
-    let nearest = blob.places().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-    nearest.map_or(0.0, |p| p.gap / p.metric.length(across).max(f64::MIN_POSITIVE))
+/// The gaps of a blob's places, found by nearness in the plane.
+struct Gaps<'a> {
+    places: Vec<&'a Place>,
+    tree: Tree,
+}
+
+impl<'a> Gaps<'a> {
+    fn of(blob: &'a Blob) -> Self {
+        let places: Vec<&Place> = blob.places().collect();
+        let points: Vec<[DVec2; 2]> = places.iter().map(|p| [p.at, p.at]).collect();
+        Self { places, tree: Tree::new(&points) }
+    }
+
+    /// Gap of the place nearest to `at`, as a flat length in the unit direction `across`.
+    fn across(&self, at: DVec2, across: DVec2) -> f64 {
+        let plain = FlatMetric { xx: 1.0, xy: 0.0, yy: 1.0 };
+        let nearest = self.tree.nearest(&plain, at, f64::INFINITY, |_| true);
+        let place = nearest.map(|hit| self.places[hit.id as usize]);
+        place.map_or(0.0, |p| p.gap / p.metric.length(across).max(f64::MIN_POSITIVE))
+    }
 }
 
 /// The line from the anchor over `points` back to it.
@@ -256,18 +273,23 @@ fn trim(arms: &mut [Vec<DVec2>; 2], which: usize, blob: &Blob) {
     let whole: f64 = arms[which].windows(2).map(|w| (w[1] - w[0]).length()).sum();
     let most = (LONGEST_TRIM * per_pass).min(whole);
     let near_end = |p: &&Place| p.metric.length(p.at - end) <= LONGEST_TRIM + 1.0;
-    let before: Vec<bool> = uncovered(&arms[..], blob.places().filter(near_end)).collect();
-    let with_arm = |cut: f64| {
-        let mut arms = arms.clone();
-        arms[which] = shortened(&arms[which], cut);
-        arms
+    // What lies beside the rest anyway is not asked again.
+    let rest = [arms[1 - which].clone(), shortened(&arms[which], most)];
+    let near: Vec<&Place> = blob.places().filter(near_end).collect();
+    let beyond_rest = uncovered(&rest, near.iter().copied());
+    let at_stake = near.iter().copied().zip(beyond_rest).filter(|(_, is_left)| *is_left);
+    let from = rest[1].len().saturating_sub(2);
+    let covers = |line: &[DVec2], p: &Place| {
+        let near = |w: &[DVec2]| p.metric.nearest_on(p.at, w[0], w[1]).0 < AIM;
+        line[from..].windows(2).any(near)
     };
+    let at_stake: Vec<&Place> =
+        at_stake.map(|(p, _)| p).filter(|p| covers(&arms[which], p)).collect();
     let kept = least(most, |kept| {
-        let arms = with_arm(most - kept);
-        let after = uncovered(&arms, blob.places().filter(near_end));
-        after.zip(&before).all(|(after, before)| *before || !after)
+        let line = shortened(&arms[which], most - kept);
+        at_stake.iter().all(|p| covers(&line, p))
     });
-    *arms = with_arm(most - kept);
+    arms[which] = shortened(&arms[which], most - kept);
 }
 
 /// A polyline without the last `cut` mm of it.

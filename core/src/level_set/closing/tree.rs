@@ -157,27 +157,6 @@ impl Tree {
         }
         best
     }
-
-    /// Calls `found` for every segment within `radius` passes of `p`.
-    pub fn visit(&self, metric: &FlatMetric, p: DVec2, radius: f64, mut found: impl FnMut(Hit)) {
-        let least = metric.least();
-        let mut open = Waiting::new();
-        while let Some((_, index)) = open.pop() {
-            let Some(node) = self.nodes.get(index) else { continue };
-            if node.distance(p) * least > radius {
-                continue;
-            }
-            let from = node.second_or_first as usize;
-            if node.count == 0 {
-                open.push((0.0, from));
-                open.push((0.0, index + 1));
-                continue;
-            }
-            let slots = from as u32..from as u32 + node.count;
-            let hits = slots.map(|slot| self.at_slot(slot, metric, p));
-            hits.filter(|hit| hit.distance <= radius).for_each(&mut found);
-        }
-    }
 }
 
 #[cfg(test)]
@@ -197,12 +176,9 @@ mod tests {
         for i in 1000..1100 {
             let p = point(i);
             let all = segments.iter().map(|[a, b]| metric.nearest_on(p, *a, *b).0);
-            let nearest = all.clone().fold(f64::INFINITY, f64::min);
+            let nearest = all.fold(f64::INFINITY, f64::min);
             let hit = tree.nearest(&metric, p, f64::INFINITY, |_| true).unwrap();
             assert_eq!(hit.distance, nearest);
-            let mut within = 0;
-            tree.visit(&metric, p, 3.0, |_| within += 1);
-            assert_eq!(within, all.filter(|d| *d <= 3.0).count());
         }
         assert_eq!(Tree::new(&[]).nearest(&metric, DVec2::ZERO, 1.0, |_| true), None);
     }

@@ -1,0 +1,162 @@
+//! What a path leaves above a height, without what it removes where.
+//!
+//! Nearly every column is cut down by the moves that end nearest to it in the chart. 1. These are tried on
+//! it. 2. Only what still stands is swept by the whole path, in time order, as [`Columns::cut`] does.
+
+use super::Layer;
+use super::body::{Body, Stroke};
+use super::columns::{Block, Columns};
+use super::sweep::{BlockCut, Removed, cut_to_pieces, runs};
+use crate::geometry::DVec2;
+use crate::parallel;
+use crate::tool::Tool;
+use crate::toolpath::{PathPoint, Toolpath};
+
+/// Pieces before and behind the nearest one that are tried. Fewer: more columns are left to the sweep; more:
+/// slower.
+const BESIDE: usize = 2;
+/// Ends of pieces in a leaf of the tree over them.
+const LEAF: usize = 8;
+
+/// Flat places where pieces end, found by nearness.
+struct Ends {
+    /// Flat place and piece; the middle one of every range parts the others by its first coordinate and
+    /// by its second one in turn.
+    ends: Vec<(DVec2, u32)>,
+}
+
+impl Ends {
+    /// `at`: the piece of the path that each stroke is.
+    fn new(
+        points: &[PathPoint],
+        first: &[usize],
+        at: &[usize],
+        parts: impl Fn(usize) -> f64,
+    ) -> Self {
+        let mut ends = Vec::with_capacity(at.len());
+        let mut point = 0;
+        for (stroke, &piece) in at.iter().enumerate() {
+            while first[point + 1] <= piece {
+                point += 1;
+            }
+            let (from, to) = (points[point - 1].flat, points[point].flat);
+            let part = parts(piece);
+            let place = match (from, to) {
+                (Some(from), Some(to)) => Some(from.lerp(to, part)),
+                (None, Some(to)) if part >= 1.0 => Some(to),
+                _ => None,
+            };
+            ends.extend(place.map(|place| (place, stroke as u32)));
+        }
+        sort(&mut ends, 0);
+        Self { ends }
+    }
+
+    /// The piece that ends nearest to a place.
+    fn nearest(&self, at: DVec2) -> Option<usize> {
+        let mut best = (f64::INFINITY, 0);
+        search(&self.ends, 0, at, &mut best);
+        best.0.is_finite().then_some(best.1 as usize)
+    }
+}
+
+fn sort(ends: &mut [(DVec2, u32)], axis: usize) {
+    if ends.len() <= LEAF {
+        return;
+    }
+    let middle = ends.len() / 2;
+    ends.select_nth_unstable_by(middle, |a, b| a.0[axis].total_cmp(&b.0[axis]).then(a.1.cmp(&b.1)));
+    let (before, after) = ends.split_at_mut(middle);
+    sort(before, 1 - axis);
+    sort(&mut after[1..], 1 - axis);
+}
+
+fn search(ends: &[(DVec2, u32)], axis: usize, at: DVec2, best: &mut (f64, u32)) {
+    let look = |(place, stroke): &(DVec2, u32), best: &mut (f64, u32)| {
+        let square = place.distance_squared(at);
+        if (square, *stroke) < *best {
+            *best = (square, *stroke);
+        }
+    };
+    if ends.len() <= LEAF {
+        ends.iter().for_each(|end| look(end, best));
+        return;
+    }
+    let (before, after) = ends.split_at(ends.len() / 2);
+    let side = at[axis] - after[0].0[axis];
+    let (near, far) = if side < 0.0 { (before, &after[1..]) } else { (&after[1..], before) };
+    search(near, 1 - axis, at, best);
+    if side * side <= best.0 {
+        look(&after[0], best);
+        search(far, 1 - axis, at, best);
+    }
+}
+
+impl Columns {
+    /// The heights that a path leaves on fresh columns: exact where they are above `enough` mm, and at most
+    /// that elsewhere. What is removed by which piece is not told.
+    pub(super) fn remains(
+        &self,
+        path: &Toolpath,
+        tool: &Tool,
+        layer: Layer,
+        enough: f64,
+        threads: usize,
+    ) -> Removed {
+        let body = Body::new(tool, layer, self.spacing);
+        let (mut removed, strokes, at) = cut_to_pieces(&path.points, tool);
+        let parts = |piece: usize| removed.pieces[piece].end;
+        let ends = Ends::new(&path.points, &removed.first, &at, parts);
+        let [long, short] = runs(&strokes);
+        removed.heights = parallel::map(threads, &self.blocks, |block| {
+            let heights = tried(block, &body, (&strokes, &ends), enough);
+            let mut work = BlockCut::new(block, &body, heights, enough);
+            work.run_on_tiles(&strokes, &long, &short);
+            work.heights
+        });
+        removed
+    }
+}
+
+/// The heights of a block's columns that the nearest pieces cut down, and of the others as if they were
+/// fresh.
+fn tried(block: &Block, body: &Body, (strokes, ends): (&[Stroke], &Ends), enough: f64) -> Vec<f64> {
+    let top = body.layer().top();
+    let mut heights = vec![top; block.columns.len()];
+    let lowered = |column: usize, nearest: usize| {
+        let beside = nearest.saturating_sub(BESIDE)..(nearest + BESIDE + 1).min(strokes.len());
+        let line = &block.columns[column].line;
+        strokes[beside].iter().map(|s| body.lowered(s, line, top)).find(|height| *height <= enough)
+    };
+    for tile in &block.tiles {
+        let columns = tile.first..tile.first + tile.count;
+        let middle = block.flat[columns.clone()].iter().sum::<DVec2>() / tile.count as f64;
+        let Some(of_tile) = ends.nearest(middle) else { continue };
+        for column in columns {
+            let own = || ends.nearest(block.flat[column]).and_then(|own| lowered(column, own));
+            heights[column] = lowered(column, of_tile).or_else(own).unwrap_or(top);
+        }
+    }
+    heights
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_end_is_found() {
+        let place = |i: u32| DVec2::new(f64::from(i * 7919 % 1013), f64::from(i * 104_729 % 997));
+        let mut all: Vec<(DVec2, u32)> = (0..700).map(|i| (place(i), i)).collect();
+        sort(&mut all, 0);
+        let ends = Ends { ends: all.clone() };
+        for i in 0..300 {
+            let at = place(i + 5000) + DVec2::new(0.3, 0.1);
+            let distance = |e: &(DVec2, u32)| e.0.distance_squared(at);
+            let nearest = all.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap();
+            let found = ends.nearest(at).unwrap();
+            assert_eq!(place(found as u32).distance(at), nearest.0.distance(at));
+        }
+        assert_eq!(Ends { ends: Vec::new() }.nearest(DVec2::ZERO), None);
+    }
+}
