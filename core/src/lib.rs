@@ -31,6 +31,7 @@ pub mod regions;
 
 pub mod toolpath;
 
+mod centring;
 pub mod flat_path;
 
 pub mod level_set;

@@ -1,5 +1,6 @@
 //! The pipeline: job and bytes in, path and measures out, a line per stage.
 
+use crate::centring::Centring;
 use crate::cutter_location::{CheckMesh, PassOptions, RaisedStretch, ToolAxis};
 use crate::engagement::{Cutting, Stock, Walk};
 use crate::feed::fill_time;
@@ -45,6 +46,9 @@ const FARTHEST: f64 = 20.0;
 /// A move that would have to be slower than this part of the feed means that the limit cannot be
 /// kept.
 const SLOWEST: f64 = 0.005;
+
+/// Largest distance of the points of centred passes, side steps.
+const CENTRED: f64 = 0.25;
 
 /// Side steps that the disc's radius covers at least: neighbouring discs overlap by a tenth.
 const COVERING: f64 = 0.55;
@@ -317,7 +321,18 @@ pub fn plan_showing(
     progress(Stage::Cut, 0.0);
     let is_walked = job.path.pattern == Pattern::Contour && job.force.control != ForceControl::Off;
     let groups: Vec<Group> = order.iter().map(|&k| layouts[k].group()).collect();
-    let plain = || lay(&groups, &terrain(), &lay_options(job));
+    let centring = tilted(job).map(|_| Centring {
+        surface: &surface,
+        chart: &chart,
+        locator: &locator,
+        curvature: &curvature,
+        strip: centred_strip(job),
+        step: CENTRED * job.nominal_side_step(),
+    });
+    let plain = || {
+        let (points, counts) = lay(&groups, &terrain(), &lay_options(job));
+        (centring.as_ref().map_or_else(|| points.clone(), |c| c.centred(&points)), counts)
+    };
     let (cut, plain) = if is_walked {
         let walk = || plane.cut(&groups, |p| progress(Stage::Cut, p));
         let (cut, (plain, _)) = parallel::both(threads, walk, plain);
@@ -712,6 +727,17 @@ impl Delivery<'_> {
 fn tilted(job: &Job) -> Option<Strip> {
     let is_tilted = job.machine.axes == Axes::Xyzac && job.tool.kind() != ToolKind::Ball;
     is_tilted.then(|| strip(job, job.cut.tolerance))
+}
+
+/// The same cutter with the cusps that it leaves.
+fn centred_strip(job: &Job) -> Strip {
+    match job.cut.stepover {
+        Stepover::Scallop(h) => strip(job, h),
+        Stepover::Fixed(d) => {
+            let k_tool = strip(job, 1.0).k_tool();
+            strip(job, 0.125 * d * d * k_tool)
+        }
+    }
 }
 
 /// How passes are laid where the removal rate is not asked for.
