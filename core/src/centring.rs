@@ -9,8 +9,7 @@
 //! 2. Each is moved across the feed by as much as the middle of its strip is off the contact.
 //! 3. Ends at the boundary are moved along the pass until they are there again.
 //! 4. The cutter faces the way of the pass over a side step: it leans to the side by a part of the noise of
-//!    that way. On a spur it faces the way of its pass; beside the tip of the spur it machines behind its
-//!    contact, so that the tip is moved ahead by the lag of the strip's edge.
+//!    that way. On a spur it faces the way of its pass.
 
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
@@ -58,7 +57,7 @@ struct Vertex {
 }
 
 impl Centring<'_> {
-    /// The path with its open passes and the tips of their spurs moved.
+    /// The path with its open passes moved; spurs stay, but where they leave.
     pub fn centred(&self, points: &[FlatPoint]) -> Vec<FlatPoint> {
         points.chunk_by(|a, b| a.pass == b.pass).flat_map(|pass| self.pass(pass)).collect()
     }
@@ -163,10 +162,8 @@ impl Centring<'_> {
                 }
                 last = rest.next().unwrap_or(last);
             }
-            let at = match is_on_pass(&point) || point.at == last.at {
-                true => last.moved,
-                false => self.tip(points, i, last),
-            };
+            let is_here = is_on_pass(&point) || point.at == last.at;
+            let at = if is_here { last.moved } else { point.at };
             // Links to and fro face their way.
             let is_joined = point.kind == MoveKind::Link && i == 0;
             let is_high = point.height > 0.0;
@@ -174,24 +171,6 @@ impl Centring<'_> {
             out.push(FlatPoint { at, heading, ..*point });
         }
         out
-    }
-
-    /// A point of a spur; moved ahead where the spur turns back.
-    fn tip(&self, points: &[FlatPoint], i: usize, from: &Vertex) -> DVec2 {
-        let at = points[i].at;
-        let ([.., before, _], [after, ..]) = (&points[..=i], &points[i + 1..]) else { return at };
-        if (at - before.at).dot(after.at - at) >= 0.0 {
-            return at;
-        }
-        let lag = self.lag(at, from.heading).unwrap_or(0.0);
-        self.within(at, at + from.heading * lag)
-    }
-
-    /// How far the edge of the strip is swept behind the contact at a place, flat mm.
-    fn lag(&self, at: DVec2, way: DVec2) -> Option<f64> {
-        let (ahead, [along, _, across]) = self.bends(at, way)?;
-        let half = 0.5 * self.strip.exact_bent(across, along);
-        Some(self.strip.lag(half) / ahead.length())
     }
 
     /// The end of the straight flat way from a place of the chart, or where it is still on the chart.

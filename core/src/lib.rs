@@ -52,6 +52,8 @@ pub mod feed;
 
 pub mod link;
 
+mod mending;
+
 pub mod post;
 
 pub mod gcode;

@@ -17,6 +17,7 @@ use crate::link::{
     TouchUp, cut_passes, deliver, lay,
 };
 use crate::machine::Axes;
+use crate::mending::{MendOptions, Mender};
 use crate::mesh::{FaceId, MeshFormat, ReadError, VertexId, read};
 use crate::parallel;
 use crate::pattern;
@@ -47,6 +48,10 @@ const FARTHEST: f64 = 20.0;
 /// kept.
 const SLOWEST: f64 = 0.005;
 
+/// Rounds of detours over what is too high. More: what is left cannot be reached.
+const MENDS: usize = 3;
+/// Part of the tolerance above the limit from which on a place is too high: samples may miss the highest.
+const MENDED: f64 = 0.8;
 /// Largest distance of the points of centred passes, side steps.
 const CENTRED: f64 = 0.25;
 
@@ -601,8 +606,7 @@ impl Delivery<'_> {
         flat: &[FlatPoint],
         progress: &mut dyn FnMut(f64),
     ) -> Result<Finished, PlanError> {
-        let Delivered { toolpath, raised } =
-            deliver(flat, &self.lift, &self.check, &self.options, None, progress)?;
+        let Delivered { toolpath, raised } = self.mended(flat, progress)?;
         refuse_too_tight(self.job, &raised)?;
         if raised.is_empty() {
             let coverage = Coverage { area: self.surface.area(), ..Coverage::default() };
@@ -613,6 +617,27 @@ impl Delivery<'_> {
         let removed = columns.cut(&toolpath, &self.job.tool, layer, None, self.threads);
         let coverage = self.coverage(&columns, &removed, &toolpath);
         Ok(Finished { toolpath, raised, coverage, removed: None })
+    }
+
+    /// The path at the nominal feeds, where a tilted flat end leaves too much with detours over that.
+    fn mended(
+        &self,
+        flat: &[FlatPoint],
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Delivered, PlanError> {
+        let mut delivered =
+            deliver(flat, &self.lift, &self.check, &self.options, None, &mut *progress)?;
+        let Some(options) = mend_options(self.job) else { return Ok(delivered) };
+        let mender = Mender::new(self.surface, self.chart, options);
+        let mut flat = flat.to_vec();
+        for _ in 0..MENDS {
+            let Delivered { toolpath, raised } = &delivered;
+            let Some(mended) = mender.mended(&flat, &toolpath.points, raised) else { break };
+            flat = mended;
+            delivered =
+                deliver(&flat, &self.lift, &self.check, &self.options, None, &mut *progress)?;
+        }
+        Ok(delivered)
     }
 
     /// The plain passes with their true removal rates, beside which the delivered path stands.
@@ -727,6 +752,17 @@ impl Delivery<'_> {
 fn tilted(job: &Job) -> Option<Strip> {
     let is_tilted = job.machine.axes == Axes::Xyzac && job.tool.kind() != ToolKind::Ball;
     is_tilted.then(|| strip(job, job.cut.tolerance))
+}
+
+/// What tilted flat ends may leave, if the job says so.
+fn mend_options(job: &Job) -> Option<MendOptions> {
+    let Stepover::Scallop(limit) = job.cut.stepover else { return None };
+    let is_flat = tilted(job).is_some() && job.tool.kind() == ToolKind::Flat;
+    is_flat.then(|| MendOptions {
+        radius: job.tool.radius(),
+        side_step: job.nominal_side_step(),
+        limit: limit + MENDED * job.cut.tolerance,
+    })
 }
 
 /// The same cutter with the cusps that it leaves.
