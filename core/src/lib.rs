@@ -31,6 +31,7 @@ pub mod regions;
 
 pub mod toolpath;
 
+mod centring;
 pub mod flat_path;
 
 pub mod level_set;
@@ -50,6 +51,8 @@ pub mod lift;
 pub mod feed;
 
 pub mod link;
+
+mod mending;
 
 pub mod post;
 

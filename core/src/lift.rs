@@ -119,7 +119,8 @@ impl<'a> Lift<'a> {
             {
                 done = t;
                 let height = from.height + (to.height - from.height) * t;
-                self.push(out, point, to, source, uv, height);
+                let there = FlatPoint { heading: heading(from, to, t), ..*to };
+                self.push(out, point, &there, source, uv, height);
             }
         });
         let end = walked.or_else(|_| {
@@ -183,6 +184,14 @@ impl<'a> Lift<'a> {
             facet_error: facet_error(self.surface.corners(point.face), normals, self.tool_radius),
         });
         out.points.push(LiftedPoint { uv, source });
+    }
+}
+
+/// Flat direction that the cutter faces at a part of a move.
+fn heading(from: &FlatPoint, to: &FlatPoint, part: f64) -> Option<DVec2> {
+    match (from.heading, to.heading) {
+        (Some(a), Some(b)) if from.pass == to.pass => Some(a.lerp(b, part)),
+        _ => to.heading,
     }
 }
 

@@ -1,5 +1,6 @@
 //! The pipeline: job and bytes in, path and measures out, a line per stage.
 
+use crate::centring::Centring;
 use crate::cutter_location::{CheckMesh, PassOptions, RaisedStretch, ToolAxis};
 use crate::engagement::{Cutting, Stock, Walk};
 use crate::feed::fill_time;
@@ -16,6 +17,7 @@ use crate::link::{
     TouchUp, cut_passes, deliver, lay,
 };
 use crate::machine::Axes;
+use crate::mending::{MendOptions, Mender};
 use crate::mesh::{FaceId, MeshFormat, ReadError, VertexId, read};
 use crate::parallel;
 use crate::pattern;
@@ -45,6 +47,13 @@ const FARTHEST: f64 = 20.0;
 /// A move that would have to be slower than this part of the feed means that the limit cannot be
 /// kept.
 const SLOWEST: f64 = 0.005;
+
+/// Rounds of detours over what is too high. More: what is left cannot be reached.
+const MENDS: usize = 3;
+/// Part of the tolerance above the limit from which on a place is too high: samples may miss the highest.
+const MENDED: f64 = 0.8;
+/// Largest distance of the points of centred passes, side steps.
+const CENTRED: f64 = 0.25;
 
 /// Side steps that the disc's radius covers at least: neighbouring discs overlap by a tenth.
 const COVERING: f64 = 0.55;
@@ -317,7 +326,18 @@ pub fn plan_showing(
     progress(Stage::Cut, 0.0);
     let is_walked = job.path.pattern == Pattern::Contour && job.force.control != ForceControl::Off;
     let groups: Vec<Group> = order.iter().map(|&k| layouts[k].group()).collect();
-    let plain = || lay(&groups, &terrain(), &lay_options(job));
+    let centring = tilted(job).map(|_| Centring {
+        surface: &surface,
+        chart: &chart,
+        locator: &locator,
+        curvature: &curvature,
+        strip: centred_strip(job),
+        step: CENTRED * job.nominal_side_step(),
+    });
+    let plain = || {
+        let (points, counts) = lay(&groups, &terrain(), &lay_options(job));
+        (centring.as_ref().map_or_else(|| points.clone(), |c| c.centred(&points)), counts)
+    };
     let (cut, plain) = if is_walked {
         let walk = || plane.cut(&groups, |p| progress(Stage::Cut, p));
         let (cut, (plain, _)) = parallel::both(threads, walk, plain);
@@ -586,8 +606,7 @@ impl Delivery<'_> {
         flat: &[FlatPoint],
         progress: &mut dyn FnMut(f64),
     ) -> Result<Finished, PlanError> {
-        let Delivered { toolpath, raised } =
-            deliver(flat, &self.lift, &self.check, &self.options, None, progress)?;
+        let Delivered { toolpath, raised } = self.mended(flat, progress)?;
         refuse_too_tight(self.job, &raised)?;
         if raised.is_empty() {
             let coverage = Coverage { area: self.surface.area(), ..Coverage::default() };
@@ -599,6 +618,27 @@ impl Delivery<'_> {
             removal::coverage(&columns, &removed, access)
         });
         Ok(Finished { toolpath, raised, coverage, removed: None })
+    }
+
+    /// The path at the nominal feeds, where a tilted flat end leaves too much with detours over that.
+    fn mended(
+        &self,
+        flat: &[FlatPoint],
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Delivered, PlanError> {
+        let mut delivered =
+            deliver(flat, &self.lift, &self.check, &self.options, None, &mut *progress)?;
+        let Some(options) = mend_options(self.job) else { return Ok(delivered) };
+        let mender = Mender::new(self.surface, self.chart, options);
+        let mut flat = flat.to_vec();
+        for _ in 0..MENDS {
+            let Delivered { toolpath, raised } = &delivered;
+            let Some(mended) = mender.mended(&flat, &toolpath.points, raised) else { break };
+            flat = mended;
+            delivered =
+                deliver(&flat, &self.lift, &self.check, &self.options, None, &mut *progress)?;
+        }
+        Ok(delivered)
     }
 
     /// The plain passes with their true removal rates, beside which the delivered path stands.
@@ -717,6 +757,28 @@ impl Delivery<'_> {
 fn tilted(job: &Job) -> Option<Strip> {
     let is_tilted = job.machine.axes == Axes::Xyzac && job.tool.kind() != ToolKind::Ball;
     is_tilted.then(|| strip(job, job.cut.tolerance))
+}
+
+/// What tilted flat ends may leave, if the job says so.
+fn mend_options(job: &Job) -> Option<MendOptions> {
+    let Stepover::Scallop(limit) = job.cut.stepover else { return None };
+    let is_flat = tilted(job).is_some() && job.tool.kind() == ToolKind::Flat;
+    is_flat.then(|| MendOptions {
+        radius: job.tool.radius(),
+        side_step: job.nominal_side_step(),
+        limit: limit + MENDED * job.cut.tolerance,
+    })
+}
+
+/// The same cutter with the cusps that it leaves.
+fn centred_strip(job: &Job) -> Strip {
+    match job.cut.stepover {
+        Stepover::Scallop(h) => strip(job, h),
+        Stepover::Fixed(d) => {
+            let k_tool = strip(job, 1.0).k_tool();
+            strip(job, 0.125 * d * d * k_tool)
+        }
+    }
 }
 
 /// How passes are laid where the removal rate is not asked for.

@@ -73,10 +73,23 @@ impl Strip {
 
     /// As [`exact`](Self::exact), where the surface has the curvature `along` along the feed.
     pub fn exact_bent(&self, k: f64, along: f64) -> f64 {
+        2.0 * self.edge(k, along, 0.0)
+    }
+
+    /// How far to the left of the contact the middle of the strip lies, mm, on a surface with the curvatures
+    /// `k` across the feed, `along` along it, and `twist`, 1/mm, mixed of the feed and its left: behind the
+    /// contact, where a flat bottom leaves its edges, the surface stands lower on one side than on the other.
+    pub fn middle(&self, k: f64, along: f64, twist: f64) -> f64 {
+        0.5 * (self.edge(k, along, -twist) - self.edge(k, along, twist))
+    }
+
+    /// Distance of the edge of the strip from the contact, mm, at most half of [`widest`](Self::widest);
+    /// `twist`: mixed curvature of the way to that side and the way back, 1/mm.
+    fn edge(&self, k: f64, along: f64, twist: f64) -> f64 {
         let rises = |t: f64| {
             let (x, z) = self.profile(t);
             let y = self.setback(t);
-            let z = z + 0.5 * along * y * y;
+            let z = z + (0.5 * along * y + twist * x) * y;
             let outward = 1.0 + k * z;
             // Height over the circle of curvature k, without dividing by k.
             let height = (k * (x * x + z * z) + 2.0 * z)
@@ -84,7 +97,7 @@ impl Strip {
             outward <= 0.0 || height >= self.scallop
         };
         if !rises(FRAC_PI_2) {
-            return self.widest();
+            return 0.5 * self.widest();
         }
         let (mut low, mut high) = (0.0, FRAC_PI_2);
         for _ in 0..HALVINGS {
@@ -93,7 +106,7 @@ impl Strip {
         }
         let (x, z) = self.profile(high);
         let half = if k == 0.0 { x } else { atan2(k * x, 1.0 + k * z) / k };
-        (2.0 * half).clamp(0.0, self.widest())
+        half.clamp(0.0, 0.5 * self.widest())
     }
 
     /// How far the bottom's point at parameter `t` lies behind the contact, mm.
@@ -266,6 +279,25 @@ mod tests {
         let exact = 2.5 * cos(lead) * ((1.0 + tangent * tangent).sqrt() - 1.0);
         assert!((start - exact).abs() < 1e-3, "{start} {exact}");
         assert_eq!(end, 0.5 + flat.lag(1.7));
+    }
+
+    /// On `z = -c x y`, `y` ahead and `x` to the right, the bottom's circle is at the height of the cusps at
+    /// both edges of the strip.
+    #[test]
+    fn twist_moves_the_strip_aside() {
+        let (r, lead, h) = (2.5, 5.0f64.to_radians(), 0.05);
+        let flat = strip(r, 0.0, lead, h);
+        for twist in [-0.02, 0.0, 0.02] {
+            // Mixed of the feed and its left: the right has the other sign.
+            let (middle, half) = (flat.middle(0.0, 0.0, -twist), 0.5 * flat.exact(0.0));
+            assert_eq!(middle > 0.0, twist < 0.0, "{twist}: {middle}");
+            let height = |left: f64| {
+                let behind = r - (r * r - left * left).sqrt();
+                behind * sin(lead) + twist * left * behind * cos(lead)
+            };
+            let edges = [height(middle + half), height(middle - half)];
+            assert!((edges[0] - edges[1]).abs() < 0.06 * h, "{twist}: {edges:?}");
+        }
     }
 
     #[test]

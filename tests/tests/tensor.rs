@@ -287,13 +287,12 @@ fn tensor_regions_are_shorter_on_a_trisector_of_ours() {
     assert!(best <= 0.97 * iso_scallop, "{best} of {iso_scallop}");
     // Bands are shorter still; the source's 0.968 of them is hardly more than the floor.
     assert!(best <= 1.02 * mpf, "{best} of {mpf}");
-    assert!(floor > 0.95 * mpf, "{floor} of {mpf}");
+    assert!(floor > 0.94 * mpf, "{floor} of {mpf}");
     for (way, found) in ways().iter().zip(&measured) {
         assert_eq!(found.untouched, 0.0, "{}", way.name);
-        assert!(found.largest <= 0.068 && found.above < 2e-3, "{}: {}", way.name, found.largest);
+        // Limit and tolerance.
+        assert!(found.largest <= 0.055 && found.above < 2e-3, "{}: {}", way.name, found.largest);
     }
-    // Limit and tolerance.
-    assert!(measured[2].largest <= 0.055, "iso-parametric: {}", measured[2].largest);
 }
 
 #[test]
@@ -303,7 +302,7 @@ fn tensor_regions_on_the_teapot_patch() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/regions-tensor/");
     let text = std::fs::read_to_string(format!("{folder}trisector.toml")).unwrap();
     let text = text.replace("trisector.json", "teapot_patch12.json");
-    let text = text.replace("chord = 0.005", "chord = 0.01\nscale = 8.0");
+    let text = text.replace("chord = 0.005", "chord = 0.004\nscale = 8.0");
     let (measured, floor) = table(&read_job(&text), &bytes);
     let lengths: Vec<f64> = measured.iter().map(|m| m.length).collect();
     let [tensor, shortest, parametric, from_side, ..] = lengths[..] else { panic!() };
