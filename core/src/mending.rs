@@ -32,10 +32,14 @@ const SWEPT: f64 = 0.4;
 const AHEAD: f64 = 0.05;
 /// Part of the way to the boundary that a detour goes on at most. More: rounding leads it outside.
 const WITHIN: f64 = 0.98;
+/// Farthest that what the bottom stands over is from its middle, radii: it stands less than half of one high.
+const NEAR: f64 = 1.1;
 /// Longest part of a move, mm, on which heights change evenly while the axis turns.
 const LONGEST: f64 = 0.6;
 /// Most detours. More: it is not single places that are too high.
 const MOST_DETOURS: usize = 2000;
+/// Size of the cells in which samples lie, radii. Larger: more of them are looked at in vain; smaller: more cells.
+const CELL: f64 = 0.5;
 /// Most cells of a grid.
 const MOST_CELLS: f64 = 2e6;
 /// Most samples; larger surfaces get fewer.
@@ -65,7 +69,7 @@ struct Sample {
 /// The samples of a surface, by cells.
 pub struct Mender<'a> {
     options: MendOptions,
-    locator: Locator<'a>,
+    locator: &'a Locator<'a>,
     samples: Vec<Sample>,
     low: DVec3,
     cell: f64,
@@ -75,15 +79,19 @@ pub struct Mender<'a> {
 }
 
 impl<'a> Mender<'a> {
-    /// For a surface and its chart.
-    pub fn new(surface: &'a Surface, chart: &'a Chart, options: MendOptions) -> Self {
+    /// For a surface and its chart; `locator`: over its flat faces.
+    pub fn new(
+        surface: &Surface,
+        chart: &Chart,
+        locator: &'a Locator<'a>,
+        options: MendOptions,
+    ) -> Self {
         let samples = samples(surface, chart, options.side_step * SPACING);
         let low = samples.iter().map(|s| s.at).fold(DVec3::INFINITY, DVec3::min);
         let high = samples.iter().map(|s| s.at).fold(DVec3::NEG_INFINITY, DVec3::max);
         let size = (high - low).max(DVec3::splat(options.radius));
-        let cell = options.radius.max((size.x * size.y * size.z / MOST_CELLS).cbrt());
+        let cell = (CELL * options.radius).max((size.x * size.y * size.z / MOST_CELLS).cbrt());
         let counts = [size.x, size.y, size.z].map(|s| (s / cell) as usize + 1);
-        let locator = Locator::new(surface.connectivity(), chart.uv());
         let mut grid = Self { options, locator, samples, low, cell, counts, starts: Vec::new() };
         grid.sort();
         grid
@@ -110,8 +118,10 @@ impl<'a> Mender<'a> {
     }
 
     /// The flat path with detours over what the path that it became leaves too high; `None` where nothing is.
+    ///
+    /// What is low enough is forgotten: detours only take more.
     pub fn mended(
-        &self,
+        &mut self,
         flat: &[FlatPoint],
         path: &[PathPoint],
         raised: &[RaisedStretch],
@@ -123,6 +133,7 @@ impl<'a> Mender<'a> {
         let is_high = |i: &usize| heights[*i] > self.options.limit && fits(&self.samples[*i]);
         let mut high: Vec<usize> = (0..heights.len()).filter(is_high).collect();
         high.sort_by(|&a, &b| heights[b].total_cmp(&heights[a]));
+        let still: Vec<Sample> = high.iter().map(|&i| self.samples[i]).collect();
         let mut detours: Vec<(usize, [DVec2; 2])> = Vec::new();
         while let Some(&worst) = high.first() {
             let Some((from, heading)) = nearest(flat, self.samples[worst].flat) else { break };
@@ -131,6 +142,8 @@ impl<'a> Mender<'a> {
             }
             detours.push((from, self.detour(&mut high, heading)));
         }
+        self.samples = still;
+        self.sort();
         (!detours.is_empty()).then(|| with_detours(flat, detours))
     }
 
@@ -184,13 +197,16 @@ impl<'a> Mender<'a> {
         let radius = DVec3::splat(self.options.radius);
         let low = self.cell_of(from.tip.min(to.tip) - radius);
         let high = self.cell_of(from.tip.max(to.tip) + radius);
+        // Samples farther from the middle of the move are neither under the bottom nor near to it.
+        let middle = 0.5 * (from.tip + to.tip);
+        let reach = NEAR * self.options.radius + 0.5 * from.tip.distance(to.tip);
+        let is_near = |sample: &Sample| sample.at.distance_squared(middle) <= reach * reach;
         for z in low[2]..=high[2] {
             for y in low[1]..=high[1] {
                 let first = self.starts[self.index([low[0], y, z])];
                 let last = self.starts[self.index([high[0], y, z]) + 1];
-                for (sample, height) in
-                    self.samples[first..last].iter().zip(&mut heights[first..last])
-                {
+                let all = self.samples[first..last].iter().zip(&mut heights[first..last]);
+                for (sample, height) in all.filter(|(sample, _)| is_near(sample)) {
                     if let Some(h) = sample.height([from, to], self.options.radius) {
                         *height = height.min(h);
                     }
@@ -296,4 +312,117 @@ fn with_detours(flat: &[FlatPoint], mut detours: Vec<(usize, [DVec2; 2])>) -> Ve
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::math::{cos, sin};
+    use crate::job::{Component, Selection, SurfaceOptions, SurfaceSource};
+    use crate::surface::{AnalyticSurface, build};
+
+    const RADIUS: f64 = 2.5;
+    const LEAD: f64 = 0.1;
+    const HALF: f64 = 5.0;
+
+    /// A point of the path at which the bottom touches the plane, going along x.
+    fn touching(at: DVec2, kind: MoveKind) -> PathPoint {
+        let contact_to_tip = DVec3::new(-cos(LEAD), 0.0, sin(LEAD)) * RADIUS;
+        PathPoint {
+            kind,
+            pass: 0,
+            region: 0,
+            tip: at.extend(0.0) + contact_to_tip,
+            axis: DVec3::new(sin(LEAD), 0.0, cos(LEAD)),
+            normal: DVec3::Z,
+            flat: Some(at),
+            feed: 10.0,
+            mrr: 0.0,
+            alpha: 0.0,
+            time: 0.0,
+        }
+    }
+
+    /// How high the bottom's edge is so far beside the contact.
+    fn lag(beside: f64) -> f64 {
+        (RADIUS - (RADIUS * RADIUS - beside * beside).sqrt()) * sin(LEAD)
+    }
+
+    #[test]
+    fn the_edge_of_a_tilted_bottom_leaves_its_lag() {
+        let [from, to] = [-HALF, HALF].map(|x| touching(DVec2::new(x, 0.0), MoveKind::Cut));
+        for beside in [0.0, 0.4, 1.1, 2.3] {
+            let (at, normal) = (DVec3::new(0.3, beside, 0.0), DVec3::Z);
+            let sample = Sample { at, normal, flat: DVec2::ZERO, scale: 1.0 };
+            let height = sample.height([&from, &to], RADIUS).unwrap();
+            assert!((height - lag(beside)).abs() < 1e-12, "{beside}: {height}");
+        }
+        let aside = DVec3::new(0.0, RADIUS + 0.01, 0.0);
+        let sample = Sample { at: aside, normal: DVec3::Z, flat: DVec2::ZERO, scale: 1.0 };
+        assert_eq!(sample.height([&from, &to], RADIUS), None);
+    }
+
+    /// Passes along x and beyond the square, with points half a millimetre apart.
+    fn passes(ys: &[f64]) -> Vec<FlatPoint> {
+        let point = |y: f64, i: i32| FlatPoint {
+            at: DVec2::new(0.5 * f64::from(i), y),
+            height: 0.0,
+            kind: if i == -12 { MoveKind::Link } else { MoveKind::Cut },
+            pass: 0,
+            region: 0,
+            feed: 10.0,
+            mrr: 0.0,
+            alpha: 0.0,
+            length: 0.5,
+            heading: Some(DVec2::X),
+            overrun: 0.0,
+        };
+        ys.iter().flat_map(|&y| (-12..=12).map(move |i| point(y, i))).collect()
+    }
+
+    #[test]
+    fn a_missing_pass_is_made_up_for() {
+        let side_step = 1.0;
+        let size = 2.0 * HALF;
+        let options = SurfaceOptions {
+            source: SurfaceSource::File(String::new()),
+            scale: 1.0,
+            rotate: DVec3::ZERO,
+            translate: DVec3::ZERO,
+            select: Selection { component: Component::Only, ..Selection::default() },
+            curvature_radius: None,
+            chord: None,
+            face: None,
+            flip: false,
+        };
+        let plane = AnalyticSurface::Plane { width: size, depth: size };
+        let surface = build(plane.mesh(1.0), &options).unwrap().surface;
+        let flat = surface.positions().iter().map(|p| p.truncate()).collect();
+        let chart = Chart::new(&surface, flat);
+        let locator = Locator::new(surface.connectivity(), chart.uv());
+        let limit = 0.5 * (lag(0.5 * side_step) + lag(side_step));
+        let options = MendOptions { radius: RADIUS, side_step, limit };
+        let mended = |ys: &[f64]| {
+            let mut mender = Mender::new(&surface, &chart, &locator, options);
+            let mut flat = passes(ys);
+            let mut rounds = 0;
+            loop {
+                let path: Vec<_> = flat.iter().map(|p| touching(p.at, p.kind)).collect();
+                match mender.mended(&flat, &path, &[]) {
+                    Some(more) if rounds < 4 => flat = more,
+                    left => return (flat, rounds, left.is_none()),
+                }
+                rounds += 1;
+            }
+        };
+        let all: Vec<f64> = (-5..=5).map(f64::from).map(|y| 0.98 * y).collect();
+        let (flat, rounds, is_kept) = mended(&all);
+        assert!(is_kept && rounds == 0, "{rounds} rounds, {} points", flat.len());
+        let gap: Vec<f64> = all.iter().copied().filter(|y| *y != 0.0).collect();
+        let (flat, rounds, is_kept) = mended(&gap);
+        assert!(is_kept && rounds > 0, "{rounds} rounds");
+        let added = flat.len() - passes(&gap).len();
+        let in_gap = flat.iter().filter(|p| p.at.y.abs() < 0.5).count();
+        assert!(in_gap >= 8 && added <= 4 * in_gap, "{in_gap} of {added}");
+    }
 }

@@ -354,6 +354,7 @@ pub fn plan_showing(
         job,
         surface: &surface,
         chart: &chart,
+        locator: &locator,
         lift: crate::lift::Lift::new(&surface, &chart, &locator, job.tool.radius())
             .going_far(tilted(job).is_some()),
         check: CheckMesh::new(part.positions, part.faces),
@@ -582,6 +583,7 @@ struct Delivery<'a> {
     job: &'a Job,
     surface: &'a Surface,
     chart: &'a Chart,
+    locator: &'a Locator<'a>,
     lift: crate::lift::Lift<'a>,
     check: CheckMesh,
     options: DeliverOptions,
@@ -629,7 +631,7 @@ impl Delivery<'_> {
         let mut delivered =
             deliver(flat, &self.lift, &self.check, &self.options, None, &mut *progress)?;
         let Some(options) = mend_options(self.job) else { return Ok(delivered) };
-        let mender = Mender::new(self.surface, self.chart, options);
+        let mut mender = Mender::new(self.surface, self.chart, self.locator, options);
         let mut flat = flat.to_vec();
         for _ in 0..MENDS {
             let Delivered { toolpath, raised } = &delivered;
