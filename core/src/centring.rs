@@ -63,7 +63,7 @@ impl Centring<'_> {
     }
 
     fn pass(&self, points: &[FlatPoint]) -> Vec<FlatPoint> {
-        let on_pass = points.iter().filter(|p| is_on_pass(p));
+        let on_pass = points.iter().filter(is_on_pass);
         let mut line: Vec<DVec2> = on_pass.clone().map(|p| p.at).collect();
         line.dedup();
         if line.len() < 2 || line.first() == line.last() {

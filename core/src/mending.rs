@@ -15,6 +15,7 @@
 use crate::cutter_location::RaisedStretch;
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
+use crate::geometry::math::cbrt;
 use crate::geometry::{DVec2, DVec3};
 use crate::mesh::FaceId;
 use crate::surface::Surface;
@@ -90,7 +91,7 @@ impl<'a> Mender<'a> {
         let low = samples.iter().map(|s| s.at).fold(DVec3::INFINITY, DVec3::min);
         let high = samples.iter().map(|s| s.at).fold(DVec3::NEG_INFINITY, DVec3::max);
         let size = (high - low).max(DVec3::splat(options.radius));
-        let cell = (CELL * options.radius).max((size.x * size.y * size.z / MOST_CELLS).cbrt());
+        let cell = (CELL * options.radius).max(cbrt(size.x * size.y * size.z / MOST_CELLS));
         let counts = [size.x, size.y, size.z].map(|s| (s / cell) as usize + 1);
         let mut grid = Self { options, locator, samples, low, cell, counts, starts: Vec::new() };
         grid.sort();

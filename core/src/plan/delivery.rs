@@ -1,0 +1,291 @@
+//! Flat paths → delivered ones: with their true removal rates, without what the cutter leaves.
+
+use super::{PlanError, axis_rule, tilted};
+use crate::cutter_location::{CheckMesh, PassOptions, RaisedStretch};
+use crate::feed::fill_time;
+use crate::flat_path::{FlatPoint, Terrain};
+use crate::flatten::{Chart, Locator};
+use crate::geometry::DVec3;
+use crate::job::{Boundary, ForceControl, Job, Stepover, TooTight};
+use crate::lift::Lift;
+use crate::link::{self, DeliverOptions, Delivered, TouchUp, deliver};
+use crate::machine::Axes;
+use crate::mending::{MendOptions, Mender};
+use crate::regions::JointTerrain;
+use crate::removal::{self, Access, Columns, Coverage, Feeds, Layer, Limit, TooSlow, rated};
+use crate::surface::{Part, Surface};
+use crate::tool::ToolKind;
+use crate::toolpath::Toolpath;
+
+/// Rounds of passes over what the columns show as left.
+const TOUCH_UPS: usize = 2;
+/// A move that would have to be slower than this part of the feed means that the limit cannot be
+/// kept.
+pub const SLOWEST: f64 = 0.005;
+/// Rounds of detours over what is too high. More: what is left cannot be reached.
+const MENDS: usize = 3;
+/// Part of the tolerance above the limit from which on a place is too high: samples may miss the highest.
+const MENDED: f64 = 0.8;
+
+/// A delivered path, and what it leaves.
+pub struct Finished {
+    pub toolpath: Toolpath,
+    pub raised: Vec<RaisedStretch>,
+    pub coverage: Coverage,
+    /// What was removed; unknown where no columns were cut.
+    removed: Option<removal::Removed>,
+}
+
+impl Finished {
+    /// Goes on with a path that begins where this one ends.
+    fn append(&mut self, next: Self) {
+        self.toolpath.points.extend(next.toolpath.points.into_iter().skip(1));
+        self.raised.extend(next.raised);
+        (self.coverage, self.removed) = (next.coverage, next.removed);
+    }
+}
+
+/// From flat paths to delivered ones.
+pub struct Delivery<'a> {
+    pub job: &'a Job,
+    pub surface: &'a Surface,
+    pub chart: &'a Chart,
+    pub locator: &'a Locator<'a>,
+    pub lift: Lift<'a>,
+    pub check: CheckMesh,
+    pub options: DeliverOptions,
+    pub cusp_limit: f64,
+    pub terrain: JointTerrain<'a>,
+    pub threads: usize,
+}
+
+impl Delivery<'_> {
+    fn layer(&self) -> Layer {
+        Layer { stock: self.job.cut.stock, depth: self.job.cut.axial_depth }
+    }
+
+    /// The path, and that of the plain passes where the removal rate is limited.
+    pub fn finished(
+        &self,
+        flat: &[FlatPoint],
+        plain: Option<&[FlatPoint]>,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<(Finished, Option<Toolpath>), PlanError> {
+        if self.job.force.control == ForceControl::Off {
+            return Ok((self.unlimited(flat, progress)?, None));
+        }
+        let columns = self.columns();
+        let plain = self.plain(&columns, plain.unwrap_or(flat))?;
+        Ok((self.limited(&columns, flat, progress)?, Some(plain)))
+    }
+
+    fn columns(&self) -> Columns {
+        Columns::new(self.surface, self.chart, self.job.nominal_side_step(), self.layer().top())
+    }
+
+    /// The path at the nominal feeds, whatever it removes. Only where the cutter did not fit is it asked
+    /// what is left.
+    fn unlimited(
+        &self,
+        flat: &[FlatPoint],
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Finished, PlanError> {
+        let Delivered { toolpath, raised } = self.mended(flat, progress)?;
+        refuse_too_tight(self.job, &raised)?;
+        if raised.is_empty() {
+            let coverage = Coverage { area: self.surface.area(), ..Coverage::default() };
+            return Ok(Finished { toolpath, raised, coverage, removed: None });
+        }
+        let columns = self.columns();
+        let coverage = self.with_access(&toolpath, |access| {
+            let removed = removal::remains(&columns, access);
+            removal::coverage(&columns, &removed, access)
+        });
+        Ok(Finished { toolpath, raised, coverage, removed: None })
+    }
+
+    /// The path at the nominal feeds, where a tilted flat end leaves too much with detours over that.
+    fn mended(
+        &self,
+        flat: &[FlatPoint],
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Delivered, PlanError> {
+        let mut delivered =
+            deliver(flat, &self.lift, &self.check, &self.options, None, &mut *progress)?;
+        let Some(options) = mend_options(self.job) else { return Ok(delivered) };
+        let mut mender = Mender::new(self.surface, self.chart, self.locator, options);
+        let mut flat = flat.to_vec();
+        for _ in 0..MENDS {
+            let Delivered { toolpath, raised } = &delivered;
+            let Some(mended) = mender.mended(&flat, &toolpath.points, raised) else { break };
+            flat = mended;
+            delivered =
+                deliver(&flat, &self.lift, &self.check, &self.options, None, &mut *progress)?;
+        }
+        Ok(delivered)
+    }
+
+    /// The plain passes with their true removal rates, beside which the delivered path stands.
+    fn plain(&self, columns: &Columns, flat: &[FlatPoint]) -> Result<Toolpath, PlanError> {
+        let no_check = CheckMesh::new(Vec::new(), Vec::new());
+        let path = deliver(flat, &self.lift, &no_check, &self.options, None, |_| {})?.toolpath;
+        Ok(self.rated(columns, &path, Feeds::LinksLimited, None)?.0)
+    }
+
+    /// The path at the feeds that keep the removal rate to the limit, with passes over what it leaves.
+    fn limited(
+        &self,
+        columns: &Columns,
+        flat: &[FlatPoint],
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Finished, PlanError> {
+        let mut finished = self.limited_part(columns, flat, None, progress)?;
+        let side_step = self.job.nominal_side_step();
+        for _ in 0..TOUCH_UPS {
+            let touch_up = TouchUp {
+                side_step,
+                beyond: 0.5 * side_step + self.job.tool.radius() - self.job.tool.corner_radius(),
+                height: self.job.cut.axial_depth,
+                feed: self.job.cut.feed,
+                first_pass: finished.toolpath.points.last().map_or(0, |p| p.pass + 1),
+                region: finished.toolpath.points.last().map_or(0, |p| p.region),
+            };
+            let left = &finished.coverage.never_covered_flat;
+            let more = link::touch_up(left, &self.terrain, &touch_up);
+            if more.is_empty() {
+                break;
+            }
+            let more = self.limited_part(columns, &more, Some(&finished), progress)?;
+            finished.append(more);
+        }
+        Ok(finished)
+    }
+
+    fn limited_part(
+        &self,
+        columns: &Columns,
+        flat: &[FlatPoint],
+        before: Option<&Finished>,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Finished, PlanError> {
+        let last = before.and_then(|b| b.toolpath.points.last().copied());
+        let Delivered { toolpath, raised } =
+            deliver(flat, &self.lift, &self.check, &self.options, last, progress)?;
+        refuse_too_tight(self.job, &raised)?;
+        let earlier = before.and_then(|b| b.removed.as_ref());
+        let (toolpath, removed) = self.rated(columns, &toolpath, Feeds::Limited, earlier)?;
+        let headings = before.map_or(&toolpath, |b| &b.toolpath);
+        let coverage = self.coverage(columns, &removed, headings);
+        Ok(Finished { toolpath, raised, coverage, removed: Some(removed) })
+    }
+
+    /// What is left of the columns; `headings`: a path whose nearest move gives the feed direction.
+    fn coverage(
+        &self,
+        columns: &Columns,
+        removed: &removal::Removed,
+        headings: &Toolpath,
+    ) -> Coverage {
+        self.with_access(headings, |access| removal::coverage(columns, removed, access))
+    }
+
+    /// Calls `work` with what decides where the cutter can touch.
+    fn with_access(&self, headings: &Toolpath, work: impl FnOnce(&Access) -> Coverage) -> Coverage {
+        let is_open = self.job.path.boundary == Boundary::Open;
+        let inside = |p| is_open || self.terrain.room(p).is_some_and(|room| room >= 0.0);
+        work(&Access {
+            tool: self.job.tool,
+            axis: self.options.pass.axis,
+            layer: self.layer(),
+            check: &self.check,
+            reach: self.options.pass.reach,
+            inside: &inside,
+            path: headings,
+            tolerance: self.job.cut.tolerance,
+            cusp: self.cusp_limit,
+            cell: self.job.nominal_side_step(),
+            threads: self.threads,
+        })
+    }
+
+    /// The path with its true removal rates and the feeds that follow from them; and what it removed.
+    fn rated(
+        &self,
+        columns: &Columns,
+        path: &Toolpath,
+        feeds: fn(Limit) -> Feeds,
+        earlier: Option<&removal::Removed>,
+    ) -> Result<(Toolpath, removal::Removed), PlanError> {
+        let job = self.job;
+        let removed = columns.cut(path, &job.tool, self.layer(), earlier, self.threads);
+        let limit = Limit {
+            rate: job.mrr_limit(),
+            feed: job.cut.feed,
+            return_feed: job.trochoid.return_feed,
+            slowest: SLOWEST,
+        };
+        let unreachable = |TooSlow { place, rate, feed }| PlanError::LimitUnreachable {
+            place,
+            rate,
+            feed,
+            limit: job.mrr_limit(),
+        };
+        let mut path =
+            rated(path, &removed, feeds(limit), job.tool.radius()).map_err(unreachable)?;
+        fill_time(&mut path, &job.tool, &job.machine);
+        Ok((path, removed))
+    }
+}
+
+/// What tilted flat ends may leave, if the job says so.
+fn mend_options(job: &Job) -> Option<MendOptions> {
+    let Stepover::Scallop(limit) = job.cut.stepover else { return None };
+    let is_flat = tilted(job).is_some() && job.tool.kind() == ToolKind::Flat;
+    is_flat.then(|| MendOptions {
+        radius: job.tool.radius(),
+        side_step: job.nominal_side_step(),
+        limit: limit + MENDED * job.cut.tolerance,
+    })
+}
+
+fn refuse_too_tight(job: &Job, raised: &[RaisedStretch]) -> Result<(), PlanError> {
+    let worst = raised.iter().max_by(|a, b| a.raise.total_cmp(&b.raise));
+    match worst {
+        Some(worst) if job.cut.too_tight == TooTight::Refuse => Err(PlanError::TooTight {
+            place: worst.place,
+            raise: worst.raise,
+            stretches: raised.len(),
+            length: raised.iter().map(|r| r.length).sum(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+pub fn deliver_options(job: &Job, rapid_plane: f64, threads: usize) -> DeliverOptions {
+    DeliverOptions {
+        pass: PassOptions {
+            tool: job.tool,
+            axis: axis_rule(job),
+            axis_rate: f64::INFINITY,
+            stock: job.cut.stock,
+            tolerance: job.cut.tolerance,
+            reach: job.cutter_length(),
+        },
+        rapid_plane,
+        threads,
+        highest_raise: job.tool.radius().max(2.0 * job.cut.axial_depth),
+        air_feed: job.trochoid.return_feed.min(job.machine.max_feed),
+        rapid_feed: job.machine.max_feed,
+    }
+}
+
+/// Height that is clear of part and stock: above the top in three axes; in five, above the sphere
+/// about the rotary centre (the origin) that holds the part in any position of the tables.
+pub fn rapid_plane(part: &Part, job: &Job) -> f64 {
+    let above = job.cut.axial_depth + job.cut.stock + job.machine.clearance;
+    let reach = |p: &DVec3| match job.machine.axes {
+        Axes::ThreeAxis => p.z,
+        Axes::Xyzac => p.length(),
+    };
+    part.positions.iter().map(reach).fold(f64::NEG_INFINITY, f64::max) + above
+}

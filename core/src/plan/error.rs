@@ -1,0 +1,92 @@
+//! Why a job cannot be planned.
+
+use super::FARTHEST;
+use super::delivery::SLOWEST;
+use crate::flatten::FlattenError;
+use crate::geometry::DVec3;
+use crate::level_set::LevelSetError;
+use crate::link::DeliverError;
+use crate::mesh::ReadError;
+use crate::step::SmoothError;
+use crate::surface::SurfaceError;
+use thiserror::Error;
+
+/// Why a job cannot be planned.
+#[derive(Debug, Error)]
+pub enum PlanError {
+    /// The surface file was not given.
+    #[error("surface: the job names the file {0:?}, but it was not given")]
+    NoFile(String),
+    /// The file name does not tell a known format.
+    #[error(
+        "surface: the format of {0:?} is not known; its name must end in .stl, .obj, \
+         .ply, .off, .json, .step or .stp"
+    )]
+    UnknownFormat(String),
+    /// The file cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The NURBS surface or the STEP file cannot be used.
+    #[error(transparent)]
+    Smooth(#[from] SmoothError),
+    /// The triangles are no usable surface.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
+    /// The surface cannot be laid flat.
+    #[error(transparent)]
+    Flatten(#[from] FlattenError),
+    /// No rings can be laid.
+    #[error(transparent)]
+    Rings(#[from] LevelSetError),
+    /// The path cannot be delivered.
+    #[error(transparent)]
+    Deliver(#[from] DeliverError),
+    /// The part lies too far from the rotary centre for five axes.
+    #[error(
+        "machine: the middle of the part lies {distance:.0} mm from the rotary centre (the origin), \
+         {times:.0} times its own size; at most {FARTHEST} times can be turned within the tolerance: \
+         set surface.translate = [{:.0}, {:.0}, {:.0}]",
+        -middle.x, -middle.y, -middle.z
+    )]
+    FarFromCentre {
+        /// Middle of the bounding box, mm.
+        middle: DVec3,
+        /// Its distance from the origin, mm.
+        distance: f64,
+        /// The distance as a multiple of the box's diagonal.
+        times: f64,
+    },
+    /// The limit on the removal rate cannot be kept.
+    #[error(
+        "force: near ({:.3}, {:.3}, {:.3}) mm the limit of {:.2} mm³/min leaves a feed of {:.3} mm/min, \
+         {:.1} mm³/min at the full feed; a feed below {} % of cut.feed is not planned: raise \
+         force.mrr_limit, or reduce cut.axial_depth or cut.stepover",
+        place.x, place.y, place.z, 60.0 * limit, 60.0 * feed, 60.0 * rate, 100.0 * SLOWEST
+    )]
+    LimitUnreachable {
+        /// Where, mm.
+        place: DVec3,
+        /// Rate at the nominal feed, mm³/s.
+        rate: f64,
+        /// The feed it would take, mm/s.
+        feed: f64,
+        /// The limit, mm³/s.
+        limit: f64,
+    },
+    /// The cutter does not fit and the job says to refuse.
+    #[error(
+        "cutter: it does not fit near ({:.3}, {:.3}, {:.3}) mm, where it would have to be raised by {raise:.3} mm \
+         ({stretches} stretch{}, {length:.1} mm of path); use a smaller cutter or cut.too_tight = \"avoid\"",
+        place.x, place.y, place.z, if *stretches == 1 { "" } else { "es" }
+    )]
+    TooTight {
+        /// Worst place, mm.
+        place: DVec3,
+        /// Raise there, mm.
+        raise: f64,
+        /// Number of stretches.
+        stretches: usize,
+        /// Their length, mm.
+        length: f64,
+    },
+}

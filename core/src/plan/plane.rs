@@ -1,0 +1,156 @@
+//! Passes → the path in the plane: cut with the disc that stands for the cutter, or laid as they come.
+
+use super::tilted;
+use crate::centring::Centring;
+use crate::engagement::{Cutting, Stock, Walk};
+use crate::flat_path::FlatPoint;
+use crate::flatten::{Chart, Locator};
+use crate::job::{CutDirection, ForceControl, Job, Pattern, Stepover};
+use crate::level_set::FieldTerrain;
+use crate::link::{CutCounts, CutOptions, Group, LayOptions, cut_passes, lay};
+use crate::parallel;
+use crate::region::Region;
+use crate::regions::{Ground, JointTerrain, Layout};
+use crate::strips::strip;
+use crate::surface::{CurvatureField, Surface};
+use crate::toolpath::MoveKind;
+use crate::trochoid::Loops;
+
+/// Largest distance of the points of centred passes, side steps.
+const CENTRED: f64 = 0.25;
+/// Side steps that the disc's radius covers at least: neighbouring discs overlap by a tenth.
+const COVERING: f64 = 0.55;
+
+/// What the plane knows.
+pub struct Plane<'a> {
+    pub job: &'a Job,
+    pub grounds: &'a [Ground],
+    pub layouts: &'a [Layout],
+    /// Over the fine mesh of every ground.
+    pub fine: &'a [Locator<'a>],
+    pub region: &'a Region,
+    /// Moves the passes of tilted cutters with a flat bottom.
+    pub centring: Option<Centring<'a>>,
+    pub threads: usize,
+}
+
+/// A flat path and what was inserted.
+pub struct FlatCut {
+    pub points: Vec<FlatPoint>,
+    pub counts: CutCounts,
+    /// The plain passes beside which it stands, if they are not the same.
+    pub plain: Option<Vec<FlatPoint>>,
+}
+
+impl<'a> Plane<'a> {
+    /// Room, scale and levels all over the chart; one for every thread.
+    pub fn terrain(&self) -> JointTerrain<'a> {
+        let parts = self.grounds.iter().zip(self.layouts).zip(self.fine);
+        JointTerrain::new(
+            parts.map(|((g, l), fine)| FieldTerrain::new(&g.fine, &l.field, fine)).collect(),
+        )
+    }
+
+    /// Whether the path is that of a disc that cuts its way, as where trochoids may be needed.
+    pub fn is_walked(&self) -> bool {
+        let Job { path, force, .. } = self.job;
+        path.pattern == Pattern::Contour && force.control != ForceControl::Off
+    }
+
+    /// The path over the regions in an order.
+    pub fn path(&self, order: &[usize], progress: impl FnMut(f64)) -> FlatCut {
+        let groups: Vec<Group> = order.iter().map(|&k| self.layouts[k].group()).collect();
+        if !self.is_walked() {
+            let (points, counts) = self.laid(&groups);
+            return FlatCut { points, counts, plain: None };
+        }
+        let walk = || self.cut(&groups, progress);
+        let ((points, counts), (plain, _)) =
+            parallel::both(self.threads, walk, || self.laid(&groups));
+        FlatCut { points, counts, plain: Some(plain) }
+    }
+
+    /// The passes as they come.
+    fn laid(&self, groups: &[Group]) -> (Vec<FlatPoint>, CutCounts) {
+        let (points, counts) = lay(groups, &self.terrain(), &lay_options(self.job));
+        match &self.centring {
+            Some(centring) => (centring.centred(&points), counts),
+            None => (points, counts),
+        }
+    }
+
+    /// The passes as the disc cuts them.
+    fn cut(&self, groups: &[Group], progress: impl FnMut(f64)) -> (Vec<FlatPoint>, CutCounts) {
+        let job = self.job;
+        let cutting = Cutting {
+            // The disc that takes as much of the layer as the cutter, but covers the side step.
+            radius: job
+                .tool
+                .mean_radius(job.cut.axial_depth)
+                .max(COVERING * job.nominal_side_step()),
+            depth: job.cut.axial_depth,
+            feed: job.cut.feed,
+            vfc: job.force.vfc,
+            limit: job.mrr_limit(),
+        };
+        let options = CutOptions {
+            order: job.path.order,
+            links: job.path.links,
+            control: job.force.control,
+            loops: Loops {
+                radius: (0.5 * job.nominal_side_step()).max(job.trochoid.min_radius),
+                smallest: (0.5 * job.trochoid.min_radius).min(0.25 * job.nominal_side_step()),
+                max_bite: job.trochoid.max_step,
+                return_feed: job.trochoid.return_feed,
+                tolerance: job.cut.tolerance,
+                hand: match job.cut.direction {
+                    CutDirection::Climb => 1.0,
+                    CutDirection::Conventional => -1.0,
+                },
+            },
+        };
+        let terrain = self.terrain();
+        let mut walk = Walk::new(cutting, &terrain, Stock::new(self.region));
+        let counts = cut_passes(&mut walk, groups, &options, progress);
+        (walk.finish().0, counts)
+    }
+}
+
+/// How the passes of tilted cutters with a flat bottom are moved.
+pub fn centring<'a>(
+    job: &Job,
+    surface: &'a Surface,
+    (chart, locator): (&'a Chart, &'a Locator<'a>),
+    curvature: &'a CurvatureField,
+) -> Option<Centring<'a>> {
+    tilted(job)?;
+    let scallop = match job.cut.stepover {
+        Stepover::Scallop(h) => h,
+        Stepover::Fixed(d) => 0.125 * d * d * strip(job, 1.0).k_tool(),
+    };
+    let step = CENTRED * job.nominal_side_step();
+    Some(Centring { surface, chart, locator, curvature, strip: strip(job, scallop), step })
+}
+
+/// How passes are laid where the removal rate is not asked for.
+fn lay_options(job: &Job) -> LayOptions {
+    LayOptions {
+        order: job.path.order,
+        traverse: job.path.traverse,
+        links: job.path.links,
+        direction: job.cut.direction,
+        radius: job.tool.radius(),
+        height: job.cut.axial_depth,
+        feed: job.cut.feed,
+        tilted: tilted(job),
+    }
+}
+
+/// The path at the feeds from which the true removal rate lowers it: those of the plane engine are
+/// for its own decisions.
+pub fn at_nominal_feeds(mut points: Vec<FlatPoint>, job: &Job) -> Vec<FlatPoint> {
+    for p in &mut points {
+        p.feed = if p.kind == MoveKind::Return { job.trochoid.return_feed } else { job.cut.feed };
+    }
+    points
+}
