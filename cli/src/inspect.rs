@@ -112,6 +112,11 @@ fn table(faces: &[Value]) -> String {
 pub fn inspect(file: &Path, scale: f64) -> Result<Inspection, String> {
     let name = file.to_string_lossy();
     let bytes = || std::fs::read(file).map_err(|error| format!("surface: {error}"));
+    if SmoothFormat::from_name(&name) == Some(SmoothFormat::Step) {
+        return Err("surface: a STEP file holds several faces: `evencut inspect` shows them, and a job names one \
+                    with surface.face"
+            .to_owned());
+    }
     let mut mesh = if SmoothFormat::from_name(&name) == Some(SmoothFormat::Json) {
         nurbs_mesh(&bytes()?).map_err(|error| error.to_string())?
     } else {

@@ -37,6 +37,8 @@ use tree::Tree;
 
 /// Blobs whose widest gap is not above this are left, passes: the field is no better.
 const ACCEPTED: f64 = 0.506;
+/// Places beyond which gaps are reported and not closed: passes that leave so many do not fit the surface.
+const MOST_PLACES: usize = 4_000_000;
 /// Rounds of closing and measuring. More: branches of branches of a blob are followed.
 const ROUNDS: usize = 6;
 
@@ -111,6 +113,9 @@ pub fn close(
     let mut passes = Passes::new(rings, options, mean_pass(mesh));
     let found = gaps(mesh, field, passes.without_spurs(), options);
     let mut places = found.places;
+    if places.len() > MOST_PLACES {
+        return report(&passes, &places, found.widest_kept, terrain);
+    }
     let mut near = Nearness::of(&places, options.threads);
     for _ in 0..ROUNDS {
         let chooser = Chooser {

@@ -396,17 +396,27 @@ struct Pace {
 }
 
 /// The pace that makes passes and the spurs beside them the shortest: stretches that ask for more than it
-/// are gone along once more, out and back.
+/// are gone along once more, out and back; those that ask for more than twice as much as often as they miss passes.
 fn cheapest_pace(list: &mut [Pace]) -> f64 {
     list.sort_by(|a, b| b.passes.total_cmp(&a.passes));
     let whole: f64 = list.iter().map(|p| p.length).sum();
-    let (mut best, mut faster, mut ahead) = ((f64::INFINITY, 0.0), 0.0, 0);
+    let mut best = (f64::INFINITY, 0.0);
+    // Of the stretches that ask for more than the pace, and than twice the pace: their length, and the passes
+    // that these ask for along theirs.
+    let (mut faster, mut next) = (0.0, 0);
+    let (mut twice, mut asked, mut next_twice) = (0.0, 0.0, 0);
     for p in list.iter() {
-        while list[ahead].passes > (1.0 + SLACK) * p.passes {
-            faster += list[ahead].length;
-            ahead += 1;
+        while list[next].passes > (1.0 + SLACK) * p.passes {
+            faster += list[next].length;
+            next += 1;
         }
-        let cost = p.passes * (whole + OUT_AND_BACK * faster);
+        while list[next_twice].passes > 2.0 * p.passes {
+            twice += list[next_twice].length;
+            asked += list[next_twice].passes * list[next_twice].length;
+            next_twice += 1;
+        }
+        let missing = p.passes * (faster - twice) + asked - p.passes * twice;
+        let cost = p.passes * whole + OUT_AND_BACK * missing;
         if cost < best.0 {
             best = (cost, p.passes);
         }

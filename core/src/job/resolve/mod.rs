@@ -335,6 +335,17 @@ impl Resolver<'_> {
                 format!("{} is deeper than the tool is wide", self.show(job.cut.axial_depth));
             self.warn("cut.axial_depth", message, "check it against the length of the flutes");
         }
+        if let Stepover::Scallop(h) = job.cut.stepover
+            && h >= job.cut.axial_depth
+        {
+            let depth = self.show(job.cut.axial_depth);
+            let message = format!("cusps of {} stand as high as the stock, {depth}", self.show(h));
+            self.warn(
+                "cut.scallop",
+                message,
+                "lower it, or give `cut.axial_depth` what is to be cut",
+            );
+        }
     }
 }
 

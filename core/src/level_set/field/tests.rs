@@ -107,3 +107,18 @@ fn a_curve_that_parts_nothing_gives_a_plain_distance() {
     let field = PassField::from_curve(&mesh, &locator, &curve, Accuracy::Full).unwrap();
     assert!(field.values().iter().all(|v| *v >= 0.0 && v.is_finite()));
 }
+
+/// Where much of a pass would need spurs beside each other, passes are closer; single places get them.
+#[test]
+fn spurs_are_few_beside_each_other() {
+    let pace = |passes: f64, length: f64| Pace { low: 0.0, high: 1.0, passes, length };
+    let cheapest =
+        |most: f64, length: f64| cheapest_pace(&mut [pace(1.0, 1.0), pace(most, length)]);
+    assert_eq!(cheapest(1.5, 0.1), 1.0);
+    // Out and back along half is as long as all at the double pace where half asks for it.
+    assert_eq!(cheapest(1.5, 1.0), 1.5);
+    assert_eq!(cheapest(3.0, 2.0), 3.0);
+    assert_eq!(cheapest(50.0, 0.01), 1.0);
+    assert_eq!(cheapest(50.0, 2.0), 50.0);
+    assert_eq!(cheapest_pace(&mut []), 0.0);
+}
