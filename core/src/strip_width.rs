@@ -289,14 +289,16 @@ mod tests {
         let flat = strip(r, 0.0, lead, h);
         for twist in [-0.02, 0.0, 0.02] {
             // Mixed of the feed and its left: the right has the other sign.
-            let (middle, half) = (flat.middle(0.0, 0.0, -twist), 0.5 * flat.exact(0.0));
+            let middle = flat.middle(0.0, 0.0, -twist);
+            let half = 0.5 * (flat.edge(0.0, 0.0, twist) + flat.edge(0.0, 0.0, -twist));
             assert_eq!(middle > 0.0, twist < 0.0, "{twist}: {middle}");
             let height = |left: f64| {
                 let behind = r - (r * r - left * left).sqrt();
                 behind * sin(lead) + twist * left * behind * cos(lead)
             };
-            let edges = [height(middle + half), height(middle - half)];
-            assert!((edges[0] - edges[1]).abs() < 0.06 * h, "{twist}: {edges:?}");
+            for edge in [middle + half, middle - half] {
+                assert!((height(edge) - h).abs() < 1e-9, "{twist}: {edge}");
+            }
         }
     }
 
