@@ -22,7 +22,8 @@ pub const LIMIT: f64 = 0.504;
 /// Size of the pieces in which gaps are told, passes. Larger: gaps are overlooked; smaller: slower,
 /// with its square inside of gaps.
 pub const RASTER: f64 = 0.06;
-/// A part of a pass within which the ring below is near for certain, blur of the field included.
+/// A part of a pass within which the ring below is near for certain, blur of the field included, as the field
+/// grows on that face: on top of a plateau a ring a little below can be far away.
 const NEAR_BELOW: f64 = 0.3;
 /// A field that grows by less than this per pass is about a ridge.
 const FLATTER: f64 = 0.97;
@@ -161,11 +162,12 @@ impl Piece {
         ((a + b + c) / 3.0, self.values.iter().sum::<f64>() / 3.0)
     }
 
-    /// Whether the field says that the ring below is near everywhere, or that it is not machined.
-    fn is_kept(&self, inside: f64, on_levels: bool) -> bool {
+    /// Whether the field, which grows by `slope` per pass, says that the ring below is near everywhere, or that
+    /// the piece is not machined.
+    fn is_kept(&self, inside: f64, on_levels: bool, slope: f64) -> bool {
         let low = self.values.iter().copied().fold(f64::INFINITY, f64::min);
         let high = self.values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        high < inside || (on_levels && low >= 0.0 && high - low.floor() < NEAR_BELOW)
+        high < inside || (on_levels && low >= 0.0 && high - low.floor() < NEAR_BELOW * slope)
     }
 
     fn quarters(&self) -> [Self; 4] {
@@ -192,12 +194,15 @@ impl Search<'_> {
         if let Some(metric) = mesh.flat_metric(face)
             && piece.values.iter().all(|v| v.is_finite())
         {
-            self.piece(&piece, &metric, 0);
+            let slope =
+                gradient(piece.corners, piece.values).map_or(0.0, |g| metric.slope(g).min(1.0));
+            self.piece(&piece, (&metric, slope), 0);
         }
     }
 
-    fn piece(&mut self, piece: &Piece, metric: &FlatMetric, depth: u32) {
-        if piece.is_kept(self.inside, self.on_levels) {
+    /// `metric` and the slope of the field, per pass, are those of the whole face.
+    fn piece(&mut self, piece: &Piece, (metric, slope): (&FlatMetric, f64), depth: u32) {
+        if piece.is_kept(self.inside, self.on_levels, slope) {
             return;
         }
         let (at, level) = piece.middle();
@@ -209,7 +214,7 @@ impl Search<'_> {
         let gap = self.distance(metric, at, hinted.unwrap_or(f64::INFINITY));
         let is_small = radius <= RASTER / 3.0_f64.sqrt() || depth >= DEEPEST;
         if gap + radius > LIMIT && !is_small {
-            piece.quarters().iter().for_each(|q| self.piece(q, metric, depth + 1));
+            piece.quarters().iter().for_each(|q| self.piece(q, (metric, slope), depth + 1));
         } else if gap > LIMIT && level >= self.inside {
             let [a, b, c] = piece.corners;
             let area = 0.5 * (b - a).perp_dot(c - a).abs();
@@ -228,5 +233,24 @@ impl Search<'_> {
             }
             None => bound,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Piece;
+    use crate::geometry::DVec2;
+
+    /// A little above a level its ring is near where the field is steep, not on a plateau.
+    #[test]
+    fn the_ring_below_a_plateau_may_be_far() {
+        let kept = |side: f64, high: f64| {
+            let corners = [DVec2::ZERO, DVec2::new(side, 0.0), DVec2::new(0.0, side)];
+            let piece = Piece { corners, values: [94.0, 94.0 + high, 94.0 + high] };
+            piece.is_kept(0.0, true, (high / side * 2.0_f64.sqrt()).min(1.0))
+        };
+        assert!(kept(0.2, 0.2));
+        assert!(!kept(0.4, 0.4));
+        assert!(!kept(2.0, 0.2));
     }
 }
