@@ -57,19 +57,14 @@ impl Compare {
     /// Plans and judges the job once for every pattern; prints the table.
     pub fn run(&self, streams: &mut Streams<'_>) -> Exit {
         match self.rows(streams) {
-            Ok(rows) => {
+            Ok((rows, exit)) => {
                 let title = self.job.file_stem().unwrap_or_default().to_string_lossy();
                 streams.data(&match (self.csv, self.svg) {
                     (true, _) => to_csv(&rows),
                     (_, true) => to_svg(&title, &rows),
                     _ => to_text(&rows),
                 });
-                let kept = |row: &Row| {
-                    let verification = row.figures.as_ref().ok()?.report.verification.as_ref();
-                    verification.map(|v| v.passed)
-                };
-                let all_kept = rows.iter().all(|row| kept(row) == Some(true));
-                if all_kept { Exit::Done } else { Exit::NotVerified }
+                exit
             }
             Err(Failed(exit, message)) => {
                 streams.message(&message);
@@ -78,7 +73,8 @@ impl Compare {
         }
     }
 
-    fn rows(&self, streams: &mut Streams<'_>) -> Result<Vec<Row>, Failed> {
+    /// The rows, and that of their exit codes which all have, or [`Exit::NotVerified`].
+    fn rows(&self, streams: &mut Streams<'_>) -> Result<(Vec<Row>, Exit), Failed> {
         let name = input::name(&self.job);
         let failed = |exit, faults: &Faults, source: &[u8]| {
             Failed(exit, faults.render(&name, source).trim_end().to_owned() + "\n")
@@ -93,12 +89,15 @@ impl Compare {
                     .map_err(|fault| failed(Exit::BadSurface, &Faults(vec![fault]), &source))?,
             ),
         };
-        let mut rows = Vec::new();
+        let (mut rows, mut exits) = (Vec::new(), Vec::new());
         for variant in self.variants() {
             streams.message(&format!("planning {}\n", variant.name()));
-            rows.push(self.row(&job, file.as_deref(), variant, &source));
+            let (row, exit) = self.row(&job, file.as_deref(), variant, &source);
+            rows.push(row);
+            exits.push(exit);
         }
-        Ok(rows)
+        let of_all = exits.first().filter(|first| exits.iter().all(|exit| exit == *first));
+        Ok((rows, of_all.copied().unwrap_or(Exit::NotVerified)))
     }
 
     fn variants(&self) -> Vec<Variant> {
@@ -112,14 +111,23 @@ impl Compare {
         }
     }
 
-    fn row(&self, job: &Job, file: Option<&[u8]>, variant: Variant, source: &[u8]) -> Row {
+    fn row(&self, job: &Job, file: Option<&[u8]>, variant: Variant, source: &[u8]) -> (Row, Exit) {
         let job = variant.of(job);
         let threads = self.threads.map_or(1, std::num::NonZeroUsize::get);
         let begun = Instant::now();
         let plan = planned(&job, file, threads);
         let seconds = begun.elapsed().as_secs_f64();
         let figures = plan.and_then(|plan| judged(&job, &plan, threads));
-        let told = |error: ResultsError| failure::explain(&error, source, None).1.message;
-        Row { variant, seconds, figures: figures.map_err(told) }
+        let told = |error: ResultsError| {
+            let (exit, fault) = failure::explain(&error, source, None);
+            (exit, fault.message)
+        };
+        let figures = figures.map_err(told);
+        let exit = match &figures {
+            Ok(figures) if figures.verification().is_some_and(|v| v.passed) => Exit::Done,
+            Ok(_) => Exit::NotVerified,
+            Err((exit, _)) => *exit,
+        };
+        (Row { variant, seconds, figures: figures.map_err(|(_, message)| message) }, exit)
     }
 }

@@ -193,3 +193,18 @@ fn quiet_runs_show_errors_only() {
     let output = evencut(&directory, &["plan", "none.toml", "-q"]);
     assert!(streams(&output).2.starts_with("error: "));
 }
+
+#[test]
+fn a_comparison_of_failures_ends_as_one_of_them_does() {
+    let directory = empty("plan-compare");
+    // Its faces look down.
+    let mesh = STRIP.replace("f 1 2 3\nf 1 3 4", "f 1 3 2\nf 1 4 3");
+    write_mesh_job(&directory, &mesh, "");
+    let compared = |job| evencut(&directory, &["compare", job, "--patterns", "contour"]);
+    let (plan, _, _) = streams(&evencut(&directory, &["plan", "part.toml"]));
+    let output = compared("part.toml");
+    let (code, table, _) = streams(&output);
+    assert_eq!((plan, code), (3, 3), "{table}");
+    fs::write(directory.join("dome.toml"), DOME).unwrap();
+    assert_eq!(streams(&compared("dome.toml")).0, 0);
+}

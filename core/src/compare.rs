@@ -163,7 +163,8 @@ pub fn judged(job: &Job, planned: &Planned, threads: usize) -> Result<Figures, R
 }
 
 impl Figures {
-    fn verification(&self) -> Option<&VerificationFigures> {
+    /// What the judge found; `None` where it was not asked.
+    pub fn verification(&self) -> Option<&VerificationFigures> {
         self.report.verification.as_ref()
     }
 

@@ -47,7 +47,7 @@ pub enum LevelSetError {
     },
     /// The surface is too small to hold a ring.
     #[error(
-        "rings: the surface is only {passes:.2e} side steps wide from its boundary to its middle; \
+        "rings: the surface is only {passes:.3} side steps wide from its boundary to its middle; \
          check the unit and surface.scale, or choose a smaller cut.stepover or cut.scallop"
     )]
     TooSmall {

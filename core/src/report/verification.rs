@@ -295,7 +295,7 @@ impl VerificationFigures {
         }
         if self.scallop.kept_within_sampling_bound {
             let bound = micrometres(s.sampling_bound_mm);
-            let _ = write!(line, ", kept but for {bound} µm that may stand between samples");
+            let _ = write!(line, " at the samples, up to {bound} µm more between them");
         }
         let _ = write!(line, ", P99 {}, mean {}", micrometres(s.p99_mm), micrometres(s.mean_mm));
         line
@@ -425,6 +425,12 @@ fn micrometres(mm: f64) -> String {
     format!("{:.1}", (1e4 * mm).round() / 10.0 + 0.0)
 }
 
+/// A height above a limit, with as many digits as show that it is.
+fn micrometres_above(mm: f64, limit: f64) -> String {
+    let short = micrometres(mm);
+    if short == micrometres(limit) { format!("{:.4}", 1e3 * mm) } else { short }
+}
+
 fn spelled([x, y, z]: [f64; 3]) -> String {
     format!("({x:.2}, {y:.2}, {z:.2})")
 }
@@ -552,7 +558,7 @@ fn told(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String {
     match broken {
         Broken::Scallop { worst, limit } => format!(
             "scallop of {} µm at {}{}; allowed are {} µm and {} µm of tolerance",
-            micrometres(worst.height),
+            micrometres_above(worst.height, limit + options.tolerance),
             at(worst.place),
             left(worst),
             micrometres(*limit),
@@ -560,13 +566,14 @@ fn told(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String {
         ),
         Broken::Gouge { worst, tolerance } => format!(
             "gouge of {} µm at {}{}; the tolerance is {} µm",
-            micrometres(-worst.height),
+            micrometres_above(-worst.height, *tolerance),
             at(worst.place),
             left(worst),
             micrometres(*tolerance)
         ),
         Broken::Untouched { area, place } => {
-            format!("{area:.2} mm² that no move reached, for one at {}", at(*place))
+            let few = if *area < 0.005 { "less than 0.01".into() } else { format!("{area:.2}") };
+            format!("{few} mm² that no move reached, for one at {}", at(*place))
         }
         Broken::RemovalRate { worst, limit } => format!(
             "removal rate of {:.0} mm³/min, {:.3} of the limit, at {}{}",
