@@ -15,6 +15,7 @@
 use crate::cutter_location::RaisedStretch;
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
+use crate::geometry::disc::{Disc, lowest};
 use crate::geometry::math::cbrt;
 use crate::geometry::{DVec2, DVec3};
 use crate::mesh::FaceId;
@@ -129,7 +130,7 @@ impl<'a> Mender<'a> {
     ) -> Option<Vec<FlatPoint>> {
         let heights = self.heights(path);
         // Where the cutter does not fit it cannot come lower.
-        let reach = |r: &RaisedStretch| r.length + 2.0 * self.options.radius;
+        let reach = |_: &RaisedStretch| self.options.radius;
         let fits = |s: &Sample| raised.iter().all(|r| r.place.distance(s.at) > reach(r));
         let is_high = |i: &usize| heights[*i] > self.options.limit && fits(&self.samples[*i]);
         let mut high: Vec<usize> = (0..heights.len()).filter(is_high).collect();
@@ -220,21 +221,8 @@ impl<'a> Mender<'a> {
 impl Sample {
     /// How low the bottom comes over the sample on a move, mm; `None` where it does not cover it.
     fn height(&self, ends: [&PathPoint; 2], radius: f64) -> Option<f64> {
-        let [(h0, q0), (h1, q1)] = ends.map(|p| {
-            let height = (p.tip - self.at).dot(p.axis) / self.normal.dot(p.axis);
-            (height, self.at + self.normal * height - p.tip)
-        });
-        // Where the way of the place through the bottom's plane is in its circle.
-        let way = q1 - q0;
-        let (a, b, c) = (way.length_squared(), q0.dot(way), q0.length_squared() - radius * radius);
-        let square = b * b - a * c;
-        let (enters, leaves) = match a > 0.0 && square >= 0.0 {
-            true => ((-b - square.sqrt()) / a, (-b + square.sqrt()) / a),
-            false if c <= 0.0 => (0.0, 1.0),
-            false => return None,
-        };
-        let at = |t: f64| h0 + (h1 - h0) * t.clamp(0.0, 1.0);
-        (enters <= 1.0 && leaves >= 0.0).then(|| at(enters).min(at(leaves)))
+        let discs = ends.map(|p| Disc { middle: p.tip, axis: p.axis });
+        lowest(discs, radius, self.at, self.normal)
     }
 }
 

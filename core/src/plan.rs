@@ -281,7 +281,7 @@ pub(crate) fn load(job: &Job, file: Option<&[u8]>) -> Result<Built, PlanError> {
     let soup = match &job.surface.source {
         SurfaceSource::File(name) => {
             let bytes = file.ok_or_else(|| PlanError::NoFile(name.clone()))?;
-            let chord = job.surface.chord.unwrap_or(CHORD * job.cut.tolerance);
+            let chord = chord(job);
             match SmoothFormat::from_name(name) {
                 Some(format) => return Ok(smooth(bytes, format, &job.surface, chord)?),
                 None => {
@@ -296,6 +296,11 @@ pub(crate) fn load(job: &Job, file: Option<&[u8]>) -> Result<Built, PlanError> {
         }
     };
     Ok(build(soup, &job.surface)?)
+}
+
+/// Largest distance between a smooth surface and the facets that are made of it, mm.
+fn chord(job: &Job) -> f64 {
+    job.surface.chord.unwrap_or(CHORD * job.cut.tolerance)
 }
 
 type AngleResidual = Option<(f64, usize)>;

@@ -302,7 +302,7 @@ fn tensor_regions_on_the_teapot_patch() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/regions-tensor/");
     let text = std::fs::read_to_string(format!("{folder}trisector.toml")).unwrap();
     let text = text.replace("trisector.json", "teapot_patch12.json");
-    let text = text.replace("chord = 0.005", "chord = 0.004\nscale = 8.0");
+    let text = text.replace("chord = 0.005", "chord = 0.0015\nscale = 8.0");
     let (measured, floor) = table(&read_job(&text), &bytes);
     let lengths: Vec<f64> = measured.iter().map(|m| m.length).collect();
     let [tensor, shortest, parametric, from_side, ..] = lengths[..] else { panic!() };

@@ -1,6 +1,7 @@
 //! Vectors, reproducible elementary functions and small planar geometry.
 
 pub mod beyond;
+pub mod disc;
 pub mod math;
 pub mod polyline;
 

@@ -25,7 +25,9 @@ pub const SLOWEST: f64 = 0.005;
 /// Rounds of detours over what is too high. More: what is left cannot be reached.
 const MENDS: usize = 3;
 /// Part of the tolerance above the limit from which on a place is too high: samples may miss the highest.
-const MENDED: f64 = 0.8;
+const MENDED: f64 = 0.7;
+/// The least of it, where facets take the rest. Less: much of the path is gone over again.
+const LEAST_MENDED: f64 = 0.4;
 
 /// A delivered path, and what it leaves.
 pub struct Finished {
@@ -112,7 +114,7 @@ impl Delivery<'_> {
     ) -> Result<Delivered, PlanError> {
         let mut delivered =
             deliver(flat, &self.lift, &self.check, &self.options, None, &mut *progress)?;
-        let Some(options) = mend_options(self.job) else { return Ok(delivered) };
+        let Some(options) = self.mend_options() else { return Ok(delivered) };
         let mut mender = Mender::new(self.surface, self.chart, self.locator, options);
         let mut flat = flat.to_vec();
         for _ in 0..MENDS {
@@ -202,10 +204,30 @@ impl Delivery<'_> {
             inside: &inside,
             path: headings,
             tolerance: self.job.cut.tolerance,
-            cusp: self.cusp_limit,
+            // Columns stand on facets, below the smooth surface by the chord error.
+            cusp: self.cusp_limit + self.chord(),
             cell: self.job.nominal_side_step(),
             threads: self.threads,
         })
+    }
+
+    /// What tilted flat ends may leave, if the job says so.
+    fn mend_options(&self) -> Option<MendOptions> {
+        let job = self.job;
+        let Stepover::Scallop(limit) = job.cut.stepover else { return None };
+        let is_flat = tilted(job).is_some() && job.tool.kind() == ToolKind::Flat;
+        is_flat.then(|| MendOptions {
+            radius: job.tool.radius(),
+            side_step: job.nominal_side_step(),
+            // Seen from the facets a place is higher by as much as they lie below the surface.
+            limit: limit
+                + (MENDED * job.cut.tolerance - self.chord()).max(LEAST_MENDED * job.cut.tolerance),
+        })
+    }
+
+    /// How far the facets may be off a smooth surface, mm.
+    fn chord(&self) -> f64 {
+        self.surface.parameters().map_or(0.0, |_| super::chord(self.job))
     }
 
     /// The path with its true removal rates and the feeds that follow from them; and what it removed.
@@ -235,17 +257,6 @@ impl Delivery<'_> {
         fill_time(&mut path, &job.tool, &job.machine);
         Ok((path, removed))
     }
-}
-
-/// What tilted flat ends may leave, if the job says so.
-fn mend_options(job: &Job) -> Option<MendOptions> {
-    let Stepover::Scallop(limit) = job.cut.stepover else { return None };
-    let is_flat = tilted(job).is_some() && job.tool.kind() == ToolKind::Flat;
-    is_flat.then(|| MendOptions {
-        radius: job.tool.radius(),
-        side_step: job.nominal_side_step(),
-        limit: limit + MENDED * job.cut.tolerance,
-    })
 }
 
 fn refuse_too_tight(job: &Job, raised: &[RaisedStretch]) -> Result<(), PlanError> {

@@ -11,6 +11,7 @@
 //! column that it covers.
 
 use crate::geometry::DVec3;
+use crate::geometry::disc::{self, Disc};
 use crate::tool::Tool;
 
 /// A cosine to the axis below this is a right angle.
@@ -301,6 +302,9 @@ impl Body {
     /// `h(t)` is convex along a straight move, so its least is at an end or where its slope
     /// changes sign; the start was the end of the move before.
     pub fn lowered(&self, stroke: &Stroke, line: &Line, height: f64) -> f64 {
+        if self.corner == 0.0 && self.smear == 0.0 {
+            return self.under_disc(stroke, line).map_or(height, |low| height.min(low));
+        }
         if self.stays_clear(stroke, line, height) {
             return height;
         }
@@ -312,6 +316,14 @@ impl Body {
             return height;
         }
         self.lowered_between(stroke, line, height, end)
+    }
+
+    /// How low a flat end comes over a column in a move. Not only at its end: on the side of a strip a column
+    /// is the lowest where the edge leaves it.
+    fn under_disc(&self, stroke: &Stroke, line: &Line) -> Option<f64> {
+        let ends = [&stroke.from, &stroke.to].map(|p| Disc { middle: p.tip, axis: p.axis });
+        let low = disc::lowest(ends, self.radius, line.foot, line.normal);
+        low.map(|low| low.max(self.layer.stock))
     }
 
     /// The same where the least may lie before the end of the move.

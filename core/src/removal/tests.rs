@@ -214,3 +214,19 @@ fn no_tile_is_left_out() {
         }
     }
 }
+
+/// A flat end leaned by `lean` leaves crests of `(R - sqrt(R² - s²/4)) sin(lean)` between passes that are `s`
+/// apart, and nothing higher.
+#[test]
+fn what_a_leaned_flat_end_leaves_are_its_crests() {
+    let (lean, step) = (0.087, 4.0);
+    let (plate, tool) = (Plate::new(60.0, 40.0, lean), Tool::new(R, 0.0).unwrap());
+    let rows = (0..=10).map(|k| step * f64::from(k));
+    let rows = rows.map(|y| (DVec2::new(70.0, y), DVec2::new(-10.0, y))).collect::<Vec<_>>();
+    let path = passes(&plate, &tool, LAYER.stock, &rows);
+    let columns = Columns::new(&plate.surface, &plate.chart, 2.0, LAYER.top());
+    let crest = (R - (R * R - 0.25 * step * step).sqrt()) * sin(lean);
+    let removed = columns.remains(&path, &tool, LAYER, LAYER.stock + 0.9 * crest, 1);
+    let highest = removed.heights.iter().flatten().copied().fold(0.0, f64::max) - LAYER.stock;
+    assert!(highest <= crest + 1e-9 && highest > 0.95 * crest, "{highest} of {crest}");
+}
