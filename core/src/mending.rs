@@ -19,6 +19,7 @@ use crate::geometry::disc::{Disc, lowest};
 use crate::geometry::math::cbrt;
 use crate::geometry::{DVec2, DVec3};
 use crate::mesh::FaceId;
+use crate::parallel;
 use crate::surface::Surface;
 use crate::toolpath::{MoveKind, PathPoint};
 
@@ -56,6 +57,8 @@ pub struct MendOptions {
     pub side_step: f64,
     /// What is higher is gone over again, mm.
     pub limit: f64,
+    /// Threads to use; the detours do not depend on it.
+    pub threads: usize,
 }
 
 /// A place of the surface.
@@ -178,7 +181,6 @@ impl<'a> Mender<'a> {
 
     /// The height of every sample over the surface, mm; infinite where nothing comes.
     fn heights(&self, path: &[PathPoint]) -> Vec<f64> {
-        let mut heights = vec![f64::INFINITY; self.samples.len()];
         // From afar the cutter arrives from above, and may turn.
         let is_near = |w: &[PathPoint]| w[0].tip.distance(w[1].tip) <= self.options.radius;
         let cuts = |w: &&[PathPoint]| match w[1].kind {
@@ -186,7 +188,22 @@ impl<'a> Mender<'a> {
             MoveKind::Link => is_near(w),
             _ => true,
         };
-        for w in path.windows(2).filter(cuts) {
+        let moves: Vec<&[PathPoint]> = path.windows(2).filter(cuts).collect();
+        let share = moves.len().div_ceil(self.options.threads.max(1)).max(1);
+        let shares: Vec<&[&[PathPoint]]> = moves.chunks(share).collect();
+        let lowest = |mut all: Vec<f64>, part: Vec<f64>| {
+            all.iter_mut().zip(part).for_each(|(height, of_part)| *height = height.min(of_part));
+            all
+        };
+        let parts = parallel::map(self.options.threads, &shares, |moves| self.heights_of(moves));
+        let none = || vec![f64::INFINITY; self.samples.len()];
+        parts.into_iter().reduce(lowest).unwrap_or_else(none)
+    }
+
+    /// The same for some of the moves.
+    fn heights_of(&self, moves: &[&[PathPoint]]) -> Vec<f64> {
+        let mut heights = vec![f64::INFINITY; self.samples.len()];
+        for w in moves {
             let n = (w[0].tip.distance(w[1].tip) / LONGEST).ceil().clamp(1.0, 1e4) as usize;
             let at = |k: usize| between(&w[0], &w[1], k as f64 / n as f64);
             (0..n).for_each(|k| self.lower(&mut heights, &at(k), &at(k + 1)));
@@ -390,7 +407,7 @@ mod tests {
         let chart = Chart::new(&surface, flat);
         let locator = Locator::new(surface.connectivity(), chart.uv());
         let limit = 0.5 * (lag(0.5 * side_step) + lag(side_step));
-        let options = MendOptions { radius: RADIUS, side_step, limit };
+        let options = MendOptions { radius: RADIUS, side_step, limit, threads: 2 };
         let mended = |ys: &[f64]| {
             let mut mender = Mender::new(&surface, &chart, &locator, options);
             let mut flat = passes(ys);

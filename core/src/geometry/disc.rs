@@ -19,6 +19,7 @@ pub struct Disc {
 /// not from below.
 ///
 /// Exact where the axis stays; else height and place on the disc are taken as linear along the move.
+#[inline]
 pub fn lowest(ends: [Disc; 2], radius: f64, foot: DVec3, normal: DVec3) -> Option<f64> {
     if ends.iter().any(|disc| normal.dot(disc.axis) < EDGE_ON) {
         return None;

@@ -222,6 +222,7 @@ impl Delivery<'_> {
             // Seen from the facets a place is higher by as much as they lie below the surface.
             limit: limit
                 + (MENDED * job.cut.tolerance - self.chord()).max(LEAST_MENDED * job.cut.tolerance),
+            threads: self.threads,
         })
     }
 
