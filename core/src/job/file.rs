@@ -184,7 +184,7 @@ pub struct AnalyticTable {
     #[schemars(extend("x-unit" = "mm", "default" = 10.0, "minimum" = -1e4, "maximum" = 1e4))]
     pub height: Option<f64>,
     /// Edge length of the mesh that is made.
-    #[schemars(extend("x-unit" = "mm", "default" = 1.0, "minimum" = 1e-4, "maximum" = 1e3))]
+    #[schemars(extend("x-unit" = "mm", "x-default" = "a hundredth of `size`, at most 1 mm", "minimum" = 1e-4, "maximum" = 1e3))]
     pub resolution: Option<f64>,
 }
 

@@ -125,12 +125,14 @@ impl Resolver<'_> {
                 self.fault(&format!("surface.analytic.{name}"), message, help);
             }
         }
+        let size = self.length(table.size, default.size);
+        let finest = default.resolution.min(size / FACETS);
         let parameters = AnalyticParameters {
-            size: self.length(table.size, default.size),
+            size,
             radius: self.length(table.radius, default.radius),
             tube_radius: self.length(table.tube_radius, default.tube_radius),
             height: self.length(table.height, default.height),
-            resolution: self.length(table.resolution, default.resolution),
+            resolution: self.length(table.resolution, finest),
         };
         self.check_analytic(kind, &parameters);
         Some(AnalyticOptions { kind, parameters })
@@ -229,6 +231,9 @@ pub(super) fn kind_name(kind: AnalyticKind) -> String {
     };
     name.to_owned()
 }
+
+/// Facets along a small surface, unless the job says otherwise: fewer show in the cusps.
+const FACETS: f64 = 100.0;
 
 /// The numbers of a formula besides `size` and `resolution`.
 pub(in crate::job) fn uses(kind: AnalyticKind) -> &'static [&'static str] {
