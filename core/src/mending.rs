@@ -133,8 +133,7 @@ impl<'a> Mender<'a> {
     ) -> Option<Vec<FlatPoint>> {
         let heights = self.heights(path);
         // Where the cutter does not fit it cannot come lower.
-        let reach = |_: &RaisedStretch| self.options.radius;
-        let fits = |s: &Sample| raised.iter().all(|r| r.place.distance(s.at) > reach(r));
+        let fits = |s: &Sample| raised.iter().all(|r| r.place.distance(s.at) > self.options.radius);
         let is_high = |i: &usize| heights[*i] > self.options.limit && fits(&self.samples[*i]);
         let mut high: Vec<usize> = (0..heights.len()).filter(is_high).collect();
         high.sort_by(|&a, &b| heights[b].total_cmp(&heights[a]));

@@ -15,8 +15,6 @@ use crate::toolpath::{PathPoint, Toolpath};
 /// Pieces before and behind the nearest one that are tried. Fewer: more columns are left to the sweep; more:
 /// slower.
 const BESIDE: usize = 2;
-/// How high columns are looked at, times what is high enough.
-const THIN: f64 = 1.2;
 /// Ends of pieces in a leaf of the tree over them.
 const LEAF: usize = 8;
 
@@ -95,9 +93,8 @@ fn search(ends: &[(DVec2, u32)], axis: usize, at: DVec2, best: &mut (f64, u32)) 
 }
 
 impl Columns {
-    /// The heights that a path leaves on fresh columns: at most `enough` mm where they are not above it, else
-    /// as far as the columns are looked at, which is a little higher. What is removed by which piece is not
-    /// told.
+    /// The heights that a path leaves on fresh columns: exact where they are above `enough` mm, and at most
+    /// that elsewhere. What is removed by which piece is not told.
     pub(super) fn remains(
         &self,
         path: &Toolpath,
@@ -106,10 +103,9 @@ impl Columns {
         enough: f64,
         threads: usize,
     ) -> Removed {
-        // No rate is asked for: a smeared wall of a tilted flat end, and what leans over beside it, would count
-        // as left.
-        let depth = layer.depth.min(THIN * (enough - layer.stock));
-        let body = Body::new(tool, Layer { depth, ..layer }, 0.0);
+        // No rate is asked for: the wall of a leaned flat end, if smeared, would count as left.
+        let width = if tool.corner_radius() > 0.0 { self.spacing } else { 0.0 };
+        let body = Body::new(tool, layer, width);
         let (mut removed, strokes, at) = cut_to_pieces(&path.points, tool);
         let parts = |piece: usize| removed.pieces[piece].end;
         let ends = Ends::new(&path.points, &removed.first, &at, parts);

@@ -126,13 +126,13 @@ impl Resolver<'_> {
             }
         }
         let size = self.length(table.size, default.size);
-        let finest = default.resolution.min(size / FACETS);
+        let resolution = default.resolution.min(size / FACETS);
         let parameters = AnalyticParameters {
             size,
             radius: self.length(table.radius, default.radius),
             tube_radius: self.length(table.tube_radius, default.tube_radius),
             height: self.length(table.height, default.height),
-            resolution: self.length(table.resolution, finest),
+            resolution: self.length(table.resolution, resolution),
         };
         self.check_analytic(kind, &parameters);
         Some(AnalyticOptions { kind, parameters })
