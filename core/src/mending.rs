@@ -1,30 +1,36 @@
 //! Places that a delivered path leaves too high, and detours over them.
 //!
-//! Level curves know the strip of a tilted flat bottom to second order, and where it ends half a side step
-//! beside them. Where they turn sharply, meet the boundary at a small angle, or end beside others that run
+//! Level curves know the strip of a cutter with a flat bottom to second order, and where it ends half a side
+//! step beside them. Where they turn sharply, meet the boundary at a small angle, or end beside others that run
 //! another way, what is left is measured on the path itself.
 //!
-//! - *Height* of a sample of the surface: how far along its normal the lowest position of the bottom is.
+//! - *Height* of a sample of the surface: how far along its normal the cutter is at the lowest.
 //! - *Detour*: from the nearest place of a pass to the rear of a high place, along it facing the way of the
 //!   pass, and back.
 //!
-//! 1. The bottom, a disc, goes straight from each point of the path to the next; the samples that it covers
-//!    are as high as it is at the lowest.
+//! 1. The cutter goes straight from each point of the path to the next; the samples that it covers are as high
+//!    as it is at the lowest.
 //! 2. The highest sample gets a detour along those about it that are too high; then the highest of the others.
 
 use crate::cutter_location::RaisedStretch;
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
-use crate::geometry::disc::{Disc, lowest};
-use crate::geometry::math::cbrt;
 use crate::geometry::{DVec2, DVec3};
 use crate::mesh::FaceId;
-use crate::parallel;
-use crate::surface::Surface;
-use crate::toolpath::{MoveKind, PathPoint};
+use crate::removal::{Columns, Layer, Line};
+use crate::surface::{Surface, SurfacePoint};
+use crate::tool::Tool;
+use crate::toolpath::{MoveKind, Toolpath};
 
 /// Distance of samples, side steps. Larger: high places are overlooked; smaller: slower, with its square.
-const SPACING: f64 = 0.05;
+const SPACING: f64 = 0.1;
+/// Parts of the limit from which on there are more samples about one, and again about one of those: between
+/// samples of a sharp cusp as high as the limit none is lower.
+const NEARLY: [f64; 2] = [0.8, 0.95];
+/// More samples along and across each of those.
+const FINER: u32 = 3;
+/// Part of the place of one that those take: no detour comes to what lies on the boundary itself.
+const INNER: f64 = 0.9;
 /// How much denser samples are beside the boundary, where places are small.
 const RIM: f64 = 4.0;
 /// How far beside the highest sample, side steps, others belong to its detour, and how far ahead and behind.
@@ -35,24 +41,18 @@ const SWEPT: f64 = 0.4;
 const AHEAD: f64 = 0.05;
 /// Part of the way to the boundary that a detour goes on at most. More: rounding leads it outside.
 const WITHIN: f64 = 0.98;
-/// Farthest that what the bottom stands over is from its middle, radii: it stands less than half of one high.
-const NEAR: f64 = 1.1;
-/// Longest part of a move, mm, on which heights change evenly while the axis turns.
-const LONGEST: f64 = 0.6;
+/// Heights that are told apart, limits: what is higher is as high.
+const TOLD: f64 = 10.0;
 /// Most detours. More: it is not single places that are too high.
 const MOST_DETOURS: usize = 2000;
-/// Size of the cells in which samples lie, radii. Larger: more of them are looked at in vain; smaller: more cells.
-const CELL: f64 = 0.5;
-/// Most cells of a grid.
-const MOST_CELLS: f64 = 2e6;
 /// Most samples; larger surfaces get fewer.
-const MOST_SAMPLES: f64 = 4e6;
+const MOST_SAMPLES: f64 = 1e6;
 
 /// What is to be kept.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct MendOptions {
-    /// Radius of the flat bottom, mm.
-    pub radius: f64,
+    /// The cutter.
+    pub tool: Tool,
     /// Distance of passes, mm.
     pub side_step: f64,
     /// What is higher is gone over again, mm.
@@ -69,57 +69,100 @@ struct Sample {
     flat: DVec2,
     /// mm per flat mm.
     scale: f64,
+    /// How far apart samples are here, mm.
+    spacing: f64,
 }
 
-/// The samples of a surface, by cells.
+/// The samples of a surface.
 pub struct Mender<'a> {
     options: MendOptions,
+    surface: &'a Surface,
+    chart: &'a Chart,
     locator: &'a Locator<'a>,
+    /// Those that were not low enough, or all before that is known.
     samples: Vec<Sample>,
-    low: DVec3,
-    cell: f64,
-    counts: [usize; 3],
-    /// First sample of each cell, and the number of all.
-    starts: Vec<usize>,
+    is_fresh: bool,
 }
 
 impl<'a> Mender<'a> {
     /// For a surface and its chart; `locator`: over its flat faces.
     pub fn new(
-        surface: &Surface,
-        chart: &Chart,
+        surface: &'a Surface,
+        chart: &'a Chart,
         locator: &'a Locator<'a>,
         options: MendOptions,
     ) -> Self {
-        let samples = samples(surface, chart, options.side_step * SPACING);
-        let low = samples.iter().map(|s| s.at).fold(DVec3::INFINITY, DVec3::min);
-        let high = samples.iter().map(|s| s.at).fold(DVec3::NEG_INFINITY, DVec3::max);
-        let size = (high - low).max(DVec3::splat(options.radius));
-        let cell = (CELL * options.radius).max(cbrt(size.x * size.y * size.z / MOST_CELLS));
-        let counts = [size.x, size.y, size.z].map(|s| (s / cell) as usize + 1);
-        let mut grid = Self { options, locator, samples, low, cell, counts, starts: Vec::new() };
-        grid.sort();
-        grid
+        let mut mender =
+            Self { options, surface, chart, locator, samples: Vec::new(), is_fresh: true };
+        mender.spread();
+        mender
     }
 
-    /// Puts the samples in the order of their cells.
-    fn sort(&mut self) {
-        let mut by_cell: Vec<(usize, Sample)> =
-            self.samples.iter().map(|s| (self.index(self.cell_of(s.at)), *s)).collect();
-        by_cell.sort_by_key(|(cell, _)| *cell);
-        let [x, y, z] = self.counts;
-        self.starts = (0..=x * y * z).map(|c| by_cell.partition_point(|(i, _)| *i < c)).collect();
-        self.samples = by_cell.into_iter().map(|(_, sample)| sample).collect();
+    /// Samples evenly over all faces.
+    fn spread(&mut self) {
+        let asked = self.options.side_step * SPACING;
+        let share = (asked * asked).max(self.surface.area() / MOST_SAMPLES);
+        let mut due = 0.0;
+        for (f, face) in self.surface.connectivity().faces().iter().enumerate() {
+            let face_id = FaceId(f as u32);
+            let [a, b, c] = self.surface.corners(face_id);
+            let area = 0.5 * (b - a).cross(c - a).length();
+            let is_rim = face.iter().any(|v| self.surface.connectivity().is_boundary(*v));
+            let share = if is_rim { share / RIM } else { share };
+            let n = (area / share).sqrt().ceil().clamp(1.0, 1e3) as usize;
+            for weights in thirds(n) {
+                due += area / (n * n) as f64;
+                if due >= share {
+                    due -= share;
+                    let place = SurfacePoint { face: face_id, weights };
+                    self.samples.push(self.sample(place, share.sqrt()));
+                }
+            }
+        }
     }
 
-    fn cell_of(&self, at: DVec3) -> [usize; 3] {
-        let place = (at - self.low) / self.cell;
-        let [x, y, z] = self.counts;
-        [(place.x, x), (place.y, y), (place.z, z)].map(|(p, n)| (p.max(0.0) as usize).min(n - 1))
+    /// A sample on a face.
+    fn sample(&self, SurfacePoint { face, weights }: SurfacePoint, spacing: f64) -> Sample {
+        let corners = self.surface.corners(face);
+        let vertices = self.surface.connectivity().face(face);
+        let normals = vertices.map(|v| self.surface.vertex_normals()[v.index()]);
+        let uv = vertices.map(|v| self.chart.uv()[v.index()]);
+        let [a, b, c] = corners;
+        let area = (b - a).cross(c - a).length();
+        let flat = (uv[1] - uv[0]).perp_dot(uv[2] - uv[0]).abs();
+        Sample {
+            at: (0..3).map(|i| corners[i] * weights[i]).sum(),
+            normal: (0..3).map(|i| normals[i] * weights[i]).sum::<DVec3>().normalize_or_zero(),
+            flat: (0..3).map(|i| uv[i] * weights[i]).sum(),
+            scale: (area / flat).sqrt(),
+            spacing,
+        }
     }
 
-    fn index(&self, [x, y, z]: [usize; 3]) -> usize {
-        (z * self.counts[1] + y) * self.counts[0] + x
+    /// Samples about one, closer to each other.
+    fn about(&self, sample: &Sample) -> impl Iterator<Item = Sample> {
+        let (spacing, of_one) = (sample.spacing, 1.0 / f64::from(FINER));
+        let (middle, side) = (sample.flat, spacing / sample.scale);
+        let offset = move |i: u32| INNER * ((f64::from(i) + 0.5) * of_one - 0.5);
+        let places = (0..FINER * FINER)
+            .map(move |i| middle + DVec2::new(offset(i % FINER), offset(i / FINER)) * side);
+        places
+            .filter_map(move |p| Some(self.sample(self.locator.locate(p).ok()?, spacing * of_one)))
+    }
+
+    /// The heights of all samples, with more of them where it is nearly too high.
+    fn refined(&mut self, path: &Toolpath) -> Vec<f64> {
+        let mut heights = self.heights(&self.samples, path, NEARLY[0] * self.options.limit);
+        let mut newest = 0;
+        for nearly in NEARLY {
+            let is_high = |i: &usize| heights[*i] > nearly * self.options.limit;
+            let high = (newest..heights.len()).filter(is_high);
+            let more: Vec<Sample> = high.flat_map(|i| self.about(&self.samples[i])).collect();
+            newest = heights.len();
+            heights.extend(self.heights(&more, path, nearly * self.options.limit));
+            self.samples.extend(more);
+        }
+        heights
     }
 
     /// The flat path with detours over what the path that it became leaves too high; `None` where nothing is.
@@ -128,12 +171,16 @@ impl<'a> Mender<'a> {
     pub fn mended(
         &mut self,
         flat: &[FlatPoint],
-        path: &[PathPoint],
+        path: &Toolpath,
         raised: &[RaisedStretch],
     ) -> Option<Vec<FlatPoint>> {
-        let heights = self.heights(path);
+        let heights = match core::mem::take(&mut self.is_fresh) {
+            true => self.refined(path),
+            false => self.heights(&self.samples, path, self.options.limit),
+        };
         // Where the cutter does not fit it cannot come lower.
-        let fits = |s: &Sample| raised.iter().all(|r| r.place.distance(s.at) > self.options.radius);
+        let fits =
+            |s: &Sample| raised.iter().all(|r| r.place.distance(s.at) > self.options.tool.radius());
         let is_high = |i: &usize| heights[*i] > self.options.limit && fits(&self.samples[*i]);
         let mut high: Vec<usize> = (0..heights.len()).filter(is_high).collect();
         high.sort_by(|&a, &b| heights[b].total_cmp(&heights[a]));
@@ -147,7 +194,6 @@ impl<'a> Mender<'a> {
             detours.push((from, self.detour(&mut high, heading)));
         }
         self.samples = still;
-        self.sort();
         (!detours.is_empty()).then(|| with_detours(flat, detours))
     }
 
@@ -178,108 +224,30 @@ impl<'a> Mender<'a> {
         }
     }
 
-    /// The height of every sample over the surface, mm; infinite where nothing comes.
-    fn heights(&self, path: &[PathPoint]) -> Vec<f64> {
-        // From afar the cutter arrives from above, and may turn.
-        let is_near = |w: &[PathPoint]| w[0].tip.distance(w[1].tip) <= self.options.radius;
-        let cuts = |w: &&[PathPoint]| match w[1].kind {
-            MoveKind::Rapid => false,
-            MoveKind::Link => is_near(w),
-            _ => true,
-        };
-        let moves: Vec<&[PathPoint]> = path.windows(2).filter(cuts).collect();
-        let share = moves.len().div_ceil(self.options.threads.max(1)).max(1);
-        let shares: Vec<&[&[PathPoint]]> = moves.chunks(share).collect();
-        let lowest = |mut all: Vec<f64>, part: Vec<f64>| {
-            all.iter_mut().zip(part).for_each(|(height, of_part)| *height = height.min(of_part));
-            all
-        };
-        let parts = parallel::map(self.options.threads, &shares, |moves| self.heights_of(moves));
-        let none = || vec![f64::INFINITY; self.samples.len()];
-        parts.into_iter().reduce(lowest).unwrap_or_else(none)
-    }
-
-    /// The same for some of the moves.
-    fn heights_of(&self, moves: &[&[PathPoint]]) -> Vec<f64> {
-        let mut heights = vec![f64::INFINITY; self.samples.len()];
-        for w in moves {
-            let n = (w[0].tip.distance(w[1].tip) / LONGEST).ceil().clamp(1.0, 1e4) as usize;
-            let at = |k: usize| between(&w[0], &w[1], k as f64 / n as f64);
-            (0..n).for_each(|k| self.lower(&mut heights, &at(k), &at(k + 1)));
-        }
+    /// The height that a path leaves on every sample, mm: exact above `enough`, at most that elsewhere.
+    fn heights(&self, samples: &[Sample], path: &Toolpath, enough: f64) -> Vec<f64> {
+        let MendOptions { tool, limit, threads, .. } = self.options;
+        let layer = Layer { stock: 0.0, depth: TOLD * limit };
+        let line = |s: &Sample| (Line { foot: s.at, normal: s.normal }, s.flat);
+        let lines: Vec<(Line, DVec2)> = samples.iter().map(line).collect();
+        let (columns, ids) = Columns::on(&lines, layer.top());
+        let left = columns.remains(&near_links(path, tool.radius()), &tool, layer, enough, threads);
+        let mut heights = vec![0.0; lines.len()];
+        ids.iter().zip(left.heights()).for_each(|(id, height)| heights[*id as usize] = height);
         heights
     }
+}
 
-    /// Lowers the samples that a move goes over.
-    fn lower(&self, heights: &mut [f64], from: &PathPoint, to: &PathPoint) {
-        let radius = DVec3::splat(self.options.radius);
-        let low = self.cell_of(from.tip.min(to.tip) - radius);
-        let high = self.cell_of(from.tip.max(to.tip) + radius);
-        // Samples farther from the middle of the move are neither under the bottom nor near to it.
-        let middle = 0.5 * (from.tip + to.tip);
-        let reach = NEAR * self.options.radius + 0.5 * from.tip.distance(to.tip);
-        let is_near = |sample: &Sample| sample.at.distance_squared(middle) <= reach * reach;
-        for z in low[2]..=high[2] {
-            for y in low[1]..=high[1] {
-                let first = self.starts[self.index([low[0], y, z])];
-                let last = self.starts[self.index([high[0], y, z]) + 1];
-                let all = self.samples[first..last].iter().zip(&mut heights[first..last]);
-                for (sample, height) in all.filter(|(sample, _)| is_near(sample)) {
-                    if let Some(h) = sample.height([from, to], self.options.radius) {
-                        *height = height.min(h);
-                    }
-                }
-            }
+/// The path on which links from afar do not cut: the cutter arrives from above, and may turn.
+fn near_links(path: &Toolpath, radius: f64) -> Toolpath {
+    let mut path = path.clone();
+    for i in 1..path.points.len() {
+        let way = path.points[i].tip.distance(path.points[i - 1].tip);
+        if path.points[i].kind == MoveKind::Link && way > radius {
+            path.points[i].kind = MoveKind::Rapid;
         }
     }
-}
-
-impl Sample {
-    /// How low the bottom comes over the sample on a move, mm; `None` where it does not cover it.
-    fn height(&self, ends: [&PathPoint; 2], radius: f64) -> Option<f64> {
-        let discs = ends.map(|p| Disc { middle: p.tip, axis: p.axis });
-        lowest(discs, radius, self.at, self.normal)
-    }
-}
-
-/// The cutter at a part of a move.
-fn between(from: &PathPoint, to: &PathPoint, part: f64) -> PathPoint {
-    let axis = from.axis.lerp(to.axis, part).normalize_or(to.axis);
-    PathPoint { tip: from.tip.lerp(to.tip, part), axis, ..*to }
-}
-
-/// Samples evenly over all faces, about `spacing` mm apart, of the smooth surface that these stand for.
-fn samples(surface: &Surface, chart: &Chart, spacing: f64) -> Vec<Sample> {
-    let share = (spacing * spacing).max(surface.area() / MOST_SAMPLES);
-    let (mut out, mut due) = (Vec::new(), 0.0);
-    for (f, face) in surface.connectivity().faces().iter().enumerate() {
-        let corners = surface.corners(FaceId(f as u32));
-        let normals = face.map(|v| surface.vertex_normals()[v.index()]);
-        let uv = face.map(|v| chart.uv()[v.index()]);
-        let [a, b, c] = corners;
-        let area = 0.5 * (b - a).cross(c - a).length();
-        let flat = 0.5 * (uv[1] - uv[0]).perp_dot(uv[2] - uv[0]).abs();
-        let is_rim = face.iter().any(|v| surface.connectivity().is_boundary(*v));
-        let share = if is_rim { share / RIM } else { share };
-        let n = (area / share).sqrt().ceil().clamp(1.0, 1e3) as usize;
-        for weights in thirds(n) {
-            due += area / (n * n) as f64;
-            if due < share {
-                continue;
-            }
-            due -= share;
-            let at: DVec3 = (0..3).map(|i| corners[i] * weights[i]).sum();
-            // Half way to the tangent planes: on a parabola.
-            let tangent = |i: usize| normals[i] * (corners[i] - at).dot(normals[i]) * weights[i];
-            out.push(Sample {
-                at: at + 0.5 * (0..3).map(tangent).sum::<DVec3>(),
-                normal: (0..3).map(|i| normals[i] * weights[i]).sum::<DVec3>().normalize_or_zero(),
-                flat: (0..3).map(|i| uv[i] * weights[i]).sum(),
-                scale: (area / flat).sqrt(),
-            });
-        }
-    }
-    out
+    path
 }
 
 /// Weights of the corners at the middles of the `n²` equal parts of a triangle.
@@ -296,13 +264,17 @@ fn thirds(n: usize) -> impl Iterator<Item = [f64; 3]> {
     })
 }
 
-/// The point of a pass nearest to a flat place, by index, and the way that the cutter faces there.
+/// The point of a pass nearest to a flat place, by index, and the way that the cutter faces or goes there.
 fn nearest(flat: &[FlatPoint], place: DVec2) -> Option<(usize, DVec2)> {
-    let on_pass = flat.iter().enumerate().filter(|(_, p)| p.kind == MoveKind::Cut);
-    let facing = on_pass.filter_map(|(i, p)| Some((i, p.at, p.heading?)));
-    let square = |p: &DVec2| p.distance_squared(place);
-    let found = facing.min_by(|a, b| square(&a.1).total_cmp(&square(&b.1)));
-    found.map(|(i, _, heading)| (i, heading))
+    let square = |i: usize| flat[i].at.distance_squared(place);
+    let way = |i: usize| {
+        let before = (flat[i].at - flat[i.checked_sub(1)?].at).try_normalize();
+        flat[i].heading.or(before)
+    };
+    let on_pass = (0..flat.len()).filter(|&i| flat[i].kind == MoveKind::Cut);
+    let going = on_pass.filter(|&i| way(i).is_some());
+    let found = going.min_by(|&a, &b| square(a).total_cmp(&square(b)))?;
+    Some((found, way(found)?))
 }
 
 /// The path with ways out to both points and back after the points of these indices.
@@ -325,6 +297,7 @@ mod tests {
     use crate::geometry::math::{cos, sin};
     use crate::job::{Component, Selection, SurfaceOptions, SurfaceSource};
     use crate::surface::{AnalyticSurface, build};
+    use crate::toolpath::PathPoint;
 
     const RADIUS: f64 = 2.5;
     const LEAD: f64 = 0.1;
@@ -351,20 +324,6 @@ mod tests {
     /// How high the bottom's edge is so far beside the contact.
     fn lag(beside: f64) -> f64 {
         (RADIUS - (RADIUS * RADIUS - beside * beside).sqrt()) * sin(LEAD)
-    }
-
-    #[test]
-    fn the_edge_of_a_tilted_bottom_leaves_its_lag() {
-        let [from, to] = [-HALF, HALF].map(|x| touching(DVec2::new(x, 0.0), MoveKind::Cut));
-        for beside in [0.0, 0.4, 1.1, 2.3] {
-            let (at, normal) = (DVec3::new(0.3, beside, 0.0), DVec3::Z);
-            let sample = Sample { at, normal, flat: DVec2::ZERO, scale: 1.0 };
-            let height = sample.height([&from, &to], RADIUS).unwrap();
-            assert!((height - lag(beside)).abs() < 1e-12, "{beside}: {height}");
-        }
-        let aside = DVec3::new(0.0, RADIUS + 0.01, 0.0);
-        let sample = Sample { at: aside, normal: DVec3::Z, flat: DVec2::ZERO, scale: 1.0 };
-        assert_eq!(sample.height([&from, &to], RADIUS), None);
     }
 
     /// Passes along x and beyond the square, with points half a millimetre apart.
@@ -406,13 +365,15 @@ mod tests {
         let chart = Chart::new(&surface, flat);
         let locator = Locator::new(surface.connectivity(), chart.uv());
         let limit = 0.5 * (lag(0.5 * side_step) + lag(side_step));
-        let options = MendOptions { radius: RADIUS, side_step, limit, threads: 2 };
+        let options =
+            MendOptions { tool: Tool::new(RADIUS, 0.0).unwrap(), side_step, limit, threads: 2 };
         let mended = |ys: &[f64]| {
             let mut mender = Mender::new(&surface, &chart, &locator, options);
             let mut flat = passes(ys);
             let mut rounds = 0;
             loop {
-                let path: Vec<_> = flat.iter().map(|p| touching(p.at, p.kind)).collect();
+                let points = flat.iter().map(|p| touching(p.at, p.kind)).collect();
+                let path = Toolpath { points };
                 match mender.mended(&flat, &path, &[]) {
                     Some(more) if rounds < 4 => flat = more,
                     left => return (flat, rounds, left.is_none()),

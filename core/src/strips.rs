@@ -3,6 +3,8 @@
 //! On a mesh whose facets are as long as strips are wide the curvature is gathered in creases: strips are those
 //! of the facets, not of the smooth surface that the mesh stands for.
 
+mod upright;
+
 use crate::flatten::Chart;
 use crate::geometry::math;
 use crate::job::{Job, Stepover};
@@ -10,7 +12,8 @@ use crate::level_set::{StripMetric, length_floor_of, strip_metric};
 use crate::machine::Axes;
 use crate::strip_width::{Strip, StripTable};
 use crate::surface::{CurvatureField, ShapeOperator, Surface};
-use crate::tool::Tool;
+use crate::tool::{Tool, ToolKind};
+use upright::Upright;
 
 /// Part of the strip width that passes are apart: the distance field is good to a few thousandths of it, and
 /// a cusp grows with its square.
@@ -57,11 +60,14 @@ fn metrics(job: &Job, curvature: &CurvatureField, facets: &[f64]) -> Vec<StripMe
     let (low, high) = bends.fold((0.0f64, 0.0f64), |(l, h), (a, b)| (l.min(a), h.max(b)));
     // Where the surface is as concave as the cutter is convex the strip is as wide as it gets.
     let table = StripTable::new(&strip, low.max(-strip.k_tool()), high);
+    let upright = is_upright_bull(job).then(|| Upright { tool: job.tool, scallop: aimed(job, h) });
     let of_vertex = |(shape, facet): (&ShapeOperator, &f64)| {
-        let weight = |k: f64, along: f64| {
-            table.weight(gathered(k, facet / width), along) / (SHARE_OF_STRIP * SHARE_OF_STRIP)
+        let bent = |k: f64| gathered(k, facet / width);
+        let metric = match &upright {
+            Some(upright) => upright.metric(shape, bent, |k| table.weight(k, 0.0)),
+            None => strip_metric::of_scallop(shape, |k, along| table.weight(bent(k), along)),
         };
-        strip_metric::of_scallop(shape, weight)
+        metric.map(|m| m / (SHARE_OF_STRIP * SHARE_OF_STRIP))
     };
     operators.iter().zip(facets).map(of_vertex).collect()
 }
@@ -109,11 +115,15 @@ pub fn part_of_strip(job: &Job) -> f64 {
     }
 }
 
-/// What decides the strip width where a job asks for a scallop height.
+/// Whether the cutter is a bull end on three axes.
+fn is_upright_bull(job: &Job) -> bool {
+    job.machine.axes == Axes::ThreeAxis && job.tool.kind() == ToolKind::Bull
+}
+
+/// What decides the strip width where a job asks for a scallop height; of an upright bull end that of its corner.
 pub fn strip(job: &Job, scallop: f64) -> Strip {
     let corner = job.tool.corner_radius();
     match (job.machine.axes, Tool::new(corner, corner)) {
-        // The axis stands at any angle to the surface: the corner is what surely touches.
         (Axes::ThreeAxis, Ok(corner)) => Strip::new(corner, 1.0, scallop),
         _ => Strip::new(job.tool, math::sin(job.cut.lead), scallop),
     }

@@ -10,11 +10,16 @@ const PATCHES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/patches");
 
 /// A job on an analytic surface, ball of 10 mm, tolerance a twentieth of the scallop.
 fn job(surface: &str, scallop: f64) -> Job {
+    job_with(surface, "kind = \"ball\"\ndiameter = 10.0", "3", (scallop, scallop / 20.0))
+}
+
+/// A job with any cutter and machine; scallop and tolerance, mm.
+fn job_with(surface: &str, tool: &str, axes: &str, (scallop, tolerance): (f64, f64)) -> Job {
     let text = format!(
-        "version = 1\n[surface.analytic]\n{surface}\n[tool]\nkind = \"ball\"\ndiameter = 10.0\n\
-         [cut]\nscallop = {scallop}\nfeed = 1200.0\ntolerance = {}\n[force]\ncontrol = \"off\"\n\
-         [path]\npattern = \"iso-scallop\"\n",
-        scallop / 20.0
+        "version = 1\n[surface.analytic]\n{surface}\n[tool]\n{tool}\n\
+         [cut]\nscallop = {scallop}\nfeed = 1200.0\ntolerance = {tolerance}\n\
+         [force]\ncontrol = \"off\"\n[path]\npattern = \"iso-scallop\"\n\
+         [machine]\naxes = \"{axes}\"\n[output]\ngcode = {{ post = \"none\" }}\n"
     );
     match job::read(text.as_bytes()) {
         Ok(resolved) => resolved.job,
@@ -82,6 +87,35 @@ fn iso_scallop_cusps_are_even_and_the_path_near_the_floor() {
         check_even(name, &figures);
         let over = figures.report.passes.length_over_floor;
         assert!(over <= floor, "{name}: {over}");
+    }
+}
+
+/// Upright bull ends follow slopes in strips that are as wide as their tilted bottoms, a ball of the same corner
+/// in narrow ones.
+#[test]
+fn upright_bull_ends_use_their_bottoms() {
+    for (name, surface, _) in [SURFACES[1], SURFACES[3]] {
+        let [bull, ball] = [("bull", 10.0), ("ball", 2.0)].map(|(kind, diameter)| {
+            let tool = format!("kind = \"{kind}\"\ndiameter = {diameter:?}\ncorner_radius = 1.0");
+            let job = job_with(surface, &tool, "3", (0.05, 0.005));
+            let figures = measured(name, &job, Pattern::IsoScallop);
+            check_kept(name, &figures);
+            figures.report.passes.length_mm
+        });
+        assert!(bull < 0.55 * ball, "{name}: {bull} of {ball}");
+    }
+}
+
+/// Tilted bull ends keep it where passes meet the boundary or turn.
+#[test]
+fn tilted_bull_ends_keep_the_limit() {
+    let tool = "kind = \"bull\"\ndiameter = 10.0\ncorner_radius = 1.0";
+    let patterns = [Pattern::IsoScallop, Pattern::Spiral, Pattern::Contour, Pattern::IsoPlanar];
+    for (name, surface, _) in [SURFACES[1], SURFACES[3]] {
+        for pattern in patterns {
+            let job = job_with(surface, tool, "xyzac", (0.02, 0.002));
+            check_kept(name, &measured(name, &job, pattern));
+        }
     }
 }
 

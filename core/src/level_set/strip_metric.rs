@@ -33,6 +33,17 @@ pub fn of_scallop(shape: &ShapeOperator, weight: impl Fn(f64, f64) -> f64) -> St
     metric
 }
 
+/// The strip metric with the components `[aa, ab, bb]` in an orthonormal frame of the tangent plane, and
+/// `normal` along the normal, passes² per mm².
+pub fn of_frame([a, b]: [DVec3; 2], [aa, ab, bb]: [f64; 3], normal: f64) -> StripMetric {
+    let mut metric = [0.0; 6];
+    add_square(&mut metric, a, aa - ab);
+    add_square(&mut metric, b, bb - ab);
+    add_square(&mut metric, a + b, ab);
+    add_square(&mut metric, a.cross(b), normal);
+    metric
+}
+
 fn add_square(metric: &mut StripMetric, d: DVec3, w: f64) {
     let square = [d.x * d.x, d.y * d.y, d.z * d.z, d.x * d.y, d.y * d.z, d.z * d.x];
     for (m, s) in metric.iter_mut().zip(square) {

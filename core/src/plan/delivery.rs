@@ -1,6 +1,6 @@
 //! Flat paths → delivered ones: with their true removal rates, without what the cutter leaves.
 
-use super::{PlanError, axis_rule, tilted};
+use super::{PlanError, axis_rule};
 use crate::cutter_location::{CheckMesh, PassOptions, RaisedStretch};
 use crate::feed::fill_time;
 use crate::flat_path::{FlatPoint, Terrain};
@@ -26,8 +26,6 @@ pub const SLOWEST: f64 = 0.005;
 const MENDS: usize = 3;
 /// Part of the tolerance above the limit from which on a place is too high: samples may miss the highest.
 const MENDED: f64 = 0.7;
-/// The least of it, where facets take the rest. Less: much of the path is gone over again.
-const LEAST_MENDED: f64 = 0.4;
 
 /// A delivered path, and what it leaves.
 pub struct Finished {
@@ -106,7 +104,7 @@ impl Delivery<'_> {
         Ok(Finished { toolpath, raised, coverage, removed: None })
     }
 
-    /// The path at the nominal feeds, where a tilted flat end leaves too much with detours over that.
+    /// The path at the nominal feeds, where a flat bottom leaves too much with detours over that.
     fn mended(
         &self,
         flat: &[FlatPoint],
@@ -119,7 +117,7 @@ impl Delivery<'_> {
         let mut flat = flat.to_vec();
         for _ in 0..MENDS {
             let Delivered { toolpath, raised } = &delivered;
-            let Some(mended) = mender.mended(&flat, &toolpath.points, raised) else { break };
+            let Some(mended) = mender.mended(&flat, toolpath, raised) else { break };
             flat = mended;
             delivered =
                 deliver(&flat, &self.lift, &self.check, &self.options, None, &mut *progress)?;
@@ -211,17 +209,14 @@ impl Delivery<'_> {
         })
     }
 
-    /// What tilted flat ends may leave, if the job says so.
+    /// What cutters with a flat bottom may leave, if the job says so.
     fn mend_options(&self) -> Option<MendOptions> {
         let job = self.job;
         let Stepover::Scallop(limit) = job.cut.stepover else { return None };
-        let is_flat = tilted(job).is_some() && job.tool.kind() == ToolKind::Flat;
-        is_flat.then(|| MendOptions {
-            radius: job.tool.radius(),
+        (job.tool.kind() != ToolKind::Ball).then(|| MendOptions {
+            tool: job.tool,
             side_step: job.nominal_side_step(),
-            // Seen from the facets a place is higher by as much as they lie below the surface.
-            limit: limit
-                + (MENDED * job.cut.tolerance - self.chord()).max(LEAST_MENDED * job.cut.tolerance),
+            limit: limit + MENDED * job.cut.tolerance,
             threads: self.threads,
         })
     }

@@ -22,6 +22,10 @@ const PARALLEL: f64 = 1e-18;
 const STEPS: usize = 10;
 /// A corner met this closely is met, mm.
 const MET: f64 = 2e-5;
+/// Steps to the lowest height in a move.
+const ROUNDS: usize = 6;
+/// A height this close to the lowest is the lowest, mm.
+const CLOSE: f64 = 1e-4;
 /// A column falls in a move by no more than this part of its length below where the end would have it:
 /// steeper sides have passed it before.
 const STEEP: f64 = 0.25;
@@ -65,7 +69,7 @@ impl Stroke {
 
 /// Where columns stand: on `foot` along the unit `normal`.
 #[derive(Copy, Clone, Debug)]
-pub(super) struct Line {
+pub(crate) struct Line {
     pub foot: DVec3,
     pub normal: DVec3,
 }
@@ -333,24 +337,24 @@ impl Body {
             self.meet(&stroke.from.toward(&stroke.to, t), stroke, line, known)
         };
         let Some(start) = at(0.0, end.height).filter(|s| s.slope < 0.0) else { return height };
-        // Where the tangents at both ends meet: exact where the body has an edge.
-        let t = (end.height - end.slope - start.height) / (start.slope - end.slope);
-        let lowest = start.height + start.slope * t;
-        if !(0.0 < t && t < 1.0) || lowest >= height {
-            return height;
+        let (mut falling, mut rising, mut height) = ((0.0, start), (1.0, end), height);
+        for round in 0..ROUNDS {
+            let ((t0, a), (t1, b)) = (falling, rising);
+            // Where the tangents meet: none is below, and exact where the body has an edge.
+            let edge = (b.height - b.slope * t1 - a.height + a.slope * t0) / (a.slope - b.slope);
+            let least = a.height + a.slope * (edge - t0);
+            if !(t0 < edge && edge < t1) || height - least <= CLOSE {
+                break;
+            }
+            // Where the slope, if linear, is zero: exact where the body is round.
+            let level = t0 - a.slope * (t1 - t0) / (b.slope - a.slope);
+            let t = if round % 2 == 0 { edge } else { level };
+            let Some(middle) = at(t, 0.5 * (least + a.height.min(b.height))) else { break };
+            height = height.min(middle.height);
+            let side = if middle.slope > 0.0 { &mut rising } else { &mut falling };
+            *side = (t, middle);
         }
-        let Some(middle) = at(t, 0.5 * (lowest + end.height.min(start.height))) else {
-            return height;
-        };
-        // Where the slope, if linear, is zero: exact where the body is round.
-        let (a, b) = if middle.slope > 0.0 {
-            ((0.0, start.slope), (t, middle.slope))
-        } else {
-            ((t, middle.slope), (1.0, end.slope))
-        };
-        let level = a.0 - a.1 * (b.0 - a.0) / (b.1 - a.1);
-        let least = if level.is_finite() { at(level.clamp(a.0, b.0), middle.height) } else { None };
-        least.map_or(height, |m| m.height.min(height)).min(middle.height)
+        height
     }
 
     /// Where the column falls to at a pose; none, too, where that is surely above what matters.
@@ -409,7 +413,7 @@ impl Body {
         let (first, last) = view.within(self.radius)?;
         let entry = self.entry(pose, line, view, first, known)?;
         let (floor, top) = (self.layer.stock, self.layer.top());
-        if entry.height > top || last <= entry.height.max(floor) {
+        if entry.height > self.highest(known) || last <= entry.height.max(floor) {
             return None;
         }
         let left_above = (top - last).max(0.0);
@@ -417,6 +421,11 @@ impl Body {
             height: entry.height.max(floor) + left_above,
             slope: slope(&entry, pose, stroke, line),
         })
+    }
+
+    /// The highest entry that matters: from above the layer the corner may have come down into it before.
+    fn highest(&self, known: Known) -> f64 {
+        known.limit.min(self.layer.top() + self.corner)
     }
 
     /// Beside a wall that is parallel to the column, which covers a part of it.
@@ -507,7 +516,7 @@ impl Body {
     /// Newton on the distance from the core, which is convex along the line: from what is known, which a
     /// first step leaves outward, or from `outside`.
     fn height_at_corner(&self, view: &View, outside: f64, known: Known) -> Option<f64> {
-        let top = known.limit.min(self.layer.top());
+        let top = self.highest(known);
         let mut height = if known.near.is_finite() { known.near.min(top) } else { outside };
         let mut guessed = height > outside;
         height = height.max(outside);
@@ -550,8 +559,10 @@ impl Body {
 
 /// Change of the entry's height over the whole move: the body's side moves with the cutter.
 fn slope(entry: &Entry, pose: &Pose, stroke: &Stroke, line: &Line) -> f64 {
+    // A turn moves what lies above the tip, and what lies beside it up or down.
     let swung = stroke.turn.map_or(DVec3::ZERO, |turn| {
-        turn * (line.foot + line.normal * entry.height - pose.tip).dot(pose.axis)
+        let r = line.foot + line.normal * entry.height - pose.tip;
+        turn * r.dot(pose.axis) - pose.axis * turn.dot(r)
     });
     let travel = stroke.travel + swung;
     let against = entry.outward.dot(line.normal);

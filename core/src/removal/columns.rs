@@ -134,6 +134,16 @@ impl Columns {
         Self { blocks, spacing }
     }
 
+    /// Columns on these lines with their flat places, without areas; and which line each column stands on. `top`: the
+    /// height of the layer's upper side, mm.
+    pub(crate) fn on(lines: &[(Line, DVec2)], top: f64) -> (Self, Vec<u32>) {
+        let mut ids: Vec<u32> = (0..lines.len() as u32).collect();
+        let mut leaves = Vec::new();
+        halve(lines, &mut ids, 0, &mut leaves);
+        let blocks = leaves.chunks(BLOCK).map(|leaves| Block::new(leaves, DVec2::X, top)).collect();
+        (Self { blocks, spacing: 0.0 }, ids)
+    }
+
     /// Number of columns.
     pub fn count(&self) -> usize {
         self.blocks.iter().map(|b| b.columns.len()).sum()
@@ -143,6 +153,26 @@ impl Columns {
     pub fn area(&self) -> f64 {
         self.blocks.iter().flat_map(|b| &b.columns).map(|c| c.area).sum()
     }
+}
+
+/// Puts neighbouring lines one after the other, and each few of them into a leaf.
+fn halve(lines: &[(Line, DVec2)], ids: &mut [u32], axis: usize, leaves: &mut Vec<Leaf>) {
+    if ids.len() <= SIDE * SIDE {
+        let column = |&id: &u32| {
+            let (line, flat) = lines[id as usize];
+            (Column { line, area: 0.0 }, flat)
+        };
+        if !ids.is_empty() {
+            leaves.push(Leaf { columns: ids.iter().map(column).collect() });
+        }
+        return;
+    }
+    let along = |id: u32| lines[id as usize].1[axis];
+    let half = ids.len() / 2;
+    ids.select_nth_unstable_by(half, |&a, &b| along(a).total_cmp(&along(b)).then(a.cmp(&b)));
+    let (low, high) = ids.split_at_mut(half);
+    halve(lines, low, 1 - axis, leaves);
+    halve(lines, high, 1 - axis, leaves);
 }
 
 impl Grid<'_> {

@@ -27,6 +27,7 @@ mod sweep;
 mod tests;
 
 pub use body::Layer;
+pub(crate) use body::Line;
 pub use columns::Columns;
 pub use coverage::{Access, Coverage, Place, coverage, remains};
 pub use cusp::{Lean, cusp, worst_cusp};

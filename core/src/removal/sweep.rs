@@ -14,6 +14,8 @@ use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 
 /// Longest piece as a part of the cutter radius.
 const LONGEST: f64 = 0.1;
+/// Longest piece as a part of the corner's radius: at its end the corner is still over what it was the lowest over.
+const LONGEST_AT_CORNER: f64 = 0.4;
 /// Largest turn of the axis in a piece, rad.
 const LARGEST_TURN: f64 = 0.026;
 /// Pieces that are tested together against a block.
@@ -51,6 +53,11 @@ impl Removed {
     /// The pieces of the move that ends at point `i`.
     pub fn of_move(&self, i: usize) -> &[Piece] {
         &self.pieces[self.first[i]..self.first[i + 1]]
+    }
+
+    /// The heights left, mm, of all columns in turn.
+    pub(crate) fn heights(&self) -> impl Iterator<Item = f64> + '_ {
+        self.heights.iter().flatten().copied()
     }
 }
 
@@ -133,7 +140,7 @@ pub(super) fn cut_to_pieces(
         let (from, to) = (pose(&pair[0]), pose(&pair[1]));
         let length = feed_length(&pair[0], &pair[1], tool);
         let cuts = pair[1].kind != MoveKind::Rapid;
-        let count = if cuts { piece_count(&from, &to, length, tool.radius()) } else { 1 };
+        let count = if cuts { piece_count(&from, &to, length, tool) } else { 1 };
         for i in 0..count {
             let part = |k: usize| k as f64 / count as f64;
             if cuts {
@@ -156,9 +163,13 @@ fn pose(point: &PathPoint) -> Pose {
     Pose { tip: point.tip, axis: point.axis }
 }
 
-fn piece_count(from: &Pose, to: &Pose, length: f64, radius: f64) -> usize {
+fn piece_count(from: &Pose, to: &Pose, length: f64, tool: &Tool) -> usize {
     let turn = math::acos_clamped(from.axis.dot(to.axis));
-    let pieces = (length / (LONGEST * radius)).max(turn / LARGEST_TURN);
+    let longest = match tool.corner_radius() {
+        corner if corner > 0.0 => (LONGEST * tool.radius()).min(LONGEST_AT_CORNER * corner),
+        _ => LONGEST * tool.radius(),
+    };
+    let pieces = (length / longest).max(turn / LARGEST_TURN);
     // A rounding error more is not a piece more.
     (pieces - 1e-9).ceil().clamp(1.0, 1e6) as usize
 }

@@ -83,7 +83,9 @@ fn last_rates(
     let removed = columns.cut(path, tool, LAYER, None, 2);
     let last = removed.of_move(path.points.len() - 1);
     let skip = (margin / last[0].length) as usize;
-    assert!((last[0].length - 0.1 * R).abs() < 0.02);
+    let corner = tool.corner_radius();
+    let longest = if corner > 0.0 { 0.1 * R.min(4.0 * corner) } else { 0.1 * R };
+    assert!((last[0].length - longest).abs() < 0.02);
     let rates = last[skip..last.len() - skip]
         .windows(2)
         .map(|w| FEED * (w[0].volume + w[1].volume) / (w[0].length + w[1].length));
@@ -229,4 +231,38 @@ fn what_a_leaned_flat_end_leaves_are_its_crests() {
     let removed = columns.remains(&path, &tool, LAYER, LAYER.stock + 0.9 * crest, 1);
     let highest = removed.heights.iter().flatten().copied().fold(0.0, f64::max) - LAYER.stock;
     assert!(highest <= crest + 1e-9 && highest > 0.95 * crest, "{highest} of {crest}");
+}
+
+/// However the cutter turns, a column falls in a move as far as in many short ones.
+#[test]
+fn a_turning_cutter_takes_in_a_move_what_it_takes_on_the_way() {
+    for corner in [1.0, 2.5, R] {
+        let tool = Tool::new(R, corner).unwrap();
+        let body = body::Body::new(&tool, Layer { stock: 0.0, depth: 0.3 }, 0.0);
+        for turn in [-0.02, 0.0, 0.02] {
+            let pose = |t: f64| {
+                let lean = 0.09 + turn * t;
+                let axis = DVec3::new(sin(lean), 0.3 * turn * t, cos(lean)).normalize();
+                let front = DVec3::X.reject_from(axis).normalize() * (R - corner);
+                let contact = DVec3::new(0.4 * t, 0.0, corner);
+                body::Pose { tip: contact - front - axis * corner, axis }
+            };
+            let stroke = body::Stroke::new(pose(0.0), pose(1.0));
+            for (x, y) in (0..40).flat_map(|i| (0..20).map(move |j| (i, j))) {
+                let foot = DVec3::new(0.02 * f64::from(x) - 0.2, 0.1 * f64::from(y), 0.0);
+                let line = body::Line { foot, normal: DVec3::Z };
+                // Where the move starts is where the one before ended.
+                let before = body.lowered(&body::Stroke::new(stroke.from, stroke.from), &line, 0.3);
+                let found = body.lowered(&stroke, &line, before);
+                let part = |k: i32| stroke.from.toward(&stroke.to, f64::from(k) / 100.0);
+                let exact = (0..100).fold(before, |left, k| {
+                    body.lowered(&body::Stroke::new(part(k), part(k + 1)), &line, left)
+                });
+                assert!(
+                    (found - exact).abs() < 1e-3,
+                    "{corner} {turn} at {foot}: {found} is not {exact}"
+                );
+            }
+        }
+    }
 }

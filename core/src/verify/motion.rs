@@ -76,6 +76,13 @@ pub struct Step {
 }
 
 impl Step {
+    /// The cutter at a part of the step from -1, its start, to 1, its end.
+    pub fn at(&self, part: f64) -> Placed {
+        let axis = self.middle.axis + 0.5 * part * (self.to.axis - self.from.axis);
+        let tip = self.middle.tip + self.half_way * part;
+        Placed { tip, axis: axis.normalize_or(self.middle.axis) }
+    }
+
     /// How fast the cutter, at that place of the step, comes toward a point, over the whole step; the
     /// spin about its axis does not count.
     pub fn approach(&self, at: &Placed, near: &Nearest, point: DVec3) -> f64 {

@@ -83,6 +83,10 @@ pub struct Touch {
 
 /// Thirds by which the place of the edge is narrowed down: to a thousandth of a step.
 const EDGE_STEPS: usize = 16;
+/// Most steps to the lowest place under a rounded rim.
+const RIM_STEPS: usize = 11;
+/// A height this close to the lowest is the lowest, mm.
+const SETTLED: f64 = 5e-5;
 /// Blocks that are looked at together first.
 const BLOCKS: usize = 8;
 /// Groups of blocks whose bounds are looked at together.
@@ -354,18 +358,70 @@ fn lowest_entry(s: &Swept, step: &Step, body: &Body) -> Option<(f64, Placed)> {
         let between = body.ball_sweep_entry(&step.from, &step.to, position, normal);
         return [between, start, end].into_iter().flatten().reduce(lower);
     }
+    if !body.is_ball() {
+        return lowest_at_rim(step, body, (position, normal), [start, end], s.height);
+    }
     let guess = start.map_or(guess, |s| 0.5 * (s.0 + guess));
     let middle = entry(step.middle, guess);
     let between = {
         start.zip(middle).zip(end).and_then(|((a, b), c)| {
             let at = vertex(a.0, b.0, c.0)?;
-            let tip = step.middle.tip + step.half_way * at;
-            let axis = step.middle.axis + 0.5 * at * (step.to.axis - step.from.axis);
-            let least = b.0 - 0.25 * at * (a.0 - c.0);
-            entry(Placed { tip, axis: axis.normalize_or(step.middle.axis) }, least)
+            entry(step.at(at), b.0 - 0.25 * at * (a.0 - c.0))
         })
     };
     [between, start, middle, end].into_iter().flatten().reduce(lower)
+}
+
+/// The lowest place at which a line enters a cutter with a rounded rim during a step, at the end of which it rises;
+/// `ends`: where it does at both ends. Not sought if it is surely above what is left already.
+///
+/// Under a tilted bottom it falls evenly, and rises like the rim's round behind: the bend is no parabola's.
+fn lowest_at_rim(
+    step: &Step,
+    body: &Body,
+    (position, normal): (DVec3, DVec3),
+    ends: [Option<(f64, Placed)>; 2],
+    left: f64,
+) -> Option<(f64, Placed)> {
+    // Change of the height over the whole step.
+    let slope = |(height, at): &(f64, Placed)| {
+        let point = position + normal * *height;
+        let near = body.nearest(at, point);
+        step.approach(at, &near, point) / near.outward.dot(normal).min(-f64::MIN_POSITIVE)
+    };
+    let tangent = |part: f64, found: Option<(f64, Placed)>| {
+        let known = found.as_ref().map(|f| (f.0, 0.5 * slope(f)));
+        (part, known)
+    };
+    let [start, end] = ends;
+    let mut best = ends.into_iter().flatten().reduce(lower);
+    let (mut falling, mut rising) = (tangent(-1.0, start), tangent(1.0, end));
+    if falling.1.is_some_and(|(_, slope)| slope > 0.0) {
+        return best;
+    }
+    for round in 0..RIM_STEPS {
+        let least = best.map_or(left, |b| b.0.min(left));
+        let part = match (falling, rising) {
+            ((from, Some((a, down))), (to, Some((b, up)))) => {
+                // Where the tangents meet none is below; where the slope, if linear, is zero.
+                let meet = (b - up * to - a + down * from) / (down - up);
+                if !(from < meet && meet < to) || least - (a + down * (meet - from)) < SETTLED {
+                    return best;
+                }
+                if round % 2 == 0 { meet } else { from - down * (to - from) / (up - down) }
+            }
+            _ => 0.5 * (falling.0 + rising.0),
+        };
+        let place = step.at(part);
+        let guess = best.map_or(0.0, |b| b.0);
+        let found = body.entry_near(&place, position, normal, guess).map(|height| (height, place));
+        best = best.into_iter().chain(found).reduce(lower);
+        let found = tangent(part, found);
+        // Where the line is not met it is on the side on which it is.
+        let is_rising = found.1.map_or(rising.1.is_none(), |(_, slope)| slope > 0.0);
+        *(if is_rising { &mut rising } else { &mut falling }) = found;
+    }
+    best
 }
 
 /// The lowest place at which a line enters a cutter with a sharp edge during a step.
@@ -379,9 +435,7 @@ fn lowest_at_edge(
     normal: DVec3,
 ) -> Option<(f64, Placed)> {
     let entry = |at: f64| {
-        let axis = step.middle.axis + 0.5 * at * (step.to.axis - step.from.axis);
-        let tip = step.middle.tip + step.half_way * at;
-        let at = Placed { tip, axis: axis.normalize_or(step.middle.axis) };
+        let at = step.at(at);
         body.entry(&at, position, normal).map(|height| (height, at))
     };
     let height = |found: Option<(f64, Placed)>| found.map_or(f64::INFINITY, |f| f.0);

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::geometry::math;
+use crate::strip_width::Strip;
 use crate::toolpath::PathPoint;
 
 /// A triangle mesh made from a grid.
@@ -471,6 +472,21 @@ fn crests_of_a_bull_on_a_plane() {
     let half = 0.5 * d - (r - corner);
     let h = corner - (corner * corner - half * half).sqrt();
     crests(&v).iter().for_each(|&found| assert_close(found, h, 0.02));
+}
+
+/// Under a tilted bottom a line is the lowest where the rim begins to round, within a step.
+#[test]
+fn crests_of_a_tilted_bull_are_its_silhouettes() {
+    let (r, corner, lead, h) = (5.0, 1.0, 0.09, 0.02);
+    let options = options(r, corner);
+    let strip = Strip::new(options.tool, math::sin(lead), h).exact(0.0);
+    let axis = DVec3::new(math::sin(lead), 0.0, math::cos(lead));
+    let bottom = axis * corner + DVec3::X.reject_from(axis).normalize() * (r - corner);
+    let tip = |x: f64, y: f64| (DVec3::new(x, y, corner) - bottom, axis);
+    let pass = |y: f64| (-14..=65).map(|i| tip(0.731 * f64::from(i), y)).collect();
+    let passes: Vec<Vec<_>> = (0..=12).map(|i| pass(strip * f64::from(i))).collect();
+    let v = judged(&path(&passes), &Part::plane(30.0, 12.0 * strip), &options);
+    assert_close(v.figures.largest.unwrap().height, h, 0.01);
 }
 
 #[test]

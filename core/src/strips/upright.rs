@@ -1,0 +1,95 @@
+//! Strips of a bull end that stands upright: how it is bent at its contact depends on the way.
+//!
+//! On a slope of the angle `theta` the cutter is as round as its corner down the slope, and across it as the
+//! tilted ring of its bottom, `sin(theta) / (R - r_c + r_c sin(theta))`. With `S` the sum of that tensor and the
+//! shape operator, what a move along `d` leaves beside it is to second order `S - (S d)(S d)ᵀ / dᵀ S d`, so
+//! that a strip with the unit direction `b` across it has the width `w`, `1 / w² = 1 / (8 h bᵀ S⁻¹ b)`. Passes
+//! whose distance is one in the metric `S / (8 h)` lie one such strip from each other, as those of a ball do.
+
+use crate::geometry::DVec3;
+use crate::geometry::math::sin;
+use crate::level_set::StripMetric;
+use crate::level_set::strip_metric::of_frame;
+use crate::strip_width::Strip;
+use crate::surface::ShapeOperator;
+use crate::tool::Tool;
+
+/// Angle of the slope below which strips turn into those of the corner, rad: on level ground the way down
+/// turns from place to place, and with it where the cutter stands.
+const LEVEL: f64 = 5.0 * core::f64::consts::PI / 180.0;
+/// The most that strips are skewed: 1 would make them endlessly long in one direction.
+const MOST_SKEW: f64 = 0.9;
+
+/// Strips of a bull end that stands along the z axis.
+pub struct Upright {
+    /// The cutter.
+    pub tool: Tool,
+    /// Height of the cusps, mm.
+    pub scallop: f64,
+}
+
+impl Upright {
+    /// The strip metric at a place. `bent` tells what curvature the strip meets where the surface has that one;
+    /// `corner` is `1/w²` of a ball with the corner's radius on such a section, passes² per mm².
+    pub fn metric(
+        &self,
+        shape: &ShapeOperator,
+        bent: impl Fn(f64) -> f64,
+        corner: impl Fn(f64) -> f64,
+    ) -> StripMetric {
+        let normal = shape.normal();
+        let slope = DVec3::Z.reject_from(normal);
+        let down = slope.normalize_or(shape.frame[0]);
+        let frame = [down, normal.cross(down)];
+        let [k_down, mixed, k_level] = shape.in_frame(frame).k;
+        let [k_down, k_level] = [k_down, k_level].map(bent);
+        let sin_slope = slope.length();
+        let tilted = Strip::new(self.tool, sin_slope, self.scallop);
+        let wide = tilted.exact_bent(k_level, k_down);
+        let steep = (sin_slope / sin(LEVEL)).min(1.0);
+        let weights = [corner(k_down), steep / (wide * wide) + (1.0 - steep) * corner(k_level)];
+        // The skew is that of the sum of both tensors, to second order.
+        let sums = [1.0 / self.tool.corner_radius() + k_down, tilted.k_tool() + k_level];
+        let even = (sums[0] * sums[1]).max(0.0).sqrt();
+        let skew = if even > 0.0 { (mixed / even).clamp(-MOST_SKEW, MOST_SKEW) } else { 0.0 };
+        let skewed = skew * steep * (weights[0] * weights[1]).sqrt();
+        of_frame(frame, [weights[0], skewed, weights[1]], corner(0.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::math::cos;
+    use crate::level_set::strip_metric::square_of;
+
+    /// The ring's silhouette beside a move up the slope is an ellipse, offset by the corner's radius; beside a
+    /// level move it is the corner.
+    #[test]
+    fn a_slope_has_two_widths() {
+        let tool = Tool::new(5.0, 1.0).unwrap();
+        let upright = Upright { tool, scallop: 1e-4 };
+        let angle: f64 = 0.5;
+        let shape = ShapeOperator::flat(DVec3::new(sin(angle), 0.0, cos(angle)));
+        let metric = upright.metric(&shape, |k| k, |k| (1.0 + k) / (8.0 * 1e-4));
+        let width = |d: DVec3| 1.0 / square_of(&metric, d).sqrt();
+        let down = width(DVec3::new(cos(angle), 0.0, -sin(angle)));
+        assert!((down / (8.0 * 1e-4 * 1.0f64).sqrt() - 1.0).abs() < 1e-9);
+        let across = (8.0 * 1e-4 * (1.0 + 4.0 / sin(angle))).sqrt();
+        assert!((width(DVec3::Y) / across - 1.0).abs() < 1e-4);
+    }
+
+    /// On level ground strips are the corner's in all directions, and stay so nearby.
+    #[test]
+    fn level_ground_has_the_corners_strips() {
+        let upright = Upright { tool: Tool::new(5.0, 1.0).unwrap(), scallop: 0.01 };
+        let corner = |k: f64| (1.0 + k) / 0.08;
+        for angle in [0.0f64, 1e-9, 1e-4] {
+            let shape = ShapeOperator::flat(DVec3::new(sin(angle), 0.0, cos(angle)));
+            let metric = upright.metric(&shape, |k| k, corner);
+            for d in [DVec3::X, DVec3::Y] {
+                assert!((square_of(&metric, d) / corner(0.0) - 1.0).abs() < 2e-3, "{angle}");
+            }
+        }
+    }
+}
