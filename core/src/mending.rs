@@ -23,10 +23,10 @@ use crate::tool::Tool;
 use crate::toolpath::{MoveKind, Toolpath};
 
 /// Distance of samples, side steps. Larger: high places are overlooked; smaller: slower, with its square.
-const SPACING: f64 = 0.1;
-/// Parts of the limit from which on there are more samples about one, and again about one of those: between
-/// samples of a sharp cusp as high as the limit none is lower.
-const NEARLY: [f64; 2] = [0.8, 0.95];
+const SPACING: f64 = 0.05;
+/// Part of the limit from which on there are more samples about one: between samples of a sharp cusp as high as the
+/// limit none is lower.
+const NEARLY: f64 = 0.88;
 /// More samples along and across each of those.
 const FINER: u32 = 3;
 /// Part of the place of one that those take: no detour comes to what lies on the boundary itself.
@@ -57,6 +57,8 @@ pub struct MendOptions {
     pub side_step: f64,
     /// What is higher is gone over again, mm.
     pub limit: f64,
+    /// How far behind the contact the edge of the strip is, mm: by that detours go on beyond the boundary.
+    pub lag: f64,
     /// Threads to use; the detours do not depend on it.
     pub threads: usize,
 }
@@ -152,16 +154,12 @@ impl<'a> Mender<'a> {
 
     /// The heights of all samples, with more of them where it is nearly too high.
     fn refined(&mut self, path: &Toolpath) -> Vec<f64> {
-        let mut heights = self.heights(&self.samples, path, NEARLY[0] * self.options.limit);
-        let mut newest = 0;
-        for nearly in NEARLY {
-            let is_high = |i: &usize| heights[*i] > nearly * self.options.limit;
-            let high = (newest..heights.len()).filter(is_high);
-            let more: Vec<Sample> = high.flat_map(|i| self.about(&self.samples[i])).collect();
-            newest = heights.len();
-            heights.extend(self.heights(&more, path, nearly * self.options.limit));
-            self.samples.extend(more);
-        }
+        let nearly = NEARLY * self.options.limit;
+        let mut heights = self.heights(&self.samples, path, nearly);
+        let high = self.samples.iter().zip(&heights).filter(|(_, height)| **height > nearly);
+        let more: Vec<Sample> = high.flat_map(|(sample, _)| self.about(sample)).collect();
+        heights.extend(self.heights(&more, path, self.options.limit));
+        self.samples.extend(more);
         heights
     }
 
@@ -185,20 +183,20 @@ impl<'a> Mender<'a> {
         let mut high: Vec<usize> = (0..heights.len()).filter(is_high).collect();
         high.sort_by(|&a, &b| heights[b].total_cmp(&heights[a]));
         let still: Vec<Sample> = high.iter().map(|&i| self.samples[i]).collect();
-        let mut detours: Vec<(usize, [DVec2; 2])> = Vec::new();
+        let mut detours: Vec<Detour> = Vec::new();
         while let Some(&worst) = high.first() {
             let Some((from, heading)) = nearest(flat, self.samples[worst].flat) else { break };
             if detours.len() == MOST_DETOURS {
                 break;
             }
-            detours.push((from, self.detour(&mut high, heading)));
+            detours.push(self.detour(&mut high, from, heading));
         }
         self.samples = still;
         (!detours.is_empty()).then(|| with_detours(flat, detours))
     }
 
     /// Along the samples about the first one, which, and all beside, are done with.
-    fn detour(&self, high: &mut Vec<usize>, heading: DVec2) -> [DVec2; 2] {
+    fn detour(&self, high: &mut Vec<usize>, from: usize, heading: DVec2) -> Detour {
         let Sample { flat: origin, scale, .. } = self.samples[high[0]];
         let steps = scale / self.options.side_step;
         let place = |i: usize| {
@@ -212,15 +210,22 @@ impl<'a> Mender<'a> {
         let front = front + AHEAD;
         let is_left = |(along, across): (f64, f64)| along < rear || along > front || across > SWEPT;
         high.retain(|&i| is_left(place(i)));
-        [rear, front].map(|along| self.within(origin, origin + heading * (along / steps)))
+        let at = |along: f64| origin + heading * (along / steps);
+        let (front, is_at_boundary) = self.within(origin, at(front));
+        let overrun = if is_at_boundary { self.options.lag } else { 0.0 };
+        // Beyond the boundary it goes on as before, so that there is to be as much before.
+        let before = (front - origin).dot(heading) - overrun / scale;
+        let (rear, _) = self.within(origin, at(rear.min(before * steps)));
+        Detour { from, rear, front, overrun }
     }
 
-    /// The end of the straight flat way from a place of the chart, or where it is still on the chart.
-    fn within(&self, from: DVec2, to: DVec2) -> DVec2 {
-        let Ok(start) = self.locator.locate(from) else { return from };
+    /// The end of the straight flat way from a place of the chart, or where it is still on the chart, and whether
+    /// it leaves it.
+    fn within(&self, from: DVec2, to: DVec2) -> (DVec2, bool) {
+        let Ok(start) = self.locator.locate(from) else { return (from, true) };
         match self.locator.walk(start.face, from, to, |_, _| {}) {
-            Ok(_) => to,
-            Err(outside) => from.lerp(outside.uv, WITHIN),
+            Ok(_) => (to, false),
+            Err(outside) => (from.lerp(outside.uv, WITHIN), true),
         }
     }
 
@@ -277,15 +282,28 @@ fn nearest(flat: &[FlatPoint], place: DVec2) -> Option<(usize, DVec2)> {
     Some((found, way(found)?))
 }
 
-/// The path with ways out to both points and back after the points of these indices.
-fn with_detours(flat: &[FlatPoint], mut detours: Vec<(usize, [DVec2; 2])>) -> Vec<FlatPoint> {
-    detours.sort_by_key(|(from, _)| *from);
+/// A way out from a point of the path over a high place and back.
+struct Detour {
+    /// Index of the point.
+    from: usize,
+    /// Where it begins, a flat place.
+    rear: DVec2,
+    /// Where it ends.
+    front: DVec2,
+    /// How far it goes on beyond the boundary there, mm.
+    overrun: f64,
+}
+
+/// The path with detours.
+fn with_detours(flat: &[FlatPoint], mut detours: Vec<Detour>) -> Vec<FlatPoint> {
+    detours.sort_by_key(|detour| detour.from);
     let mut next = detours.into_iter().peekable();
     let mut out = Vec::new();
     for (i, point) in flat.iter().enumerate() {
         out.push(*point);
-        while let Some((_, [rear, front])) = next.next_if(|(from, _)| *from == i) {
-            out.extend([rear, front, point.at].map(|at| FlatPoint { at, overrun: 0.0, ..*point }));
+        while let Some(Detour { rear, front, overrun, .. }) = next.next_if(|d| d.from == i) {
+            let ways = [(rear, 0.0), (front, overrun), (point.at, 0.0)];
+            out.extend(ways.map(|(at, overrun)| FlatPoint { at, overrun, ..*point }));
         }
     }
     out
@@ -365,14 +383,21 @@ mod tests {
         let chart = Chart::new(&surface, flat);
         let locator = Locator::new(surface.connectivity(), chart.uv());
         let limit = 0.5 * (lag(0.5 * side_step) + lag(side_step));
-        let options =
-            MendOptions { tool: Tool::new(RADIUS, 0.0).unwrap(), side_step, limit, threads: 2 };
+        let behind = lag(0.5 * side_step) / sin(LEAD);
+        let options = MendOptions {
+            tool: Tool::new(RADIUS, 0.0).unwrap(),
+            side_step,
+            limit,
+            lag: behind,
+            threads: 2,
+        };
         let mended = |ys: &[f64]| {
             let mut mender = Mender::new(&surface, &chart, &locator, options);
             let mut flat = passes(ys);
             let mut rounds = 0;
             loop {
-                let points = flat.iter().map(|p| touching(p.at, p.kind)).collect();
+                let points =
+                    flat.iter().map(|p| touching(p.at + p.overrun * DVec2::X, p.kind)).collect();
                 let path = Toolpath { points };
                 match mender.mended(&flat, &path, &[]) {
                     Some(more) if rounds < 4 => flat = more,

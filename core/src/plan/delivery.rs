@@ -1,6 +1,6 @@
 //! Flat paths → delivered ones: with their true removal rates, without what the cutter leaves.
 
-use super::{PlanError, axis_rule};
+use super::{PlanError, axis_rule, tilted};
 use crate::cutter_location::{CheckMesh, PassOptions, RaisedStretch};
 use crate::feed::fill_time;
 use crate::flat_path::{FlatPoint, Terrain};
@@ -217,6 +217,7 @@ impl Delivery<'_> {
             tool: job.tool,
             side_step: job.nominal_side_step(),
             limit: limit + MENDED * job.cut.tolerance,
+            lag: tilted(job).map_or(0.0, |strip| strip.lag(0.5 * job.nominal_side_step())),
             threads: self.threads,
         })
     }
