@@ -13,7 +13,7 @@ use crate::{Exit, Streams, input};
 /// Arguments of `evencut new`.
 #[derive(Args)]
 pub struct New {
-    /// Mesh file: stl, obj, ply or off; or a NURBS surface: json
+    /// Mesh file: stl, obj, ply or off; a NURBS surface: json; or CAD faces: step, stp
     #[arg(value_name = "SURFACE")]
     surface: PathBuf,
     /// Job file to write [default: the surface's name with .toml, in the current directory]

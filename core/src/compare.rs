@@ -205,7 +205,29 @@ pub fn to_text(rows: &[Row]) -> String {
             Err(message) => writeln!(out, "{:<21}{message}", row.variant.name()),
         };
     }
+    push_notes(&mut out, rows);
     out
+}
+
+/// What was allowed above the limit, and which limits do not hold.
+fn push_notes(out: &mut String, rows: &[Row]) {
+    let judged = rows.iter().filter_map(|row| {
+        let figures = row.figures.as_ref().ok()?;
+        Some((row.variant.name(), figures.verification()?))
+    });
+    let all: Vec<(&str, &VerificationFigures)> = judged.collect();
+    if let Some((_, first)) = all.first().filter(|(_, v)| v.scallop.limit_mm.is_some()) {
+        let tolerance = 1e3 * first.scallop.tolerance_mm;
+        let _ = writeln!(
+            out,
+            "heights in µm; kept: up to {tolerance:.1} µm, the tolerance, above the limit"
+        );
+    }
+    for (name, v) in all {
+        for broken in &v.broken {
+            let _ = writeln!(out, "{name}: {broken}");
+        }
+    }
 }
 
 fn text_row(row: &Row, figures: &Figures) -> String {

@@ -155,10 +155,10 @@ impl<'a> Mender<'a> {
     /// The heights of all samples, with more of them where it is nearly too high.
     fn refined(&mut self, path: &Toolpath) -> Vec<f64> {
         let nearly = NEARLY * self.options.limit;
-        let mut heights = self.heights(&self.samples, path, nearly);
+        let mut heights = self.heights(&self.samples, path);
         let high = self.samples.iter().zip(&heights).filter(|(_, height)| **height > nearly);
         let more: Vec<Sample> = high.flat_map(|(sample, _)| self.about(sample)).collect();
-        heights.extend(self.heights(&more, path, self.options.limit));
+        heights.extend(self.heights(&more, path));
         self.samples.extend(more);
         heights
     }
@@ -174,7 +174,7 @@ impl<'a> Mender<'a> {
     ) -> Option<Vec<FlatPoint>> {
         let heights = match core::mem::take(&mut self.is_fresh) {
             true => self.refined(path),
-            false => self.heights(&self.samples, path, self.options.limit),
+            false => self.heights(&self.samples, path),
         };
         // Where the cutter does not fit it cannot come lower.
         let fits =
@@ -229,14 +229,14 @@ impl<'a> Mender<'a> {
         }
     }
 
-    /// The height that a path leaves on every sample, mm: exact above `enough`, at most that elsewhere.
-    fn heights(&self, samples: &[Sample], path: &Toolpath, enough: f64) -> Vec<f64> {
+    /// The height that a path leaves on every sample, mm: exact above the limit, elsewhere not below what is left.
+    fn heights(&self, samples: &[Sample], path: &Toolpath) -> Vec<f64> {
         let MendOptions { tool, limit, threads, .. } = self.options;
         let layer = Layer { stock: 0.0, depth: TOLD * limit };
         let line = |s: &Sample| (Line { foot: s.at, normal: s.normal }, s.flat);
         let lines: Vec<(Line, DVec2)> = samples.iter().map(line).collect();
         let (columns, ids) = Columns::on(&lines, layer.top());
-        let left = columns.remains(&near_links(path, tool.radius()), &tool, layer, enough, threads);
+        let left = columns.remains(&near_links(path, tool.radius()), &tool, layer, limit, threads);
         let mut heights = vec![0.0; lines.len()];
         ids.iter().zip(left.heights()).for_each(|(id, height)| heights[*id as usize] = height);
         heights

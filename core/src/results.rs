@@ -4,7 +4,7 @@ use crate::feed::machine_time;
 use crate::flatten::{Chart, Locator};
 use crate::gcode::{self, GcodeError};
 use crate::geometry::DVec3;
-use crate::job::{FlattenMethod, ForceControl, Job, Picture};
+use crate::job::{FlattenMethod, ForceControl, Job, Pattern, Picture};
 use crate::plan::{PlanError, Planned, Sketch, Stage, plan_showing};
 use crate::post::{PostError, ProgramOptions, program};
 use crate::preview::{
@@ -518,7 +518,11 @@ fn report_on(
     });
     let lengths = lengths_of_passes(planned, contacts);
     let length: f64 = lengths.iter().sum();
-    let method = job.regions.method().name();
+    // The bands of that pattern are regions, whatever the job divides by.
+    let method = match job.path.pattern {
+        Pattern::Mpf => Pattern::Mpf.name(),
+        _ => job.regions.method().name(),
+    };
     let division = planned.divided.as_ref().map(|d| DivisionFigures::of(d, method, &lengths));
     let delivered = figures(&planned.toolpath, job.cut.feed);
     let (low, high) = surface
@@ -680,11 +684,14 @@ fn warnings(
         out.push(warning("rings", message, "finish them with a smaller cutter"));
     }
     if let Some(worst) = planned.raised.iter().max_by(|a, b| a.raise.total_cmp(&b.raise)) {
-        let length = raised_length(planned);
+        let length = match raised_length(planned) {
+            length if length < 0.05 => "less than 0.1".into(),
+            length => format!("{length:.1}"),
+        };
         out.push(warning(
             "cutter",
             format!(
-                "the cutter does not fit on {} stretch{}, {length:.1} mm in all; worst near \
+                "the cutter does not fit on {} stretch{}, {length} mm in all; worst near \
                  ({:.3}, {:.3}, {:.3}) mm, raised by {:.3} mm",
                 planned.raised.len(),
                 if planned.raised.len() == 1 { "" } else { "es" },
@@ -726,7 +733,7 @@ fn warnings(
     }
     if let Some(slowed) = slowed
         && job.force.control == ForceControl::Trochoid
-        && delivered.machine_time_s.total > slowed.machine_time_s.total
+        && delivered.machine_time_s.total > 1.01 * slowed.machine_time_s.total
     {
         let message = format!(
             "the plain passes, slowed throughout, would take {:.0} s instead of {:.0} s",

@@ -60,7 +60,7 @@ pub enum PlanError {
     #[error(
         "force: near ({:.3}, {:.3}, {:.3}) mm the limit of {:.2} mm³/min leaves a feed of {:.3} mm/min, \
          {:.1} mm³/min at the full feed; a feed below {} % of cut.feed is not planned: raise \
-         force.mrr_limit, or reduce cut.axial_depth or cut.stepover",
+         the limit ([force]), or reduce cut.axial_depth, or cut.scallop or cut.stepover",
         place.x, place.y, place.z, 60.0 * limit, 60.0 * feed, 60.0 * rate, 100.0 * SLOWEST
     )]
     LimitUnreachable {

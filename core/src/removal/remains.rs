@@ -14,7 +14,7 @@ use crate::toolpath::{PathPoint, Toolpath};
 
 /// Pieces before and behind the nearest one that are tried. Fewer: more columns are left to the sweep; more:
 /// slower.
-const BESIDE: usize = 2;
+const BESIDE: usize = 4;
 /// Ends of pieces in a leaf of the tree over them.
 const LEAF: usize = 8;
 

@@ -334,7 +334,7 @@ impl VerificationFigures {
     fn rate_line(&self) -> String {
         let Some(mrr) = &self.mrr else {
             let why = match self.moves_without_feed {
-                0 => "give the depth of the stock",
+                0 => "only with force.control in a job, with --depth in evencut verify",
                 _ => "moves without a feed take no known time",
             };
             return format!("not measured: {why}");
