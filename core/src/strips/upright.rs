@@ -17,6 +17,9 @@ use crate::tool::Tool;
 /// Angle of the slope below which strips turn into those of the corner, rad: on level ground the way down
 /// turns from place to place, and with it where the cutter stands.
 const LEVEL: f64 = 5.0 * core::f64::consts::PI / 180.0;
+/// The most that strips across the slope are wider than those along it. Larger: gaps between passes are told in ever
+/// finer pieces along the wide strips, which takes time with its square.
+const MOST_WIDER: f64 = 6.0;
 /// The most that strips are skewed: 1 would make them endlessly long in one direction.
 const MOST_SKEW: f64 = 0.9;
 
@@ -47,7 +50,9 @@ impl Upright {
         let tilted = Strip::new(self.tool, sin_slope, self.scallop);
         let wide = tilted.exact_bent(k_level, k_down);
         let steep = (sin_slope / sin(LEVEL)).min(1.0);
-        let weights = [corner(k_down), steep / (wide * wide) + (1.0 - steep) * corner(k_level)];
+        let along = corner(k_down);
+        let across = steep / (wide * wide) + (1.0 - steep) * corner(k_level);
+        let weights = [along, across.max(along / (MOST_WIDER * MOST_WIDER))];
         // The skew is that of the sum of both tensors, to second order.
         let sums = [1.0 / self.tool.corner_radius() + k_down, tilted.k_tool() + k_level];
         let even = (sums[0] * sums[1]).max(0.0).sqrt();

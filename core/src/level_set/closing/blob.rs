@@ -2,6 +2,7 @@
 
 use super::gaps::{LIMIT, Place, RASTER};
 use crate::geometry::DVec2;
+use crate::level_set::strip_metric::FlatMetric;
 use crate::parallel;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -32,7 +33,7 @@ impl Nearness {
         let chunks: Vec<&[u32]> = numbered.chunks(CHUNK).collect();
         let near = |&&own: &&u32, links: &mut Vec<(u32, f64)>| {
             let (place, first) = (&places[own as usize], links.len());
-            grid.visit(place.at, reach(place), |id| {
+            grid.visit(place, |id| {
                 let distance = place.metric.length(place.at - places[id as usize].at);
                 if distance <= LINK {
                     links.push((id, distance));
@@ -77,9 +78,9 @@ impl Nearness {
     }
 }
 
-/// How far neighbours of a place may be, flat mm.
+/// How far neighbours of a place may be in the direction in which passes are the closest, flat mm.
 fn reach(place: &Place) -> f64 {
-    LINK / place.metric.least().max(f64::MIN_POSITIVE)
+    LINK / place.metric.most().max(f64::MIN_POSITIVE)
 }
 
 /// Places by the squares of the plane that they lie in.
@@ -136,12 +137,26 @@ impl Grid {
         row.min(self.rows - 1) * self.columns + column.min(self.columns - 1)
     }
 
-    /// Calls `found` for all places within `reach` of one, and for some others.
-    fn visit(&self, at: DVec2, reach: f64, mut found: impl FnMut(u32)) {
-        let [left, bottom] = self.count(at - reach);
-        let [right, top] = self.count(at + reach);
-        let (right, top) = (right.min(self.columns - 1), top.min(self.rows - 1));
-        for row in bottom..=top {
+    /// Calls `found` for all places within [`LINK`] of one, and for some others: in every row of cells those over
+    /// which the ellipse of that metric lies.
+    fn visit(&self, place: &Place, mut found: impl FnMut(u32)) {
+        let (at, FlatMetric { xx, xy, yy }) = (place.at, place.metric);
+        // The ellipse is xx x² + 2 xy x y + yy y² = LINK².
+        let lean = xy / xx;
+        let square = (yy - lean * xy).max(f64::MIN_POSITIVE);
+        let high = LINK / square.sqrt();
+        let [_, bottom] = self.count(at - DVec2::Y * high);
+        let [_, top] = self.count(at + DVec2::Y * high);
+        for row in bottom..=top.min(self.rows - 1) {
+            let low = self.low.y + row as f64 * self.cell - at.y;
+            let [from, to] = [low, low + self.cell].map(|y| y.max(-high).min(high));
+            let nearest = from.max(0.0).min(to);
+            let half = ((LINK * LINK - square * nearest * nearest).max(0.0) / xx).sqrt();
+            let [from, to] = [-lean * from, -lean * to];
+            // A cell more on either side for rounding.
+            let [left, _] = self.count(at + DVec2::X * (from.min(to) - half - self.cell));
+            let [right, _] = self.count(at + DVec2::X * (from.max(to) + half + self.cell));
+            let right = right.min(self.columns - 1);
             let first = row * self.columns;
             let [from, to] = [left.min(right), right + 1].map(|c| self.begins[first + c] as usize);
             self.ids[from..to].iter().copied().for_each(&mut found);
@@ -292,7 +307,6 @@ impl Blob<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::level_set::strip_metric::FlatMetric;
 
     /// Places of very different metrics.
     fn places() -> Vec<Place> {
