@@ -176,10 +176,14 @@ impl<'a> Mender<'a> {
             true => self.refined(path),
             false => self.heights(&self.samples, path),
         };
-        // Where the cutter does not fit it cannot come lower.
-        let fits =
-            |s: &Sample| raised.iter().all(|r| r.place.distance(s.at) > self.options.tool.radius());
-        let is_high = |i: &usize| heights[*i] > self.options.limit && fits(&self.samples[*i]);
+        // Where the cutter does not fit it cannot come lower, but it leaves no more there than it was raised by.
+        let is_high = |i: &usize| {
+            let (sample, over) = (&self.samples[*i], heights[*i] - self.options.limit);
+            let is_due_to = |r: &RaisedStretch| {
+                over <= r.raise && r.place.distance(sample.at) <= self.options.tool.radius()
+            };
+            over > 0.0 && !raised.iter().any(is_due_to)
+        };
         let mut high: Vec<usize> = (0..heights.len()).filter(is_high).collect();
         high.sort_by(|&a, &b| heights[b].total_cmp(&heights[a]));
         let still: Vec<Sample> = high.iter().map(|&i| self.samples[i]).collect();
