@@ -495,6 +495,14 @@ pub(crate) fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> R
     report_on(job, planned, inputs, &contacts(&planned.surface, &planned.chart, &planned.toolpath))
 }
 
+/// What a job's regions are made by: the bands of `mpf` are regions, whatever the job divides by.
+fn division_of(job: &Job) -> &'static str {
+    match job.path.pattern {
+        Pattern::Mpf => Pattern::Mpf.name(),
+        _ => job.regions.method().name(),
+    }
+}
+
 fn report_on(
     job: &Job,
     planned: &Planned,
@@ -518,12 +526,8 @@ fn report_on(
     });
     let lengths = lengths_of_passes(planned, contacts);
     let length: f64 = lengths.iter().sum();
-    // The bands of that pattern are regions, whatever the job divides by.
-    let method = match job.path.pattern {
-        Pattern::Mpf => Pattern::Mpf.name(),
-        _ => job.regions.method().name(),
-    };
-    let division = planned.divided.as_ref().map(|d| DivisionFigures::of(d, method, &lengths));
+    let division =
+        planned.divided.as_ref().map(|d| DivisionFigures::of(d, division_of(job), &lengths));
     let delivered = figures(&planned.toolpath, job.cut.feed);
     let (low, high) = surface
         .positions()
