@@ -15,7 +15,6 @@ use crate::job::{
 };
 use crate::level_set::{ClosingReport, PassMesh, StripMetric};
 use crate::lift::Lift;
-use crate::link::CutCounts;
 use crate::machine::Axes;
 use crate::mesh::{FaceId, MeshFormat, VertexId, read};
 use crate::pattern;
@@ -31,7 +30,7 @@ use crate::tool::ToolKind;
 use crate::toolpath::Toolpath;
 use delivery::{Delivery, Finished, deliver_options, rapid_plane};
 pub use error::PlanError;
-use plane::{Plane, at_nominal_feeds, centring};
+use plane::{FlatCut, Plane, centring};
 
 /// Part of the tolerance that ring polylines may deviate from the level curve.
 const RING_TOLERANCE: f64 = 0.25;
@@ -90,8 +89,8 @@ pub struct Planned {
     pub toolpath: Toolpath,
     /// The path of the plain passes, where the removal rate is limited.
     pub plain: Option<Toolpath>,
-    /// What was inserted.
-    pub counts: CutCounts,
+    /// Trochoid loops.
+    pub loops: usize,
     /// Where the cutter had to be raised.
     pub raised: Vec<RaisedStretch>,
     /// What the path leaves.
@@ -218,17 +217,7 @@ pub fn plan_showing(
         fine: &fine,
         region: &region,
         centring: centring(job, &surface, (&chart, &locator), &curvature),
-        threads,
     };
-    progress(Stage::Cut, 0.0);
-    let cut = plane.path(&order, |p| progress(Stage::Cut, p));
-    sketched(Sketch {
-        surface: &surface,
-        chart: &chart,
-        points: &cut.points,
-        is_rated: plane.is_walked(),
-    });
-    progress(Stage::Locate, 0.0);
     let rest = part.without(&surface);
     let options = deliver_options(job, rapid_plane(&part, job), threads);
     let lift = Lift::new(&surface, &chart, &locator, job.tool.radius());
@@ -244,9 +233,16 @@ pub fn plan_showing(
         terrain: plane.terrain(),
         threads,
     };
-    let flat = at_nominal_feeds(cut.points, job);
-    let on_locate = &mut |p| progress(Stage::Locate, p);
-    let (finished, plain) = delivery.finished(&flat, cut.plain.as_deref(), on_locate)?;
+    progress(Stage::Cut, 0.0);
+    let (cut, plain) = cut(&plane, &delivery, &order, |p| progress(Stage::Cut, p))?;
+    sketched(Sketch {
+        surface: &surface,
+        chart: &chart,
+        points: &cut.points,
+        is_rated: cut.is_rated,
+    });
+    progress(Stage::Locate, 0.0);
+    let finished = delivery.finished(&cut.points, &mut |p| progress(Stage::Locate, p))?;
     let Finished { mut toolpath, raised, coverage, .. } = finished;
     fill_time(&mut toolpath, &job.tool, &job.machine);
     Ok(Planned {
@@ -267,13 +263,31 @@ pub fn plan_showing(
         angle_residual,
         toolpath,
         plain,
-        counts: cut.counts,
+        loops: cut.loops,
         raised,
         rapid_plane: options.rapid_plane,
         tightest,
         surface,
         chart,
     })
+}
+
+/// The flat path, and that of the plain passes on the part where the removal rate is limited. Plain passes that keep
+/// the limit are the path.
+fn cut(
+    plane: &Plane,
+    delivery: &Delivery,
+    order: &[usize],
+    progress: impl FnMut(f64),
+) -> Result<(FlatCut, Option<Toolpath>), PlanError> {
+    let laid = plane.laid(order);
+    let plain = delivery.plain(&laid.points)?;
+    let excess = plain.as_ref().filter(|_| plane.is_walked()).map(|path| plane.excess(path));
+    let cut = match excess.filter(|excess| !excess.is_empty()) {
+        Some(excess) => plane.cut(order, &excess, progress),
+        None => laid,
+    };
+    Ok((cut, plain))
 }
 
 /// The surface of a job and the part it belongs to.

@@ -180,7 +180,7 @@ pub struct PassFigures {
     pub length_mm: f64,
     /// That length as a multiple of the floor.
     pub length_over_floor: f64,
-    /// Retracts between passes.
+    /// How often the cutter leaves the part to go on elsewhere.
     pub retracts: u64,
     /// Share of the area on which neighbouring passes are at least 0.9 of the allowed side step apart, by
     /// the passes' field.

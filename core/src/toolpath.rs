@@ -170,6 +170,12 @@ impl Toolpath {
         sums
     }
 
+    /// How often the cutter leaves the part to go on elsewhere.
+    pub fn retracts(&self) -> usize {
+        let is_rapid = |p: &PathPoint| p.kind == MoveKind::Rapid;
+        self.points.windows(2).filter(|w| is_rapid(&w[1]) && !is_rapid(&w[0])).count()
+    }
+
     /// The path as text: [`CSV_HEADER`] and a row a point.
     pub fn to_csv(&self) -> String {
         let mut out = String::with_capacity(160 * self.points.len() + CSV_HEADER.len() + 1);
@@ -315,6 +321,15 @@ mod tests {
             alpha: 0.25,
             time,
         }
+    }
+
+    #[test]
+    fn the_first_approach_is_no_retract() {
+        use MoveKind::{Cut, Link, Rapid};
+        let kinds = [Rapid, Rapid, Link, Cut, Link, Rapid, Rapid, Link, Cut, Cut, Rapid, Cut];
+        let points = kinds.map(|kind| point(kind, DVec3::ZERO, 0.0)).to_vec();
+        assert_eq!(Toolpath { points }.retracts(), 2);
+        assert_eq!(Toolpath::default().retracts(), 0);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Even cusps and short paths, measured by the judge on surfaces whose best passes are known.
 
 use evencut_core::compare::{Figures, judged, planned, with_pattern};
-use evencut_core::job::{self, Job, Pattern, RingOrder, SurfaceSource};
+use evencut_core::job::{self, ForceControl, Job, Pattern, RingOrder, SurfaceSource};
 use evencut_tests::shared_data;
 use std::path::Path;
 
@@ -30,19 +30,22 @@ fn job_with(surface: &str, tool: &str, axes: &str, (scallop, tolerance): (f64, f
 }
 
 fn measured(name: &str, job: &Job, pattern: Pattern) -> Figures {
-    let job = with_pattern(job, pattern);
+    measured_as_is(name, &with_pattern(job, pattern))
+}
+
+fn measured_as_is(name: &str, job: &Job) -> Figures {
     let file = match &job.surface.source {
         SurfaceSource::File(file) => Some(std::fs::read(Path::new(PATCHES).join(file)).unwrap()),
         SurfaceSource::Analytic(_) => None,
     };
-    let plan = planned(&job, file.as_deref(), 2).unwrap_or_else(|error| panic!("{name}: {error}"));
-    let figures = judged(&job, &plan, 2).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let plan = planned(job, file.as_deref(), 2).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let figures = judged(job, &plan, 2).unwrap_or_else(|error| panic!("{name}: {error}"));
     let v = figures.report.verification.as_ref().unwrap();
     let cusps = v.cusps.as_ref().unwrap();
     println!(
         "{name:12} {:16} L/Lmin {:.4} even {:.3} largest {:.1} of {:.1} µm, cusps P5 {:.1} P95 {:.1}, \
          within {:.3}",
-        pattern.name(),
+        job.path.pattern.name(),
         figures.report.passes.length_over_floor,
         figures.report.passes.even_share,
         1e3 * v.scallop.largest_mm,
@@ -118,6 +121,23 @@ fn tilted_bull_ends_keep_the_limit() {
             let job = job_with(surface, tool, "xyzac", (0.02, 0.002));
             check_kept(name, &measured(name, &job, pattern));
         }
+    }
+}
+
+/// Cusps are as even where the removal rate is limited, too.
+#[test]
+fn a_limited_removal_rate_costs_no_evenness() {
+    let surface = "kind = \"bump\"\nsize = 50.0\nradius = 12.0\nheight = 6.0";
+    let tool = "kind = \"bull\"\ndiameter = 10.0\ncorner_radius = 1.0";
+    let mut job = job_with(surface, tool, "xyzac", (0.05, 0.005));
+    (job.cut.lead, job.force.control) = (5.0f64.to_radians(), ForceControl::Feed);
+    for pattern in [Pattern::Spiral, Pattern::Contour] {
+        job.path.pattern = pattern;
+        let figures = measured_as_is("bump", &job);
+        check_kept("bump", &figures);
+        let verified = figures.report.verification.as_ref().unwrap();
+        let peak = verified.mrr.as_ref().and_then(|mrr| mrr.peak_over_limit).unwrap();
+        assert!((0.9..1.02).contains(&peak), "{peak}");
     }
 }
 

@@ -54,7 +54,7 @@ fn jobs(project: &Path) -> Result<Vec<PathBuf>, String> {
 
 /// The section of a job: what it is, and its table.
 fn table(project: &Path, job: &Path) -> Result<String, String> {
-    let mut command = Command::new(native(project));
+    let mut command = Command::new(native(project, "release"));
     command.arg("compare").arg("--csv").arg(job);
     let output = command.output().map_err(|e| format!("{command:?}: {e}"))?;
     let csv = String::from_utf8_lossy(&output.stdout);

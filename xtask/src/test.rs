@@ -30,12 +30,13 @@ pub fn page(project: &Path) -> Result<(), String> {
         // The page's tests compare the same bytes.
         return parity(project);
     }
-    run(cargo(project).args(["build", "--release", "--package", "evencut-cli"]))?;
+    // Built for the tests already: how it is optimised reaches no result.
+    run(cargo(project).args(["build", "--package", "evencut-cli"]))?;
     with_page(project, |node, address| {
         node.args(["--test", "--test-concurrency=1", "--test-reporter=spec"])
             .args(["web/tests/page.test.mjs", "web/tests/using.test.mjs"])
             .env("PAGE", address)
-            .env("EVENCUT", native(project))
+            .env("EVENCUT", native(project, "debug"))
             .env("PICTURES", target_folder(project).join("page-pictures"));
     })
 }
@@ -66,13 +67,12 @@ pub fn parity(project: &Path) -> Result<(), String> {
         return Ok(());
     }
     install_target(project)?;
-    run(cargo(project).args(["build", "--release", "--package", "evencut-cli"]))?;
+    run(cargo(project).args(["build", "--package", "evencut-cli"]))?;
     // Built as the page is: it shares what the page needs, and is what browsers run.
     let build = ["build", "--profile", "page", "--package", "evencut-parity", "--target", WASM];
     run(cargo(project).args(build))?;
-    let target = target_folder(project);
-    let command = target.join("release").join(format!("evencut{}", std::env::consts::EXE_SUFFIX));
-    let module = target.join(WASM).join("page/evencut_parity.wasm");
+    let command = native(project, "debug");
+    let module = target_folder(project).join(WASM).join("page/evencut_parity.wasm");
     let mut node = Command::new("node");
     node.arg("tests/parity/parity.mjs").args([command, module]).args(jobs(project)?);
     run(node.current_dir(project))
@@ -131,12 +131,12 @@ pub fn speed(project: &Path) -> Result<(), String> {
     let jobs = jobs(project)?;
     with_page(project, |node, address| {
         node.arg("web/tests/speed.mjs").args(&jobs).env("PAGE", address);
-        node.env("EVENCUT", native(project));
+        node.env("EVENCUT", native(project, "release"));
     })
 }
 
-/// The command as `cargo build --release` leaves it.
-pub fn native(project: &Path) -> PathBuf {
+/// The command as `cargo build` leaves it in the folder of a profile.
+pub fn native(project: &Path, profile: &str) -> PathBuf {
     let name = format!("evencut{}", std::env::consts::EXE_SUFFIX);
-    target_folder(project).join("release").join(name)
+    target_folder(project).join(profile).join(name)
 }

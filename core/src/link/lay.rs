@@ -5,7 +5,7 @@
 //! stays on it, else by a retract.
 
 use super::order::Sequence;
-use super::{CutCounts, Group, LONGEST_LINK, Precedence, SLANT, oriented};
+use super::{Group, LONGEST_LINK, Precedence, SLANT, oriented};
 use crate::flat_path::{FlatPoint, Terrain};
 use crate::geometry::DVec2;
 use crate::job::{CutDirection, Links, RingOrder, Traverse};
@@ -38,13 +38,9 @@ pub struct LayOptions {
     pub tilted: Option<Strip>,
 }
 
-/// Lays the passes of one region after the other; returns the path and how it is joined.
-pub fn lay(
-    groups: &[Group],
-    terrain: &dyn Terrain,
-    options: &LayOptions,
-) -> (Vec<FlatPoint>, CutCounts) {
-    let mut layer = Layer { terrain, options, points: Vec::new(), pass: 0, region: 0, retracts: 0 };
+/// Lays the passes of one region after the other.
+pub fn lay(groups: &[Group], terrain: &dyn Terrain, options: &LayOptions) -> Vec<FlatPoint> {
+    let mut layer = Layer { terrain, options, points: Vec::new(), pass: 0, region: 0 };
     for (region, Group { passes, precedence }) in (0..).zip(groups) {
         layer.region = region;
         if passes.iter().all(|p| p.is_closed) {
@@ -53,8 +49,7 @@ pub fn lay(
             layer.open(passes);
         }
     }
-    let counts = CutCounts { retracts: layer.retracts, ..CutCounts::default() };
-    (layer.points, counts)
+    layer.points
 }
 
 struct Layer<'a> {
@@ -63,7 +58,6 @@ struct Layer<'a> {
     points: Vec<FlatPoint>,
     pass: u32,
     region: u32,
-    retracts: usize,
 }
 
 impl Layer<'_> {
@@ -209,7 +203,6 @@ impl Layer<'_> {
                 return self.push(to, 0.0, MoveKind::Link, None);
             }
             Some(_) => {
-                self.retracts += 1;
                 self.push(to, height, MoveKind::Rapid, None);
             }
             None => self.push(to, height, MoveKind::Link, None),

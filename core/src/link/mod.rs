@@ -2,15 +2,17 @@
 //!
 //! - *Reach*: on the surface when the straight way is inside of the region and the cut on it can be
 //!   kept below the limit, else by retract, rapid and approach.
-//! - *Trial*: a ring is first cut as it is; only if that exceeds the limit is it taken back and cut
-//!   again with trochoids on the stretches that exceed it.
+//! - *Trial*: a ring is first cut as it is; only if that exceeds the limit, in the plane and where the simulation of
+//!   plain passes does, too, is it taken back and cut again with trochoids on the stretches that exceed it.
 
 mod deliver;
+mod excess;
 mod lay;
 mod order;
 mod touch_up;
 
 pub use deliver::{DeliverError, DeliverOptions, Delivered, deliver};
+pub use excess::Excess;
 pub use lay::{LayOptions, lay};
 pub use order::Precedence;
 pub use touch_up::{TouchUp, touch_up};
@@ -48,17 +50,6 @@ pub struct CutOptions {
     pub loops: Loops,
 }
 
-/// What was done.
-#[derive(Copy, Clone, Debug, Default, PartialEq)]
-pub struct CutCounts {
-    /// Stretches that were taken by trochoids.
-    pub intervals: usize,
-    /// Trochoid loops.
-    pub loops: usize,
-    /// Retracts.
-    pub retracts: usize,
-}
-
 /// The passes of a region and what must be cut before what.
 #[derive(Copy, Clone, Debug)]
 pub struct Group<'a> {
@@ -68,32 +59,34 @@ pub struct Group<'a> {
     pub precedence: &'a Precedence,
 }
 
-/// Cuts the rings of all groups, one group after the other. `progress` is called with the part done.
+/// Cuts the rings of all groups, one group after the other. `is_above`: whether plain passes truly exceed the limit
+/// near a flat place; `progress` is called with the part done. Returns the number of trochoid loops.
 pub fn cut_passes(
     walk: &mut Walk,
     groups: &[Group],
     options: &CutOptions,
+    is_above: &dyn Fn(DVec2) -> bool,
     mut progress: impl FnMut(f64),
-) -> CutCounts {
-    let mut counts = CutCounts::default();
+) -> usize {
+    let mut loops = 0;
     let all: usize = groups.iter().map(|g| g.passes.len()).sum();
     let mut done = 0;
     for (region, group) in (0..).zip(groups) {
         walk.begin_region(region);
-        cut_group(walk, group, options, &mut counts, || {
+        cut_group(walk, group, (options, is_above), &mut loops, || {
             done += 1;
             progress(done as f64 / all as f64);
         });
     }
-    counts
+    loops
 }
 
 /// Cuts the rings of a group; `on_ring` is called after each.
 fn cut_group(
     walk: &mut Walk,
     Group { passes: rings, precedence }: &Group,
-    options: &CutOptions,
-    counts: &mut CutCounts,
+    (options, is_above): (&CutOptions, &dyn Fn(DVec2) -> bool),
+    loops: &mut usize,
     mut on_ring: impl FnMut(),
 ) {
     let mut sequence = Sequence::new(precedence);
@@ -110,10 +103,11 @@ fn cut_group(
     while let Some(index) = sequence.next_nearest(last, |r| distance(walk, r)) {
         let task = PassTask {
             options,
+            is_above,
             has_cleared_side: !precedence.before(index).is_empty(),
             is_last: precedence.after(index).is_empty(),
         };
-        task.cut(walk, &oriented(&rings[index], reverse), counts);
+        *loops += task.cut(walk, &oriented(&rings[index], reverse));
         walk.next_pass();
         last = Some(index);
         on_ring();
@@ -178,18 +172,19 @@ impl Course<'_> {
 /// One ring to be cut.
 struct PassTask<'a> {
     options: &'a CutOptions,
+    is_above: &'a dyn Fn(DVec2) -> bool,
     has_cleared_side: bool,
     is_last: bool,
 }
 
 impl PassTask<'_> {
-    fn cut(&self, walk: &mut Walk, ring: &Pass, counts: &mut CutCounts) {
+    /// Cuts it; returns the number of trochoid loops.
+    fn cut(&self, walk: &mut Walk, ring: &Pass) -> usize {
         let start = start_index(walk, &ring.points);
         let (before, from) = ring.points.split_at(start);
         let closed: Vec<DVec2> = from.iter().chain(before).chain(&from[..1]).copied().collect();
-        let retracts = counts.retracts;
         let mark = walk.mark();
-        self.reach(walk, closed[0], counts);
+        self.reach(walk, closed[0]);
         let mut course = Course { start: closed[0], moves: Vec::new(), spurs: Vec::new() };
         for (i, &p) in closed.iter().enumerate().skip(1) {
             let made = walk.since(&mark).len();
@@ -207,46 +202,41 @@ impl PassTask<'_> {
             }
         }
         let limit = walk.cutting.limit;
-        let above = |m: &FlatPoint| rate_at_nominal(m, walk) > limit * (1.0 + 1e-9);
+        let above = |m: &FlatPoint| {
+            rate_at_nominal(m, walk) > limit * (1.0 + 1e-9) && (self.is_above)(m.at)
+        };
         // Spurs keep the limit by their feed: loops on them would cut nothing.
         let over: Vec<bool> = course.moves.iter().map(above).collect();
         if self.options.control != ForceControl::Trochoid || !over.contains(&true) {
             walk.keep();
-            return;
+            return 0;
         }
         walk.undo(&mark);
         walk.keep();
-        counts.retracts = retracts;
-        self.cut_with_trochoids(walk, course, &over, counts);
+        self.cut_with_trochoids(walk, course, &over)
     }
 
-    fn cut_with_trochoids(
-        &self,
-        walk: &mut Walk,
-        course: Course,
-        over: &[bool],
-        counts: &mut CutCounts,
-    ) {
+    fn cut_with_trochoids(&self, walk: &mut Walk, course: Course, over: &[bool]) -> usize {
         let (course, over) = course.begun_outside(over);
         let moves = &course.moves;
         let stretches = stretches(moves, &over, walk.cutting.radius);
         let toward = if self.has_cleared_side { -1.0 } else { 1.0 };
         let mut at = course.start;
         let mut arrived = false;
+        let mut count = 0;
         for stretch in &stretches {
             let ends = moves[stretch.moves.clone()].iter().map(|m| m.at);
             let points: Vec<DVec2> = core::iter::once(at).chain(ends).collect();
             let loops = &self.options.loops;
             if stretch.over {
                 if !arrived {
-                    self.reach_loop(walk, &points, toward, counts);
+                    self.reach_loop(walk, &points, toward);
                 }
-                counts.intervals += 1;
                 let span = Span { points: &points, branches: &course.branches(stretch) };
-                counts.loops += trochoid::clear_span(walk, &span, loops, toward);
+                count += trochoid::clear_span(walk, &span, loops, toward);
             } else {
                 if !arrived {
-                    self.reach(walk, at, counts);
+                    self.reach(walk, at);
                 }
                 for (i, &p) in stretch.moves.clone().zip(&points[1..]) {
                     walk.cut_limited(p, MoveKind::Cut);
@@ -264,20 +254,20 @@ impl PassTask<'_> {
             let last = stretches.iter().rposition(|s| s.over).map_or(0, |i| stretches[i].moves.end);
             moves[..last].iter().for_each(|m| walk.cut_limited(m.at, MoveKind::Cut));
         }
+        count
     }
 
     /// Goes to where the first loop of a span starts.
-    fn reach_loop(&self, walk: &mut Walk, span: &[DVec2], toward: f64, counts: &mut CutCounts) {
+    fn reach_loop(&self, walk: &mut Walk, span: &[DVec2], toward: f64) {
         let loops = &self.options.loops;
         let (back, center, radius) = trochoid::entry(walk, span, loops, toward);
         if radius > 0.0 && !walk.is_clear(back) && !self.can_link(walk, back) {
             if walk.has_begun() {
-                counts.retracts += 1;
                 walk.arrive(back, walk.cutting.depth, MoveKind::Rapid);
             }
             trochoid::enter(walk, back, center, loops);
         } else {
-            self.reach(walk, if radius > 0.0 { back } else { span[0] }, counts);
+            self.reach(walk, if radius > 0.0 { back } else { span[0] });
         }
     }
 
@@ -299,12 +289,11 @@ impl PassTask<'_> {
     }
 
     /// Goes to a point of the surface, by link or by retract.
-    fn reach(&self, walk: &mut Walk, to: DVec2, counts: &mut CutCounts) {
+    fn reach(&self, walk: &mut Walk, to: DVec2) {
         if self.can_link(walk, to) {
             return walk.cut_limited(to, MoveKind::Link);
         }
         if walk.has_begun() {
-            counts.retracts += 1;
             walk.arrive(to, walk.cutting.depth, MoveKind::Rapid);
         } else {
             walk.arrive(to, walk.cutting.depth, MoveKind::Link);

@@ -51,12 +51,18 @@ impl Plate {
             .collect()
     }
 
-    fn run(
+    fn run(&self, control: ForceControl, limit: f64, hand: f64) -> (Vec<FlatPoint>, Stock, usize) {
+        self.run_above(control, limit, hand, &|_| true)
+    }
+
+    /// `is_above`: whether plain passes exceed the limit.
+    fn run_above(
         &self,
         control: ForceControl,
         limit: f64,
         hand: f64,
-    ) -> (Vec<FlatPoint>, Stock, CutCounts) {
+        is_above: &dyn Fn(DVec2) -> bool,
+    ) -> (Vec<FlatPoint>, Stock, usize) {
         let mut outline = self.corners(0.0);
         outline.reverse();
         let stock = Stock::new(&Region::from_loops(vec![outline]));
@@ -80,12 +86,12 @@ impl Plate {
         let rings = self.rings();
         let precedence = Precedence::new(&rings, options.order);
         let mut walk = Walk::new(cutting, self, stock);
-        let counts = {
+        let loops = {
             let group = Group { passes: &rings, precedence: &precedence };
-            cut_passes(&mut walk, &[group], &options, |_| {})
+            cut_passes(&mut walk, &[group], &options, is_above, |_| {})
         };
         let (points, stock) = walk.finish();
-        (points, stock, counts)
+        (points, stock, loops)
     }
 }
 
@@ -133,12 +139,30 @@ fn feed_control_keeps_the_limit_and_the_geometry() {
 }
 
 #[test]
+fn trochoids_are_only_where_plain_passes_exceed_the_limit() {
+    let limit = 1.5 * 1.5 * 0.5 * 20.0;
+    let run = |is_above: &dyn Fn(DVec2) -> bool| {
+        PLATE.run_above(ForceControl::Trochoid, limit, 1.0, is_above)
+    };
+    let loops = |points: &[FlatPoint]| {
+        points.iter().filter(|p| p.kind == MoveKind::Trochoid).map(|p| p.at.x).collect::<Vec<_>>()
+    };
+    let (points, stock, count) = run(&|_| false);
+    assert!(count == 0 && loops(&points).is_empty());
+    assert!(peak(&points) <= limit && left_inside(&stock, &PLATE) == 0.0);
+    let middle = 0.5 * PLATE.side;
+    let (points, stock, count) = run(&|at| at.x > middle);
+    assert!(count > 0 && loops(&points).iter().all(|x| *x > middle - 2.0 * PLATE.radius));
+    assert!(peak(&points) <= limit && left_inside(&stock, &PLATE) == 0.0);
+}
+
+#[test]
 fn trochoids_keep_the_limit_and_leave_nothing() {
     for hand in [1.0, -1.0] {
         let limit = 1.5 * 1.5 * 0.5 * 20.0;
-        let (points, stock, counts) = PLATE.run(ForceControl::Trochoid, limit, hand);
+        let (points, stock, loops) = PLATE.run(ForceControl::Trochoid, limit, hand);
         assert!(peak(&points) <= limit, "{} {limit}", peak(&points));
-        assert!(counts.loops > 100, "{counts:?}");
+        assert!(loops > 100, "{loops} loops");
         assert_eq!(left_inside(&stock, &PLATE), 0.0);
         // Loops do the work: hardly anything is slowed.
         let slowed: f64 = points.iter().filter(|p| p.feed < 15.0).map(|p| p.length).sum();

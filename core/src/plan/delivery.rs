@@ -64,19 +64,27 @@ impl Delivery<'_> {
         Layer { stock: self.job.cut.stock, depth: self.job.cut.axial_depth }
     }
 
-    /// The path, and that of the plain passes where the removal rate is limited.
+    /// The plain passes with their true removal rates, beside which the path stands; `None` where these do not
+    /// matter.
+    pub fn plain(&self, flat: &[FlatPoint]) -> Result<Option<Toolpath>, PlanError> {
+        if self.job.force.control == ForceControl::Off {
+            return Ok(None);
+        }
+        let no_check = CheckMesh::new(Vec::new(), Vec::new());
+        let path = deliver(flat, &self.lift, &no_check, &self.options, None, |_| {})?.toolpath;
+        Ok(Some(self.rated(&self.columns(), &path, Feeds::LinksLimited, None)?.0))
+    }
+
+    /// The path.
     pub fn finished(
         &self,
         flat: &[FlatPoint],
-        plain: Option<&[FlatPoint]>,
         progress: &mut dyn FnMut(f64),
-    ) -> Result<(Finished, Option<Toolpath>), PlanError> {
-        if self.job.force.control == ForceControl::Off {
-            return Ok((self.unlimited(flat, progress)?, None));
+    ) -> Result<Finished, PlanError> {
+        match self.job.force.control {
+            ForceControl::Off => self.unlimited(flat, progress),
+            _ => self.limited(flat, progress),
         }
-        let columns = self.columns();
-        let plain = self.plain(&columns, plain.unwrap_or(flat))?;
-        Ok((self.limited(&columns, flat, progress)?, Some(plain)))
     }
 
     fn columns(&self) -> Columns {
@@ -91,7 +99,6 @@ impl Delivery<'_> {
         progress: &mut dyn FnMut(f64),
     ) -> Result<Finished, PlanError> {
         let Delivered { toolpath, raised } = self.mended(flat, progress)?;
-        refuse_too_tight(self.job, &raised)?;
         if raised.is_empty() {
             let coverage = Coverage { area: self.surface.area(), ..Coverage::default() };
             return Ok(Finished { toolpath, raised, coverage, removed: None });
@@ -122,24 +129,19 @@ impl Delivery<'_> {
             delivered =
                 deliver(&flat, &self.lift, &self.check, &self.options, None, &mut *progress)?;
         }
+        refuse_too_tight(self.job, &delivered.raised)?;
         Ok(delivered)
-    }
-
-    /// The plain passes with their true removal rates, beside which the delivered path stands.
-    fn plain(&self, columns: &Columns, flat: &[FlatPoint]) -> Result<Toolpath, PlanError> {
-        let no_check = CheckMesh::new(Vec::new(), Vec::new());
-        let path = deliver(flat, &self.lift, &no_check, &self.options, None, |_| {})?.toolpath;
-        Ok(self.rated(columns, &path, Feeds::LinksLimited, None)?.0)
     }
 
     /// The path at the feeds that keep the removal rate to the limit, with passes over what it leaves.
     fn limited(
         &self,
-        columns: &Columns,
         flat: &[FlatPoint],
         progress: &mut dyn FnMut(f64),
     ) -> Result<Finished, PlanError> {
-        let mut finished = self.limited_part(columns, flat, None, progress)?;
+        let columns = &self.columns();
+        let delivered = self.mended(flat, progress)?;
+        let mut finished = self.limited_part(columns, delivered, None)?;
         let side_step = self.job.nominal_side_step();
         for _ in 0..TOUCH_UPS {
             let touch_up = TouchUp {
@@ -155,7 +157,11 @@ impl Delivery<'_> {
             if more.is_empty() {
                 break;
             }
-            let more = self.limited_part(columns, &more, Some(&finished), progress)?;
+            let last = finished.toolpath.points.last().copied();
+            let more =
+                deliver(&more, &self.lift, &self.check, &self.options, last, &mut *progress)?;
+            refuse_too_tight(self.job, &more.raised)?;
+            let more = self.limited_part(columns, more, Some(&finished))?;
             finished.append(more);
         }
         Ok(finished)
@@ -164,14 +170,9 @@ impl Delivery<'_> {
     fn limited_part(
         &self,
         columns: &Columns,
-        flat: &[FlatPoint],
+        Delivered { toolpath, raised }: Delivered,
         before: Option<&Finished>,
-        progress: &mut dyn FnMut(f64),
     ) -> Result<Finished, PlanError> {
-        let last = before.and_then(|b| b.toolpath.points.last().copied());
-        let Delivered { toolpath, raised } =
-            deliver(flat, &self.lift, &self.check, &self.options, last, progress)?;
-        refuse_too_tight(self.job, &raised)?;
         let earlier = before.and_then(|b| b.removed.as_ref());
         let (toolpath, removed) = self.rated(columns, &toolpath, Feeds::Limited, earlier)?;
         let headings = before.map_or(&toolpath, |b| &b.toolpath);
@@ -209,11 +210,12 @@ impl Delivery<'_> {
         })
     }
 
-    /// What cutters with a flat bottom may leave, if the job says so.
+    /// What cutters with a flat bottom may leave, if the job says so. Beside walls they leave what no detour reaches.
     fn mend_options(&self) -> Option<MendOptions> {
         let job = self.job;
         let Stepover::Scallop(limit) = job.cut.stepover else { return None };
-        (job.tool.kind() != ToolKind::Ball).then(|| MendOptions {
+        let may_leave = job.tool.kind() != ToolKind::Ball && job.path.boundary == Boundary::Open;
+        may_leave.then(|| MendOptions {
             tool: job.tool,
             side_step: job.nominal_side_step(),
             limit: limit + MENDED * job.cut.tolerance,

@@ -7,13 +7,12 @@ use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
 use crate::job::{CutDirection, ForceControl, Job, Pattern, Stepover};
 use crate::level_set::FieldTerrain;
-use crate::link::{CutCounts, CutOptions, Group, LayOptions, cut_passes, lay};
-use crate::parallel;
+use crate::link::{CutOptions, Excess, Group, LayOptions, cut_passes, lay};
 use crate::region::Region;
 use crate::regions::{Ground, JointTerrain, Layout};
 use crate::strips::strip;
 use crate::surface::{CurvatureField, Surface};
-use crate::toolpath::MoveKind;
+use crate::toolpath::{MoveKind, Toolpath};
 use crate::trochoid::Loops;
 
 /// Largest distance of the points of centred passes, side steps.
@@ -31,15 +30,15 @@ pub struct Plane<'a> {
     pub region: &'a Region,
     /// Moves the passes of tilted cutters with a flat bottom.
     pub centring: Option<Centring<'a>>,
-    pub threads: usize,
 }
 
 /// A flat path and what was inserted.
 pub struct FlatCut {
     pub points: Vec<FlatPoint>,
-    pub counts: CutCounts,
-    /// The plain passes beside which it stands, if they are not the same.
-    pub plain: Option<Vec<FlatPoint>>,
+    /// Trochoid loops.
+    pub loops: usize,
+    /// Whether its removal rates are known: those of the disc.
+    pub is_rated: bool,
 }
 
 impl<'a> Plane<'a> {
@@ -51,36 +50,34 @@ impl<'a> Plane<'a> {
         )
     }
 
-    /// Whether the path is that of a disc that cuts its way, as where trochoids may be needed.
+    /// Whether a disc cuts its way where plain passes exceed the limit.
     pub fn is_walked(&self) -> bool {
         let Job { path, force, .. } = self.job;
         path.pattern == Pattern::Contour && force.control != ForceControl::Off
     }
 
-    /// The path over the regions in an order.
-    pub fn path(&self, order: &[usize], progress: impl FnMut(f64)) -> FlatCut {
-        let groups: Vec<Group> = order.iter().map(|&k| self.layouts[k].group()).collect();
-        if !self.is_walked() {
-            let (points, counts) = self.laid(&groups);
-            return FlatCut { points, counts, plain: None };
-        }
-        let walk = || self.cut(&groups, progress);
-        let ((points, counts), (plain, _)) =
-            parallel::both(self.threads, walk, || self.laid(&groups));
-        FlatCut { points, counts, plain: Some(plain) }
+    fn groups(&self, order: &[usize]) -> Vec<Group<'a>> {
+        order.iter().map(|&k| self.layouts[k].group()).collect()
     }
 
-    /// The passes as they come.
-    fn laid(&self, groups: &[Group]) -> (Vec<FlatPoint>, CutCounts) {
-        let (points, counts) = lay(groups, &self.terrain(), &lay_options(self.job));
-        match &self.centring {
-            Some(centring) => (centring.centred(&points), counts),
-            None => (points, counts),
-        }
+    /// The passes over the regions in an order, as they come.
+    pub fn laid(&self, order: &[usize]) -> FlatCut {
+        let points = lay(&self.groups(order), &self.terrain(), &lay_options(self.job));
+        let points = match &self.centring {
+            Some(centring) => centring.centred(&points),
+            None => points,
+        };
+        FlatCut { points, loops: 0, is_rated: false }
     }
 
-    /// The passes as the disc cuts them.
-    fn cut(&self, groups: &[Group], progress: impl FnMut(f64)) -> (Vec<FlatPoint>, CutCounts) {
+    /// Where a path of plain passes removes too much.
+    pub fn excess(&self, plain: &Toolpath) -> Excess {
+        let job = self.job;
+        Excess::of(plain, job.mrr_limit(), job.tool.radius(), &self.terrain())
+    }
+
+    /// The passes as the disc cuts them, with trochoids near `excess`.
+    pub fn cut(&self, order: &[usize], excess: &Excess, progress: impl FnMut(f64)) -> FlatCut {
         let job = self.job;
         let cutting = Cutting {
             // The disc that takes as much of the layer as the cutter, but covers the side step.
@@ -111,8 +108,9 @@ impl<'a> Plane<'a> {
         };
         let terrain = self.terrain();
         let mut walk = Walk::new(cutting, &terrain, Stock::new(self.region));
-        let counts = cut_passes(&mut walk, groups, &options, progress);
-        (walk.finish().0, counts)
+        let is_above = |at| excess.is_near(at);
+        let loops = cut_passes(&mut walk, &self.groups(order), &options, &is_above, progress);
+        FlatCut { points: at_nominal_feeds(walk.finish().0, job), loops, is_rated: true }
     }
 }
 
@@ -148,7 +146,7 @@ fn lay_options(job: &Job) -> LayOptions {
 
 /// The path at the feeds from which the true removal rate lowers it: those of the plane engine are
 /// for its own decisions.
-pub fn at_nominal_feeds(mut points: Vec<FlatPoint>, job: &Job) -> Vec<FlatPoint> {
+fn at_nominal_feeds(mut points: Vec<FlatPoint>, job: &Job) -> Vec<FlatPoint> {
     for p in &mut points {
         p.feed = if p.kind == MoveKind::Return { job.trochoid.return_feed } else { job.cut.feed };
     }

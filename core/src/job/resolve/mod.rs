@@ -309,6 +309,17 @@ impl Resolver<'_> {
             let help = "a chord tolerance of half the scallop or less shows in the cusps";
             self.warn("cut.tolerance", message, help);
         }
+        if let Some(chord) = job.surface.chord
+            && chord > job.cut.tolerance
+        {
+            let message = format!(
+                "triangles up to {} off the surface, above the tolerance {}",
+                self.show(chord),
+                self.show(job.cut.tolerance)
+            );
+            let help = "the cusps stand on the triangles: give half the tolerance or less";
+            self.warn("surface.chord", message, help);
+        }
         let (limit, straight) = (60.0 * job.mrr_limit(), 60.0 * job.nominal_mrr());
         if limit < straight && job.force.control != ForceControl::Off {
             let key = match job.force.limit {

@@ -1,0 +1,122 @@
+//! Where simulated plain passes remove more than the limit.
+//!
+//! The disc in the plane that lays trochoids knows the removal rate roughly; where plain passes keep the limit in
+//! the simulation, none are needed.
+
+use crate::flat_path::Terrain;
+use crate::geometry::DVec2;
+use crate::toolpath::{MoveKind, Toolpath};
+use std::collections::BTreeMap;
+
+/// Distance of places along a move, of their reach.
+const SPACING: f64 = 0.5;
+/// What rounding may be above the limit.
+const ROUNDING: f64 = 1e-9;
+
+/// Flat places of moves above the limit.
+#[derive(Clone, Debug)]
+pub struct Excess {
+    /// Side of a cell: no place reaches farther, flat mm.
+    cell: f64,
+    /// Places and how far they reach.
+    cells: BTreeMap<[i64; 2], Vec<(DVec2, f64)>>,
+}
+
+impl Excess {
+    /// The places of a path's cutting moves that remove more than `limit`, mm³/s, and all within `radius`, mm, of
+    /// them.
+    pub fn of(path: &Toolpath, limit: f64, radius: f64, terrain: &dyn Terrain) -> Self {
+        let mut places = Vec::new();
+        for pair in path.points.windows(2) {
+            let [before, here] = [&pair[0], &pair[1]];
+            let (Some(from), Some(to)) = (before.flat, here.flat) else { continue };
+            if here.kind != MoveKind::Cut || here.mrr <= limit * (1.0 + ROUNDING) {
+                continue;
+            }
+            let Some(scale) = terrain.scale(to).or_else(|| terrain.scale(from)) else { continue };
+            let reach = radius / scale;
+            let steps = (from.distance(to) / (SPACING * reach)).ceil().clamp(1.0, 1e4) as u32;
+            let at = |i: u32| from.lerp(to, f64::from(i) / f64::from(steps));
+            places.extend((0..=steps).map(|i| (at(i), reach)));
+        }
+        let cell = places.iter().fold(f64::MIN_POSITIVE, |most: f64, (_, reach)| most.max(*reach));
+        let mut cells: BTreeMap<[i64; 2], Vec<(DVec2, f64)>> = BTreeMap::new();
+        for place in places {
+            cells.entry(cell_of(place.0, cell)).or_default().push(place);
+        }
+        Self { cell, cells }
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.cells.is_empty()
+    }
+
+    /// Whether a flat place is within the radius of one.
+    pub fn is_near(&self, at: DVec2) -> bool {
+        let [x, y] = cell_of(at, self.cell);
+        let around = (-1..=1).flat_map(|i| (-1..=1).map(move |j| [x + i, y + j]));
+        let mut places = around.filter_map(|cell| self.cells.get(&cell)).flatten();
+        places.any(|(place, reach)| place.distance(at) <= *reach)
+    }
+}
+
+fn cell_of(at: DVec2, side: f64) -> [i64; 2] {
+    [at.x, at.y].map(|c| (c / side).floor() as i64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::DVec3;
+    use crate::toolpath::PathPoint;
+
+    struct Plane;
+
+    impl Terrain for Plane {
+        fn scale(&self, _: DVec2) -> Option<f64> {
+            Some(2.0)
+        }
+        fn room(&self, _: DVec2) -> Option<f64> {
+            Some(1.0)
+        }
+        fn joins(&self, _: DVec2, _: DVec2) -> bool {
+            true
+        }
+    }
+
+    #[test]
+    fn only_places_beside_moves_above_the_limit_are_near() {
+        let point = |x: f64, mrr: f64, kind: MoveKind| PathPoint {
+            kind,
+            pass: 0,
+            region: 0,
+            tip: DVec3::ZERO,
+            axis: DVec3::Z,
+            normal: DVec3::Z,
+            flat: Some(DVec2::new(x, 0.0)),
+            feed: 1.0,
+            mrr,
+            alpha: 0.0,
+            time: 0.0,
+        };
+        let (cut, link) = (MoveKind::Cut, MoveKind::Link);
+        let moves = [(0.0, 0.0, cut), (20.0, 1.0, cut), (60.0, 1.1, cut), (99.0, 9.0, link)];
+        let points = moves.map(|(x, mrr, kind)| point(x, mrr, kind)).to_vec();
+        // A radius of 6 mm is 3 flat mm.
+        let excess = Excess::of(&Toolpath { points }, 1.0, 6.0, &Plane);
+        for (x, y, is_near) in [
+            (10.0, 0.0, false),
+            (16.9, 0.0, false),
+            (17.1, 0.0, true),
+            (40.0, 2.5, true),
+            (40.0, 3.1, false),
+            (62.9, 0.0, true),
+            (63.1, 0.0, false),
+        ] {
+            assert_eq!(excess.is_near(DVec2::new(x, y)), is_near, "({x}, {y})");
+        }
+        let none = Excess::of(&Toolpath::default(), 1.0, 6.0, &Plane);
+        assert!(none.is_empty() && !none.is_near(DVec2::ZERO) && !excess.is_empty());
+    }
+}
