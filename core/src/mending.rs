@@ -17,9 +17,8 @@ use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
 use crate::geometry::{DVec2, DVec3};
 use crate::mesh::FaceId;
-use crate::removal::{Columns, Layer, Line};
+use crate::removal::{Columns, Cutter, Layer, Line};
 use crate::surface::{Surface, SurfacePoint};
-use crate::tool::Tool;
 use crate::toolpath::{MoveKind, Toolpath};
 
 /// Distance of samples, side steps. Larger: high places are overlooked; smaller: slower, with its square.
@@ -52,7 +51,7 @@ const MOST_SAMPLES: f64 = 1e6;
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct MendOptions {
     /// The cutter.
-    pub tool: Tool,
+    pub cutter: Cutter,
     /// Distance of passes, mm.
     pub side_step: f64,
     /// What is higher is gone over again, mm.
@@ -180,7 +179,7 @@ impl<'a> Mender<'a> {
         let is_high = |i: &usize| {
             let (sample, over) = (&self.samples[*i], heights[*i] - self.options.limit);
             let is_due_to = |r: &RaisedStretch| {
-                over <= r.raise && r.place.distance(sample.at) <= self.options.tool.radius()
+                over <= r.raise && r.place.distance(sample.at) <= self.options.cutter.tool.radius()
             };
             over > 0.0 && !raised.iter().any(is_due_to)
         };
@@ -235,12 +234,13 @@ impl<'a> Mender<'a> {
 
     /// The height that a path leaves on every sample, mm: exact above the limit, elsewhere not below what is left.
     fn heights(&self, samples: &[Sample], path: &Toolpath) -> Vec<f64> {
-        let MendOptions { tool, limit, threads, .. } = self.options;
+        let MendOptions { cutter, limit, threads, .. } = self.options;
         let layer = Layer { stock: 0.0, depth: TOLD * limit };
         let line = |s: &Sample| (Line { foot: s.at, normal: s.normal }, s.flat);
         let lines: Vec<(Line, DVec2)> = samples.iter().map(line).collect();
         let (columns, ids) = Columns::on(&lines, layer.top());
-        let left = columns.remains(&near_links(path, tool.radius()), &tool, layer, limit, threads);
+        let path = near_links(path, cutter.tool.radius());
+        let left = columns.remains(&path, cutter, layer, limit, threads);
         let mut heights = vec![0.0; lines.len()];
         ids.iter().zip(left.heights()).for_each(|(id, height)| heights[*id as usize] = height);
         heights
@@ -319,6 +319,7 @@ mod tests {
     use crate::geometry::math::{cos, sin};
     use crate::job::{Component, Selection, SurfaceOptions, SurfaceSource};
     use crate::surface::{AnalyticSurface, build};
+    use crate::tool::Tool;
     use crate::toolpath::PathPoint;
 
     const RADIUS: f64 = 2.5;
@@ -389,7 +390,7 @@ mod tests {
         let limit = 0.5 * (lag(0.5 * side_step) + lag(side_step));
         let behind = lag(0.5 * side_step) / sin(LEAD);
         let options = MendOptions {
-            tool: Tool::new(RADIUS, 0.0).unwrap(),
+            cutter: Cutter { tool: Tool::new(RADIUS, 0.0).unwrap(), length: f64::INFINITY },
             side_step,
             limit,
             lag: behind,

@@ -12,7 +12,9 @@ use crate::link::{self, DeliverOptions, Delivered, TouchUp, deliver};
 use crate::machine::Axes;
 use crate::mending::{MendOptions, Mender};
 use crate::regions::JointTerrain;
-use crate::removal::{self, Access, Columns, Coverage, Feeds, Layer, Limit, TooSlow, rated};
+use crate::removal::{
+    self, Access, Columns, Coverage, Cutter, Feeds, Layer, Limit, TooSlow, rated,
+};
 use crate::surface::{Part, Surface};
 use crate::tool::ToolKind;
 use crate::toolpath::Toolpath;
@@ -62,6 +64,10 @@ pub struct Delivery<'a> {
 impl Delivery<'_> {
     fn layer(&self) -> Layer {
         Layer { stock: self.job.cut.stock, depth: self.job.cut.axial_depth }
+    }
+
+    fn cutter(&self) -> Cutter {
+        Cutter { tool: self.job.tool, length: self.options.pass.reach }
     }
 
     /// The plain passes with their true removal rates, beside which the path stands; `None` where these do not
@@ -216,7 +222,7 @@ impl Delivery<'_> {
         let Stepover::Scallop(limit) = job.cut.stepover else { return None };
         let may_leave = job.tool.kind() != ToolKind::Ball && job.path.boundary == Boundary::Open;
         may_leave.then(|| MendOptions {
-            tool: job.tool,
+            cutter: self.cutter(),
             side_step: job.nominal_side_step(),
             limit: limit + MENDED * job.cut.tolerance,
             lag: tilted(job).map_or(0.0, |strip| strip.lag(0.5 * job.nominal_side_step())),
@@ -238,7 +244,7 @@ impl Delivery<'_> {
         earlier: Option<&removal::Removed>,
     ) -> Result<(Toolpath, removal::Removed), PlanError> {
         let job = self.job;
-        let removed = columns.cut(path, &job.tool, self.layer(), earlier, self.threads);
+        let removed = columns.cut(path, self.cutter(), self.layer(), earlier, self.threads);
         let limit = Limit {
             rate: job.mrr_limit(),
             feed: job.cut.feed,

@@ -90,9 +90,19 @@ impl Layer {
     }
 }
 
+/// The cutter, and how far up from its tip it cuts.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Cutter {
+    /// Its shape.
+    pub tool: Tool,
+    /// Length, mm; may be infinite.
+    pub length: f64,
+}
+
 /// The cutter and the layer it cuts.
 #[derive(Copy, Clone, Debug)]
 pub(super) struct Body {
+    length: f64,
     radius: f64,
     corner: f64,
     bottom: f64,
@@ -185,9 +195,14 @@ struct Entry {
 
 impl Body {
     /// For a cutter, the layer and the width of columns, mm.
-    pub fn new(tool: &Tool, layer: Layer, width: f64) -> Self {
+    pub fn new(Cutter { tool, length }: Cutter, layer: Layer, width: f64) -> Self {
         let (radius, corner) = (tool.radius(), tool.corner_radius());
-        Self { radius, corner, bottom: radius - corner, layer, smear: width }
+        Self { length, radius, corner, bottom: radius - corner, layer, smear: width }
+    }
+
+    /// How far up from its tip it cuts, mm.
+    pub fn length(&self) -> f64 {
+        self.length
     }
 
     /// The layer.
@@ -363,6 +378,10 @@ impl Body {
         let (z, cosine) = (q.dot(pose.axis), line.normal.dot(pose.axis));
         // Nothing of the cutter is below its tip.
         if z + cosine * known.limit <= 0.0 && cosine > 0.0 {
+            return None;
+        }
+        let middle = z + cosine * (self.layer.stock + 0.5 * self.layer.depth);
+        if middle > self.length {
             return None;
         }
         let view = View::new(q, z, cosine, line);

@@ -1,7 +1,7 @@
 //! What the path leaves standing, and whether the cutter could have taken it.
 
 use super::columns::{Column, Columns};
-use super::{Layer, Removed};
+use super::{Cutter, Layer, Removed};
 use crate::cutter_location::{CheckMesh, ToolAxis, tip, tool_axis};
 use crate::geometry::{DVec2, DVec3};
 use crate::parallel;
@@ -102,7 +102,8 @@ pub fn coverage(columns: &Columns, removed: &Removed, access: &Access) -> Covera
 
 /// What the path of `access` leaves of fresh columns, for [`coverage`]: what is removed where is not told.
 pub fn remains(columns: &Columns, access: &Access) -> Removed {
-    columns.remains(access.path, &access.tool, access.layer, access.allowed(), access.threads)
+    let cutter = Cutter { tool: access.tool, length: access.reach };
+    columns.remains(access.path, cutter, access.layer, access.allowed(), access.threads)
 }
 
 impl Access<'_> {

@@ -26,8 +26,8 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 
-pub use body::Layer;
 pub(crate) use body::Line;
+pub use body::{Cutter, Layer};
 pub use columns::Columns;
 pub use coverage::{Access, Coverage, Place, coverage, remains};
 pub use cusp::{Lean, cusp, worst_cusp};

@@ -4,12 +4,11 @@
 //! it. 2. Only what still stands is swept by the whole path, in time order, as [`Columns::cut`] does.
 
 use super::Layer;
-use super::body::{Body, Stroke};
+use super::body::{Body, Cutter, Stroke};
 use super::columns::{Block, Columns};
 use super::sweep::{BlockCut, Removed, cut_to_pieces, runs};
 use crate::geometry::DVec2;
 use crate::parallel;
-use crate::tool::Tool;
 use crate::toolpath::{PathPoint, Toolpath};
 
 /// Pieces before and behind the nearest one that are tried. Fewer: more columns are left to the sweep; more:
@@ -98,15 +97,15 @@ impl Columns {
     pub(crate) fn remains(
         &self,
         path: &Toolpath,
-        tool: &Tool,
+        cutter: Cutter,
         layer: Layer,
         enough: f64,
         threads: usize,
     ) -> Removed {
         // No rate is asked for: the wall of a leaned flat end, if smeared, would count as left.
-        let width = if tool.corner_radius() > 0.0 { self.spacing } else { 0.0 };
-        let body = Body::new(tool, layer, width);
-        let (mut removed, strokes, at) = cut_to_pieces(&path.points, tool);
+        let width = if cutter.tool.corner_radius() > 0.0 { self.spacing } else { 0.0 };
+        let body = Body::new(cutter, layer, width);
+        let (mut removed, strokes, at) = cut_to_pieces(&path.points, &cutter.tool);
         let parts = |piece: usize| removed.pieces[piece].end;
         let ends = Ends::new(&path.points, &removed.first, &at, parts);
         let [long, short] = runs(&strokes);

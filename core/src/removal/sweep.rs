@@ -4,7 +4,7 @@
 //! down its tree: a node is left out where a plane that supports the cutter, at the point nearest to
 //! the node's middle, has all that is left of the node's columns on its other side.
 
-use super::body::{Body, Pose, Stroke};
+use super::body::{Body, Cutter, Pose, Stroke};
 use super::columns::{Block, Bound, Columns};
 use crate::feed::feed_length;
 use crate::geometry::{DVec3, math};
@@ -24,7 +24,7 @@ const RUN: usize = 64;
 pub(super) const SHORT: usize = 8;
 /// A node is opened only for what is deeper than this, mm: rounding, and faces of the mesh.
 const NEGLIGIBLE: f64 = 2e-4;
-/// Length of the cutter, cutter radii, that a turning axis may bring into material.
+/// Most length of the cutter, cutter radii, that is held against planes.
 const LENGTH: f64 = 20.0;
 
 /// A short piece of a move.
@@ -97,13 +97,13 @@ impl Columns {
     pub fn cut(
         &self,
         path: &Toolpath,
-        tool: &Tool,
+        cutter: Cutter,
         layer: super::Layer,
         earlier: Option<&Removed>,
         threads: usize,
     ) -> Removed {
-        let body = Body::new(tool, layer, self.spacing);
-        let (mut removed, strokes, at) = cut_to_pieces(&path.points, tool);
+        let body = Body::new(cutter, layer, self.spacing);
+        let (mut removed, strokes, at) = cut_to_pieces(&path.points, &cutter.tool);
         let runs: Vec<Run> = strokes.chunks(RUN).map(Run::of).collect();
         let numbered: Vec<(usize, &Block)> = self.blocks.iter().enumerate().collect();
         let cut = parallel::map(threads, &numbered, |&(i, block)| {
@@ -318,7 +318,7 @@ impl<'a> BlockCut<'a> {
         let Some(d) = self.body.direction_to(&stroke.to, place) else {
             return Plane { d: DVec3::ZERO, reach: f64::INFINITY };
         };
-        let length = LENGTH * self.body.reach();
+        let length = self.body.length().min(LENGTH * self.body.reach());
         let [both, end] = self.body.supports(stroke, d, length);
         let support = dip.map_or(both, |dip| both.min(end + dip));
         Plane { d, reach: support - NEGLIGIBLE }

@@ -20,6 +20,11 @@ struct Plate {
     normal: DVec3,
 }
 
+/// A cutter without end.
+fn endless(tool: Tool) -> Cutter {
+    Cutter { tool, length: f64::INFINITY }
+}
+
 impl Plate {
     fn new(length: f64, width: f64, slope: f64) -> Self {
         let along = DVec3::new(cos(slope), 0.0, sin(slope));
@@ -80,7 +85,7 @@ fn last_rates(
 ) -> Vec<f64> {
     let columns = Columns::new(&plate.surface, &plate.chart, side_step, LAYER.top());
     assert!((columns.area() / plate.surface.area() - 1.0).abs() < 0.002);
-    let removed = columns.cut(path, tool, LAYER, None, 2);
+    let removed = columns.cut(path, endless(*tool), LAYER, None, 2);
     let last = removed.of_move(path.points.len() - 1);
     let skip = (margin / last[0].length) as usize;
     let corner = tool.corner_radius();
@@ -179,8 +184,8 @@ fn threads_change_nothing() {
     let (plate, tool) = (Plate::new(60.0, 40.0, 0.2), Tool::new(R, 1.0).unwrap());
     let path = passes(&plate, &tool, LAYER.stock, &steady(0.4, 2.0));
     let columns = Columns::new(&plate.surface, &plate.chart, 2.0, LAYER.top());
-    let one = columns.cut(&path, &tool, LAYER, None, 1);
-    assert_eq!(one, columns.cut(&path, &tool, LAYER, None, 3));
+    let one = columns.cut(&path, endless(tool), LAYER, None, 1);
+    assert_eq!(one, columns.cut(&path, endless(tool), LAYER, None, 3));
     assert!(one.pieces.iter().map(|p| p.volume).sum::<f64>() > 100.0);
 }
 
@@ -192,13 +197,13 @@ fn no_tile_is_left_out() {
         let tool = Tool::new(R, corner).unwrap();
         let path = passes(&plate, &tool, LAYER.stock, &steady(0.4, 2.0));
         let columns = Columns::new(&plate.surface, &plate.chart, 6.0, LAYER.top());
-        let removed = columns.cut(&path, &tool, LAYER, None, 1);
+        let removed = columns.cut(&path, endless(tool), LAYER, None, 1);
         let total: f64 = removed.pieces.iter().map(|p| p.volume).sum();
         let gone = columns.blocks.iter().zip(&removed.heights).flat_map(|(b, heights)| {
             b.columns.iter().zip(heights).map(|(c, h)| c.area * (LAYER.top() - h))
         });
         assert!((gone.sum::<f64>() / total - 1.0).abs() < 1e-9);
-        let body = body::Body::new(&tool, LAYER, columns.spacing);
+        let body = body::Body::new(endless(tool), LAYER, columns.spacing);
         for (block, heights) in columns.blocks.iter().zip(&removed.heights) {
             for (column, &left) in block.columns.iter().zip(heights) {
                 let lowest = path.points.windows(2).filter(|w| w[1].kind == MoveKind::Cut);
@@ -228,9 +233,28 @@ fn what_a_leaned_flat_end_leaves_are_its_crests() {
     let path = passes(&plate, &tool, LAYER.stock, &rows);
     let columns = Columns::new(&plate.surface, &plate.chart, 2.0, LAYER.top());
     let crest = (R - (R * R - 0.25 * step * step).sqrt()) * sin(lean);
-    let removed = columns.remains(&path, &tool, LAYER, LAYER.stock + 0.9 * crest, 1);
+    let removed = columns.remains(&path, endless(tool), LAYER, LAYER.stock + 0.9 * crest, 1);
     let highest = removed.heights.iter().flatten().copied().fold(0.0, f64::max) - LAYER.stock;
     assert!(highest <= crest + 1e-9 && highest > 0.95 * crest, "{highest} of {crest}");
+}
+
+/// What stands farther up from the tip than the cutter is long stays.
+#[test]
+fn a_cutter_cuts_as_far_up_as_it_is_long() {
+    let tool = Tool::new(R, R).unwrap();
+    let pose = |x: f64| body::Pose { tip: DVec3::new(x, 0.0, 0.0), axis: DVec3::Z };
+    // Past a wall whose layer the side of the cutter enters by half.
+    let stroke = body::Stroke::new(pose(-0.1), pose(0.1));
+    let out = R + LAYER.stock + 0.5 * LAYER.depth;
+    for (length, height, is_cut) in
+        [(f64::INFINITY, 100.0, true), (20.0, 19.0, true), (20.0, 21.0, false)]
+    {
+        let body = body::Body::new(Cutter { tool, length }, LAYER, 0.1);
+        let foot = DVec3::new(0.0, out - LAYER.stock, height);
+        let line = body::Line { foot, normal: -DVec3::Y };
+        let left = body.lowered(&stroke, &line, LAYER.top());
+        assert_eq!(left < LAYER.top(), is_cut, "{length} mm long, {height} mm up: {left}");
+    }
 }
 
 /// However the cutter turns, a column falls in a move as far as in many short ones.
@@ -238,7 +262,7 @@ fn what_a_leaned_flat_end_leaves_are_its_crests() {
 fn a_turning_cutter_takes_in_a_move_what_it_takes_on_the_way() {
     for corner in [1.0, 2.5, R] {
         let tool = Tool::new(R, corner).unwrap();
-        let body = body::Body::new(&tool, Layer { stock: 0.0, depth: 0.3 }, 0.0);
+        let body = body::Body::new(endless(tool), Layer { stock: 0.0, depth: 0.3 }, 0.0);
         for turn in [-0.02, 0.0, 0.02] {
             let pose = |t: f64| {
                 let lean = 0.09 + turn * t;
