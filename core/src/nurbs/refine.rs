@@ -63,6 +63,8 @@ pub(super) struct Mesh<'a> {
     dirty: Vec<bool>,
     /// Length over what is allowed by side, as far as it was asked for; of unchanged faces it holds.
     excesses: Vec<Option<f64>>,
+    /// Whether the straight line takes a short cut by side, as far as it was asked for and still holds.
+    short_cuts: Vec<Option<bool>>,
     most_faces: usize,
 }
 
@@ -94,11 +96,19 @@ impl<'a> Mesh<'a> {
             across,
             dirty,
             excesses: Vec::new(),
+            short_cuts: Vec::new(),
             most_faces,
         };
+        mesh.short_cuts.resize(mesh.across.len(), None);
         (0..mesh.faces.len()).for_each(|f| mesh.settle(f));
         mesh.take_boundary_sizes();
         mesh
+    }
+
+    /// Marks a face as changed.
+    fn touch(&mut self, f: usize) {
+        self.dirty[f] = true;
+        self.short_cuts[3 * f..3 * f + 3].fill(None);
     }
 
     /// Sizes of boundary vertices from the steps of the boundary.
@@ -161,6 +171,20 @@ impl<'a> Mesh<'a> {
         // The grid knows long lines; short ones, as around a thin edge, are followed.
         let long = line > 1.5 * self.metrics[v].wide.min(self.metrics[w].wide);
         if long { line / chord } else { self.way([a, b], [p, q]) / chord }
+    }
+
+    /// Whether the straight line between the ends of a side takes a short cut.
+    fn is_short_cut(&mut self, side: usize) -> bool {
+        if let Some(known) = self.short_cuts[side] {
+            return known;
+        }
+        let ((a, b), (p, q)) = (self.ends(side), self.along(side));
+        let is = self.detour([a as u32, b as u32], [p, q]) > 1.0;
+        self.short_cuts[side] = Some(is);
+        if self.across[side] != NONE {
+            self.short_cuts[self.across[side] as usize] = Some(is);
+        }
+        is
     }
 
     /// Length of a polyline on the surface, mm.
@@ -352,6 +376,8 @@ impl<'a> Mesh<'a> {
         self.faces.push([m, face[j], face[k]]);
         self.corners.push([at, corners[j], corners[k]]);
         self.across.extend([NONE; 3]);
+        self.short_cuts.extend([None; 3]);
+        self.short_cuts[3 * f..3 * f + 3].fill(None);
         let outer = self.across[3 * f + j];
         if outer == NONE {
             self.across[3 * new + 1] = NONE;
@@ -377,7 +403,8 @@ impl<'a> Mesh<'a> {
             left -= 1;
             let (f, g) = (side / 3, other / 3);
             self.flip(side as usize, other as usize);
-            (self.dirty[f as usize], self.dirty[g as usize]) = (true, true);
+            self.touch(f as usize);
+            self.touch(g as usize);
             pending.extend((0..3).flat_map(|i| [3 * f + i, 3 * g + i]));
         }
     }
@@ -403,7 +430,7 @@ impl<'a> Mesh<'a> {
         (vertices, corners)
     }
 
-    fn wants_flip(&self, side: usize, other: usize) -> bool {
+    fn wants_flip(&mut self, side: usize, other: usize) -> bool {
         let ([a, b, c, d], [pa, pb, pc, pd]) = self.diamond(side, other);
         if c == d || self.joined(side, other, c, d) {
             return false;
@@ -420,9 +447,10 @@ impl<'a> Mesh<'a> {
             return true;
         }
         // Sides that take a short cut have no direction, so that metrics say nothing of them.
-        let sides = [(0, 1), (1, 2), (2, 0), (0, 3), (3, 1), (2, 3)];
-        let (v, at) = ([a, b, c, d], [pa, pb, pc, pd]);
-        let bent = sides.iter().any(|&(i, j)| self.detour([v[i], v[j]], [at[i], at[j]]) > 1.0);
+        let next = |s: usize, k: usize| s - s % 3 + (s + k) % 3;
+        let sides = [side, next(side, 1), next(side, 2), next(other, 1), next(other, 2)];
+        let bent = sides.into_iter().any(|s| self.is_short_cut(s))
+            || self.detour([c, d], [pc, pd]) > 1.0;
         let shape = |face: [u32; 3], corners: [DVec2; 3]| {
             if bent { self.shape_along(face, corners) } else { self.shape_of(face) }
         };
@@ -539,7 +567,7 @@ impl<'a> Mesh<'a> {
                 self.positions[v] = to;
                 for &corner in star {
                     self.settle(corner as usize / 3);
-                    self.dirty[corner as usize / 3] = true;
+                    self.touch(corner as usize / 3);
                 }
                 return;
             }
