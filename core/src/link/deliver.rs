@@ -1,8 +1,7 @@
 //! Flat path → the delivered [`Toolpath`]: lifted, located, joined by retracts and approaches.
 
 use crate::cutter_location::{
-    CheckMesh, Contact, LocateError, Located, LocatedPass, PassOptions, RaisedStretch, ToolAxis,
-    locate_pass,
+    CheckMesh, LocateError, Located, LocatedPass, PassOptions, RaisedStretch, ToolAxis, locate_pass,
 };
 use crate::flat_path::FlatPoint;
 use crate::flatten::OutsideChart;
@@ -17,6 +16,8 @@ use thiserror::Error;
 /// Contacts located in one piece. Larger: less to share between threads; smaller: more points kept
 /// at the joints.
 const PIECE: usize = 2048;
+/// Runs that are located together. More: less waiting for each other; fewer: less memory.
+const BATCH: usize = 256;
 /// Largest turn between two points of a rapid, rad.
 const RAPID_TURN: f64 = 0.1;
 
@@ -73,41 +74,48 @@ pub fn deliver(
 ) -> Result<Delivered, DeliverError> {
     let mut out = Delivered::default();
     out.toolpath.points.extend(after);
-    let mut start = 0;
-    while start < flat.len() {
-        let end = (start + 1..flat.len())
-            .find(|&i| flat[i].kind == MoveKind::Rapid)
-            .unwrap_or(flat.len());
-        let lifted = lift.run(&flat[start..end], start)?;
-        let located = locate(&lifted.contacts, check, options)?;
-        out.raised.extend(located.raised);
-        let run = Run { flat, lifted: &lifted, located: &located.points, check, options };
-        run.append(&mut out);
-        start = end;
-        progress(end as f64 / flat.len() as f64);
+    for batch in runs(flat).chunks(BATCH) {
+        let lifted =
+            parallel::map(options.threads, batch, |run| lift.run(&flat[run.clone()], run.start));
+        let lifted = lifted.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let located = locate(&lifted, check, options)?;
+        for (lifted, LocatedPass { points, raised }) in lifted.iter().zip(located) {
+            out.raised.extend(raised);
+            Run { flat, lifted, located: &points, check, options }.append(&mut out);
+        }
+        progress(batch.last().map_or(1.0, |run| run.end as f64 / flat.len() as f64));
     }
     Ok(out)
 }
 
-/// Locates a run in pieces that share their end points, on all threads.
+/// The points between rapids, the rapid first.
+fn runs(flat: &[FlatPoint]) -> Vec<Range<usize>> {
+    let is_start = |i: &usize| *i == 0 || flat[*i].kind == MoveKind::Rapid;
+    let starts: Vec<usize> = (0..flat.len()).filter(is_start).chain([flat.len()]).collect();
+    starts.windows(2).map(|w| w[0]..w[1]).collect()
+}
+
+/// Locates runs in pieces that share their end points, on all threads.
 fn locate(
-    contacts: &[Contact],
+    runs: &[Lifted],
     check: &CheckMesh,
     options: &DeliverOptions,
-) -> Result<LocatedPass, LocateError> {
-    let last = contacts.len().saturating_sub(1);
-    let pieces: Vec<_> = (0..last.max(1))
-        .step_by(PIECE)
-        .map(|from| &contacts[from..(from + PIECE + 1).min(contacts.len())])
-        .collect();
-    let located =
-        parallel::map(options.threads, &pieces, |piece| locate_pass(piece, &options.pass, check));
-    let mut all = LocatedPass::default();
-    for piece in located {
+) -> Result<Vec<LocatedPass>, LocateError> {
+    let pieces = |(k, Lifted { contacts, .. }): (usize, &Lifted)| {
+        let (count, last) = (contacts.len(), contacts.len().saturating_sub(1));
+        let starts = (0..last.max(1)).step_by(PIECE);
+        starts.map(move |from| (k, from..(from + PIECE + 1).min(count)))
+    };
+    let pieces: Vec<(usize, Range<usize>)> = runs.iter().enumerate().flat_map(pieces).collect();
+    let located = parallel::map(options.threads, &pieces, |(k, piece)| {
+        locate_pass(&runs[*k].contacts[piece.clone()], &options.pass, check)
+    });
+    let mut all = vec![LocatedPass::default(); runs.len()];
+    for ((k, _), piece) in pieces.into_iter().zip(located) {
         let piece = piece?;
-        let shared = usize::from(!all.points.is_empty());
-        all.points.extend(piece.points.into_iter().skip(shared));
-        all.raised.extend(piece.raised);
+        let shared = usize::from(!all[k].points.is_empty());
+        all[k].points.extend(piece.points.into_iter().skip(shared));
+        all[k].raised.extend(piece.raised);
     }
     Ok(all)
 }

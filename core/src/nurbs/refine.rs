@@ -449,8 +449,8 @@ impl<'a> Mesh<'a> {
         // Sides that take a short cut have no direction, so that metrics say nothing of them.
         let next = |s: usize, k: usize| s - s % 3 + (s + k) % 3;
         let sides = [side, next(side, 1), next(side, 2), next(other, 1), next(other, 2)];
-        let bent = sides.into_iter().any(|s| self.is_short_cut(s))
-            || self.detour([c, d], [pc, pd]) > 1.0;
+        let bent =
+            sides.into_iter().any(|s| self.is_short_cut(s)) || self.detour([c, d], [pc, pd]) > 1.0;
         let shape = |face: [u32; 3], corners: [DVec2; 3]| {
             if bent { self.shape_along(face, corners) } else { self.shape_of(face) }
         };
