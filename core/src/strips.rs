@@ -7,7 +7,7 @@ mod upright;
 
 use crate::flatten::Chart;
 use crate::geometry::math;
-use crate::job::{Job, Stepover};
+use crate::job::{ForceControl, Job, Stepover};
 use crate::level_set::{StripMetric, length_floor_of, strip_metric};
 use crate::machine::Axes;
 use crate::strip_width::{Strip, StripTable};
@@ -21,6 +21,8 @@ const SHARE_OF_STRIP: f64 = 0.9975;
 /// Part of the tolerance by which cusps stay below the limit, for the chords of the path that run above
 /// them; at most the part of the limit given second.
 const CHORDS: (f64, f64) = (0.2, 0.05);
+/// Part of the limit of the removal rate that a straight pass takes at most; bends take more.
+const SHARE_OF_LIMIT: f64 = 0.8;
 /// Edges below this part of a strip do not gather the curvature in creases.
 const FINE_FACET: f64 = 0.6;
 
@@ -60,7 +62,11 @@ fn metrics(job: &Job, curvature: &CurvatureField, facets: &[f64]) -> Vec<StripMe
     let (low, high) = bends.fold((0.0f64, 0.0f64), |(l, h), (a, b)| (l.min(a), h.max(b)));
     // Where the surface is as concave as the cutter is convex the strip is as wide as it gets.
     let table = StripTable::new(&strip, low.max(-strip.k_tool()), high);
-    let upright = is_upright_bull(job).then(|| Upright { tool: job.tool, scallop: aimed(job, h) });
+    let upright = is_upright_bull(job).then(|| Upright {
+        tool: job.tool,
+        scallop: aimed(job, h),
+        widest: widest(job),
+    });
     let of_vertex = |(shape, facet): (&ShapeOperator, &f64)| {
         let bent = |k: f64| gathered(k, facet / width);
         let metric = match &upright {
@@ -70,6 +76,17 @@ fn metrics(job: &Job, curvature: &CurvatureField, facets: &[f64]) -> Vec<StripMe
         metric.map(|m| m / (SHARE_OF_STRIP * SHARE_OF_STRIP))
     };
     operators.iter().zip(facets).map(of_vertex).collect()
+}
+
+/// The widest strip that a straight pass may remove at the full feed, mm, but never less than the job's own.
+fn widest(job: &Job) -> f64 {
+    match job.force.control {
+        ForceControl::Off => f64::INFINITY,
+        ForceControl::Trochoid | ForceControl::Feed => {
+            let allowed = job.mrr_limit() / (job.cut.axial_depth * job.cut.feed);
+            (SHARE_OF_LIMIT * allowed).max(job.nominal_side_step())
+        }
+    }
 }
 
 /// The curvature across strips on a mesh whose facets are `facet` strips long: between creases there is none,

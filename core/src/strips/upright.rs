@@ -29,6 +29,8 @@ pub struct Upright {
     pub tool: Tool,
     /// Height of the cusps, mm.
     pub scallop: f64,
+    /// Widest strip across the slope, mm: wider ones would remove too much.
+    pub widest: f64,
 }
 
 impl Upright {
@@ -52,7 +54,8 @@ impl Upright {
         let steep = (sin_slope / sin(LEVEL)).min(1.0);
         let along = corner(k_down);
         let across = steep / (wide * wide) + (1.0 - steep) * corner(k_level);
-        let weights = [along, across.max(along / (MOST_WIDER * MOST_WIDER))];
+        let least = (along / (MOST_WIDER * MOST_WIDER)).max(1.0 / (self.widest * self.widest));
+        let weights = [along, across.max(least)];
         // The skew is that of the sum of both tensors, to second order.
         let sums = [1.0 / self.tool.corner_radius() + k_down, tilted.k_tool() + k_level];
         let even = (sums[0] * sums[1]).max(0.0).sqrt();
@@ -73,7 +76,7 @@ mod tests {
     #[test]
     fn a_slope_has_two_widths() {
         let tool = Tool::new(5.0, 1.0).unwrap();
-        let upright = Upright { tool, scallop: 1e-4 };
+        let upright = Upright { tool, scallop: 1e-4, widest: f64::INFINITY };
         let angle: f64 = 0.5;
         let shape = ShapeOperator::flat(DVec3::new(sin(angle), 0.0, cos(angle)));
         let metric = upright.metric(&shape, |k| k, |k| (1.0 + k) / (8.0 * 1e-4));
@@ -82,12 +85,17 @@ mod tests {
         assert!((down / (8.0 * 1e-4 * 1.0f64).sqrt() - 1.0).abs() < 1e-9);
         let across = (8.0 * 1e-4 * (1.0 + 4.0 / sin(angle))).sqrt();
         assert!((width(DVec3::Y) / across - 1.0).abs() < 1e-4);
+        let narrowed = Upright { widest: 0.7 * across, ..upright };
+        let metric = narrowed.metric(&shape, |k| k, |k| (1.0 + k) / (8.0 * 1e-4));
+        let width = 1.0 / square_of(&metric, DVec3::Y).sqrt();
+        assert!((width / narrowed.widest - 1.0).abs() < 1e-9);
     }
 
     /// On level ground strips are the corner's in all directions, and stay so nearby.
     #[test]
     fn level_ground_has_the_corners_strips() {
-        let upright = Upright { tool: Tool::new(5.0, 1.0).unwrap(), scallop: 0.01 };
+        let tool = Tool::new(5.0, 1.0).unwrap();
+        let upright = Upright { tool, scallop: 0.01, widest: f64::INFINITY };
         let corner = |k: f64| (1.0 + k) / 0.08;
         for angle in [0.0f64, 1e-9, 1e-4] {
             let shape = ShapeOperator::flat(DVec3::new(sin(angle), 0.0, cos(angle)));
