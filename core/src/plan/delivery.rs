@@ -20,7 +20,7 @@ use crate::tool::ToolKind;
 use crate::toolpath::Toolpath;
 
 /// Rounds of passes over what the columns show as left.
-const TOUCH_UPS: usize = 2;
+const TOUCH_UPS: usize = 4;
 /// A move that would have to be slower than this part of the feed means that the limit cannot be
 /// kept.
 pub const SLOWEST: f64 = 0.005;
