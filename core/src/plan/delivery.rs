@@ -125,15 +125,16 @@ impl Delivery<'_> {
     ) -> Result<Delivered, PlanError> {
         let mut delivered =
             deliver(flat, &self.lift, &self.check, &self.options, None, &mut *progress)?;
-        let Some(options) = self.mend_options() else { return Ok(delivered) };
-        let mut mender = Mender::new(self.surface, self.chart, self.locator, options);
-        let mut flat = flat.to_vec();
-        for _ in 0..MENDS {
-            let Delivered { toolpath, raised } = &delivered;
-            let Some(mended) = mender.mended(&flat, toolpath, raised) else { break };
-            flat = mended;
-            delivered =
-                deliver(&flat, &self.lift, &self.check, &self.options, None, &mut *progress)?;
+        if let Some(options) = self.mend_options() {
+            let mut mender = Mender::new(self.surface, self.chart, self.locator, options);
+            let mut flat = flat.to_vec();
+            for _ in 0..MENDS {
+                let Delivered { toolpath, raised } = &delivered;
+                let Some(mended) = mender.mended(&flat, toolpath, raised) else { break };
+                flat = mended;
+                delivered =
+                    deliver(&flat, &self.lift, &self.check, &self.options, None, &mut *progress)?;
+            }
         }
         refuse_too_tight(self.job, &delivered.raised)?;
         Ok(delivered)
