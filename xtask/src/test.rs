@@ -30,8 +30,8 @@ pub fn page(project: &Path) -> Result<(), String> {
         // The page's tests compare the same bytes.
         return parity(project);
     }
-    // Built for the tests already: how it is optimised reaches no result.
-    run(cargo(project).args(["build", "--package", "evencut-cli"]))?;
+    // As the tests have built it already, with all of the workspace: how it is optimised reaches no result.
+    run(cargo(project).args(["build", "--workspace", "--bin", "evencut"]))?;
     with_page(project, |node, address| {
         node.args(["--test", "--test-concurrency=1", "--test-reporter=spec"])
             .args(["web/tests/page.test.mjs", "web/tests/using.test.mjs"])
@@ -67,7 +67,7 @@ pub fn parity(project: &Path) -> Result<(), String> {
         return Ok(());
     }
     install_target(project)?;
-    run(cargo(project).args(["build", "--package", "evencut-cli"]))?;
+    run(cargo(project).args(["build", "--workspace", "--bin", "evencut"]))?;
     // Built as the page is: it shares what the page needs, and is what browsers run.
     let build = ["build", "--profile", "page", "--package", "evencut-parity", "--target", WASM];
     run(cargo(project).args(build))?;
