@@ -97,15 +97,16 @@ impl Delivery<'_> {
         Columns::new(self.surface, self.chart, self.job.nominal_side_step(), self.layer().top())
     }
 
-    /// The path at the nominal feeds, whatever it removes. Only where the cutter did not fit is it asked
-    /// what is left.
+    /// The path at the nominal feeds, whatever it removes. Only where the cutter did not fit, or there are
+    /// walls, is it asked what is left.
     fn unlimited(
         &self,
         flat: &[FlatPoint],
         progress: &mut dyn FnMut(f64),
     ) -> Result<Finished, PlanError> {
         let Delivered { toolpath, raised } = self.mended(flat, progress)?;
-        if raised.is_empty() {
+        // Beside walls stays what the cutter cannot enter.
+        if raised.is_empty() && self.job.path.boundary == Boundary::Open {
             let coverage = Coverage { area: self.surface.area(), ..Coverage::default() };
             return Ok(Finished { toolpath, raised, coverage, removed: None });
         }
