@@ -38,15 +38,6 @@ pub struct Finished {
     removed: Option<removal::Removed>,
 }
 
-impl Finished {
-    /// Goes on with a path that begins where this one ends.
-    fn append(&mut self, next: Self) {
-        self.toolpath.points.extend(next.toolpath.points.into_iter().skip(1));
-        self.raised.extend(next.raised);
-        (self.coverage, self.removed) = (next.coverage, next.removed);
-    }
-}
-
 /// From flat paths to delivered ones.
 pub struct Delivery<'a> {
     pub job: &'a Job,
@@ -110,11 +101,7 @@ impl Delivery<'_> {
             let coverage = Coverage { area: self.surface.area(), ..Coverage::default() };
             return Ok(Finished { toolpath, raised, coverage, removed: None });
         }
-        let columns = self.columns();
-        let coverage = self.with_access(&toolpath, |access| {
-            let removed = removal::remains(&columns, access);
-            removal::coverage(&columns, &removed, access)
-        });
+        let coverage = self.coverage(&self.columns(), &toolpath, None);
         Ok(Finished { toolpath, raised, coverage, removed: None })
     }
 
@@ -169,37 +156,51 @@ impl Delivery<'_> {
             let more =
                 deliver(&more, &self.lift, &self.check, &self.options, last, &mut *progress)?;
             refuse_too_tight(self.job, &more.raised)?;
-            let more = self.limited_part(columns, more, Some(&finished))?;
-            finished.append(more);
+            finished = self.limited_part(columns, more, Some(finished))?;
         }
         Ok(finished)
     }
 
+    /// The path so far with a further part, at the feeds that keep the limit, and what it leaves.
     fn limited_part(
         &self,
         columns: &Columns,
-        Delivered { toolpath, raised }: Delivered,
-        before: Option<&Finished>,
+        part: Delivered,
+        before: Option<Finished>,
     ) -> Result<Finished, PlanError> {
-        let earlier = before.and_then(|b| b.removed.as_ref());
-        let (toolpath, removed) = self.rated(columns, &toolpath, Feeds::Limited, earlier)?;
-        let headings = before.map_or(&toolpath, |b| &b.toolpath);
-        let coverage = self.coverage(columns, &removed, headings);
+        let earlier = before.as_ref().and_then(|b| b.removed.as_ref());
+        let (rated, removed) = self.rated(columns, &part.toolpath, Feeds::Limited, earlier)?;
+        let (toolpath, raised) = match before {
+            None => (rated, part.raised),
+            Some(Finished { mut toolpath, mut raised, .. }) => {
+                // A part begins where the one before ends.
+                toolpath.points.extend(rated.points.into_iter().skip(1));
+                raised.extend(part.raised);
+                (toolpath, raised)
+            }
+        };
+        let coverage = self.coverage(columns, &toolpath, Some(&removed));
         Ok(Finished { toolpath, raised, coverage, removed: Some(removed) })
     }
 
-    /// What is left of the columns; `headings`: a path whose nearest move gives the feed direction.
+    /// What a path leaves of the columns; `removed`: what it was seen to remove, if it was.
     fn coverage(
         &self,
         columns: &Columns,
-        removed: &removal::Removed,
-        headings: &Toolpath,
+        path: &Toolpath,
+        removed: Option<&removal::Removed>,
     ) -> Coverage {
-        self.with_access(headings, |access| removal::coverage(columns, removed, access))
+        self.with_access(path, |access| match removed {
+            // The wall of a leaned flat end, smeared for the sake of the rate, would count as left.
+            Some(removed) if self.job.tool.corner_radius() > 0.0 => {
+                removal::coverage(columns, removed, access)
+            }
+            _ => removal::coverage(columns, &removal::remains(columns, access), access),
+        })
     }
 
-    /// Calls `work` with what decides where the cutter can touch.
-    fn with_access(&self, headings: &Toolpath, work: impl FnOnce(&Access) -> Coverage) -> Coverage {
+    /// Calls `work` with what decides where the cutter of a path can touch.
+    fn with_access(&self, path: &Toolpath, work: impl FnOnce(&Access) -> Coverage) -> Coverage {
         let is_open = self.job.path.boundary == Boundary::Open;
         let inside = |p| is_open || self.terrain.room(p).is_some_and(|room| room >= 0.0);
         work(&Access {
@@ -209,7 +210,7 @@ impl Delivery<'_> {
             check: &self.check,
             reach: self.options.pass.reach,
             inside: &inside,
-            path: headings,
+            path,
             tolerance: self.job.cut.tolerance,
             // Columns stand on facets, below the smooth surface by the chord error.
             cusp: self.cusp_limit + self.chord(),
