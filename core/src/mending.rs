@@ -12,12 +12,13 @@
 //!    as it is at the lowest.
 //! 2. The highest sample gets a detour along those about it that are too high; then the highest of the others.
 
-use crate::cutter_location::RaisedStretch;
+use crate::cutter_location::{CheckMesh, PassOptions, raise_at};
+use crate::parallel;
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
 use crate::geometry::{DVec2, DVec3};
 use crate::mesh::FaceId;
-use crate::removal::{Columns, Cutter, Layer, Line};
+use crate::removal::{Columns, Cutter, FeedIndex, Layer, Line};
 use crate::surface::{Surface, SurfacePoint};
 use crate::toolpath::{MoveKind, Toolpath};
 
@@ -34,6 +35,10 @@ const INNER: f64 = 0.9;
 const RIM: f64 = 4.0;
 /// How far beside the highest sample, side steps, others belong to its detour, and how far ahead and behind.
 const GROUP: [f64; 2] = [0.25, 1.5];
+/// Part of a height that a detour is worth which lowers it to that where the cutter does not fit.
+const WORTH: f64 = 0.5;
+/// Size of the cells in each of which the cutter is tried at one sample, side steps. Smaller: slower.
+const CELL: f64 = 0.1;
 /// How far beside a detour, side steps, nothing is high any more.
 const SWEPT: f64 = 0.4;
 /// How far a detour goes on ahead of the last sample, side steps: the edge of the strip lags.
@@ -50,8 +55,8 @@ const MOST_SAMPLES: f64 = 1e6;
 /// What is to be kept.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct MendOptions {
-    /// The cutter.
-    pub cutter: Cutter,
+    /// How the cutter stands.
+    pub pass: PassOptions,
     /// Distance of passes, mm.
     pub side_step: f64,
     /// What is higher is gone over again, mm.
@@ -80,21 +85,23 @@ pub struct Mender<'a> {
     surface: &'a Surface,
     chart: &'a Chart,
     locator: &'a Locator<'a>,
+    check: &'a CheckMesh,
     /// Those that were not low enough, or all before that is known.
     samples: Vec<Sample>,
     is_fresh: bool,
 }
 
 impl<'a> Mender<'a> {
-    /// For a surface and its chart; `locator`: over its flat faces.
+    /// For a surface and its chart; `locator`: over its flat faces; `check`: the part.
     pub fn new(
         surface: &'a Surface,
         chart: &'a Chart,
         locator: &'a Locator<'a>,
+        check: &'a CheckMesh,
         options: MendOptions,
     ) -> Self {
-        let mut mender =
-            Self { options, surface, chart, locator, samples: Vec::new(), is_fresh: true };
+        let samples = Vec::new();
+        let mut mender = Self { options, surface, chart, locator, check, samples, is_fresh: true };
         mender.spread();
         mender
     }
@@ -165,25 +172,12 @@ impl<'a> Mender<'a> {
     /// The flat path with detours over what the path that it became leaves too high; `None` where nothing is.
     ///
     /// What is low enough is forgotten: detours only take more.
-    pub fn mended(
-        &mut self,
-        flat: &[FlatPoint],
-        path: &Toolpath,
-        raised: &[RaisedStretch],
-    ) -> Option<Vec<FlatPoint>> {
+    pub fn mended(&mut self, flat: &[FlatPoint], path: &Toolpath) -> Option<Vec<FlatPoint>> {
         let heights = match core::mem::take(&mut self.is_fresh) {
             true => self.refined(path),
             false => self.heights(&self.samples, path),
         };
-        // Where the cutter does not fit it cannot come lower, but it leaves no more there than it was raised by.
-        let is_high = |i: &usize| {
-            let (sample, over) = (&self.samples[*i], heights[*i] - self.options.limit);
-            let is_due_to = |r: &RaisedStretch| {
-                over <= r.raise && r.place.distance(sample.at) <= self.options.cutter.tool.radius()
-            };
-            over > 0.0 && !raised.iter().any(is_due_to)
-        };
-        let mut high: Vec<usize> = (0..heights.len()).filter(is_high).collect();
+        let mut high = self.to_lower(&heights, path);
         high.sort_by(|&a, &b| heights[b].total_cmp(&heights[a]));
         let still: Vec<Sample> = high.iter().map(|&i| self.samples[i]).collect();
         let mut detours: Vec<Detour> = Vec::new();
@@ -196,6 +190,27 @@ impl<'a> Mender<'a> {
         }
         self.samples = still;
         (!detours.is_empty()).then(|| with_detours(flat, detours))
+    }
+
+    /// The samples that are too high and can be lowered: where the cutter, if it is to touch there, comes low
+    /// enough, or much lower than it did. The highest of a cell stands for all of it.
+    fn to_lower(&self, heights: &[f64], path: &Toolpath) -> Vec<usize> {
+        let MendOptions { pass, side_step, limit, threads, .. } = self.options;
+        let cell = |i: usize| {
+            (self.samples[i].at / (CELL * side_step)).to_array().map(|x| x.floor() as i64)
+        };
+        let high = (0..heights.len()).filter(|&i| heights[i] > limit);
+        let mut high: Vec<([i64; 3], usize)> = high.map(|i| (cell(i), i)).collect();
+        high.sort_by(|a, b| a.0.cmp(&b.0).then(heights[b.1].total_cmp(&heights[a.1])));
+        let cells: Vec<&[([i64; 3], usize)]> = high.chunk_by(|a, b| a.0 == b.0).collect();
+        let feeds = FeedIndex::new(path, pass.axis);
+        let can_be_lowered = parallel::map(threads, &cells, |cell| {
+            let Sample { at, normal, flat, .. } = self.samples[cell[0].1];
+            let raise = raise_at(at, normal, feeds.nearest(flat), &pass, self.check);
+            raise <= limit.max(WORTH * heights[cell[0].1])
+        });
+        let lowered = cells.iter().zip(can_be_lowered).filter(|(_, can_be)| *can_be);
+        lowered.flat_map(|(cell, _)| cell.iter().map(|c| c.1)).collect()
     }
 
     /// Along the samples about the first one, which, and all beside, are done with.
@@ -234,7 +249,8 @@ impl<'a> Mender<'a> {
 
     /// The height that a path leaves on every sample, mm: exact above the limit, elsewhere not below what is left.
     fn heights(&self, samples: &[Sample], path: &Toolpath) -> Vec<f64> {
-        let MendOptions { cutter, limit, threads, .. } = self.options;
+        let MendOptions { pass, limit, threads, .. } = self.options;
+        let cutter = Cutter { tool: pass.tool, length: pass.reach };
         let layer = Layer { stock: 0.0, depth: TOLD * limit };
         let line = |s: &Sample| (Line { foot: s.at, normal: s.normal }, s.flat);
         let lines: Vec<(Line, DVec2)> = samples.iter().map(line).collect();

@@ -140,6 +140,23 @@ pub fn locate_pass(
     Ok(LocatedPass { points, raised: raised_stretches(contacts, &dense, options.tolerance) })
 }
 
+/// How far the cutter must be raised where it is to touch one contact of a path going along `feed`, mm; infinite
+/// where that cannot be: the surface faces away, or the allowance leaves nothing of the cutter.
+pub fn raise_at(
+    contact: DVec3,
+    normal: DVec3,
+    feed: DVec3,
+    options: &PassOptions,
+    check: &CheckMesh,
+) -> f64 {
+    let axis = tool_axis(options.axis, normal, feed);
+    let probe = Probe::new(options, check);
+    if normal.dot(axis) <= 0.0 || probe.grown(options.stock).is_none() {
+        return f64::INFINITY;
+    }
+    probe.raise_with_stock(tip(&options.tool, contact, normal, axis, options.stock), axis)
+}
+
 /// A point of the dense path.
 #[derive(Copy, Clone)]
 struct Dense {
@@ -202,6 +219,21 @@ impl<'a> Probe<'a> {
             return (0.0, false);
         }
         (raise, true)
+    }
+
+    /// The longest step, mm, of which only the middle is tested.
+    ///
+    /// A cutter that turns about its contact leaves it: its rounding, of radius `r`, passes by what it was never
+    /// near to. Between places `s/2` apart that stands into it by up to `s²/(32 r)`, here three quarters of the tolerance.
+    fn longest_step(&self, a: &Dense, b: &Dense) -> f64 {
+        let longest = 0.5 * self.tool.radius();
+        let is_swing = a.tip.distance(b.tip) > SWING * a.contact.distance(b.contact);
+        if !is_swing {
+            return longest;
+        }
+        let corner = self.tool.corner_radius();
+        let rounding = if corner > 0.0 { corner } else { self.tool.radius() };
+        longest.min((24.0 * rounding * self.tolerance).sqrt())
     }
 
     /// Whether the cutter in the middle between two places penetrates by less than a quarter of the tolerance
@@ -324,6 +356,8 @@ fn dense_path(
     dense
 }
 
+/// Times as far as its contact goes the tip, where the cutter turns about it.
+const SWING: f64 = 2.0;
 /// What a raised cutter may still penetrate, mm: a bound of [`CheckMesh::raise`].
 const FREE: f64 = 2e-6;
 /// Halvings of a piece between contacts; 2^12 parts of a long piece are shorter than any tolerance.
@@ -332,13 +366,14 @@ const DEEPEST: u32 = 12;
 /// Appends the points needed between `a` and `b` for no straight piece to cut in; returns whether any.
 fn between(a: &Dense, b: &Dense, probe: &Probe, depth: u32, out: &mut Vec<Dense>) -> bool {
     let step = b.tip - a.tip;
-    if step.length() < 0.5 * probe.tool.radius() && probe.is_between(a, b) {
+    let is_short = step.length() < probe.longest_step(a, b);
+    if is_short && probe.is_between(a, b) {
         return false;
     }
     let mut middle = midpoint(a, b);
     let across = (step - middle.axis * step.dot(middle.axis)).length();
     let clear = probe.clears(middle.tip, middle.axis, 0.25 * probe.tolerance);
-    if clear && (step.length() < 0.5 * probe.tool.radius() || depth == 0) {
+    if clear && (is_short || depth == 0) {
         return false;
     }
     if !clear && (across < 0.25 * probe.tolerance || depth == 0) {

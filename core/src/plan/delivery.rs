@@ -114,11 +114,10 @@ impl Delivery<'_> {
         let mut delivered =
             deliver(flat, &self.lift, &self.check, &self.options, None, &mut *progress)?;
         if let Some(options) = self.mend_options() {
-            let mut mender = Mender::new(self.surface, self.chart, self.locator, options);
+            let mut mender = Mender::new(self.surface, self.chart, self.locator, &self.check, options);
             let mut flat = flat.to_vec();
             for _ in 0..MENDS {
-                let Delivered { toolpath, raised } = &delivered;
-                let Some(mended) = mender.mended(&flat, toolpath, raised) else { break };
+                let Some(mended) = mender.mended(&flat, &delivered.toolpath) else { break };
                 flat = mended;
                 delivered =
                     deliver(&flat, &self.lift, &self.check, &self.options, None, &mut *progress)?;
@@ -204,14 +203,11 @@ impl Delivery<'_> {
         let is_open = self.job.path.boundary == Boundary::Open;
         let inside = |p| is_open || self.terrain.room(p).is_some_and(|room| room >= 0.0);
         work(&Access {
-            tool: self.job.tool,
-            axis: self.options.pass.axis,
+            pass: self.options.pass,
             layer: self.layer(),
             check: &self.check,
-            reach: self.options.pass.reach,
             inside: &inside,
             path,
-            tolerance: self.job.cut.tolerance,
             // Columns stand on facets, below the smooth surface by the chord error.
             cusp: self.cusp_limit + self.chord(),
             cell: self.job.nominal_side_step(),
@@ -225,7 +221,7 @@ impl Delivery<'_> {
         let Stepover::Scallop(limit) = job.cut.stepover else { return None };
         let may_leave = job.tool.kind() != ToolKind::Ball && job.path.boundary == Boundary::Open;
         may_leave.then(|| MendOptions {
-            cutter: self.cutter(),
+            pass: self.options.pass,
             side_step: job.nominal_side_step(),
             limit: limit + MENDED * job.cut.tolerance,
             lag: tilted(job).map_or(0.0, |strip| strip.lag(0.5 * job.nominal_side_step())),

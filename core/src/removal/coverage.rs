@@ -1,12 +1,11 @@
 //! What the path leaves standing, and whether the cutter could have taken it.
 
 use super::columns::{Column, Columns};
-use super::{Cutter, Layer, Removed};
-use crate::cutter_location::{CheckMesh, ToolAxis, tip, tool_axis};
+use super::{Cutter, Layer, Line, Removed};
+use crate::cutter_location::{CheckMesh, PassOptions, ToolAxis, raise_at};
 use crate::geometry::{DVec2, DVec3};
 use crate::parallel;
-use crate::tool::Tool;
-use crate::toolpath::Toolpath;
+use crate::toolpath::{PathPoint, Toolpath};
 
 /// Part of the tolerance by which a column may stand above the cusps: the rest is for the cusps' tops,
 /// which lie between columns.
@@ -44,22 +43,16 @@ pub struct Place {
 
 /// What decides where the cutter can touch.
 pub struct Access<'a> {
-    /// The cutter.
-    pub tool: Tool,
-    /// Where its axis comes from.
-    pub axis: ToolAxis,
+    /// How the cutter stands.
+    pub pass: PassOptions,
     /// The layer.
     pub layer: Layer,
     /// The part.
     pub check: &'a CheckMesh,
-    /// Length of the cutter that must clear the part, mm.
-    pub reach: f64,
     /// Whether a contact at a flat point lies inside of ring 0.
     pub inside: &'a dyn Fn(DVec2) -> bool,
-    /// The path, whose nearest move gives the feed direction.
+    /// The path, at whose nearest point the cutter faces the same way.
     pub path: &'a Toolpath,
-    /// Largest raise that is none, mm.
-    pub tolerance: f64,
     /// Height over the allowance that may stay, mm.
     pub cusp: f64,
     /// Size of the cells that too tight places are gathered in, mm.
@@ -102,7 +95,7 @@ pub fn coverage(columns: &Columns, removed: &Removed, access: &Access) -> Covera
 
 /// What the path of `access` leaves of fresh columns, for [`coverage`]: what is removed where is not told.
 pub fn remains(columns: &Columns, access: &Access) -> Removed {
-    let cutter = Cutter { tool: access.tool, length: access.reach };
+    let cutter = Cutter { tool: access.pass.tool, length: access.pass.reach };
     columns.remains(access.path, cutter, access.layer, access.allowed(), access.threads)
 }
 
@@ -111,7 +104,7 @@ impl Access<'_> {
     fn allowed(&self) -> f64 {
         // What no move took from is left, however high a cusp may be.
         let untouched = self.layer.top() - UNTOUCHED * self.layer.depth;
-        (self.layer.stock + self.cusp + SHARE * self.tolerance).min(untouched)
+        (self.layer.stock + self.cusp + SHARE * self.pass.tolerance).min(untouched)
     }
 }
 
@@ -129,42 +122,39 @@ fn left_over(columns: &Columns, removed: &Removed, access: &Access) -> Vec<Left>
 
 /// Whether the cutter could touch the surface at each column.
 fn fits(left: &[Left], access: &Access) -> Vec<bool> {
-    let feeds = FeedIndex::new(access.path, access.axis);
-    // The cutter with the allowance around it.
-    let (radius, corner) = (access.tool.radius(), access.tool.corner_radius());
-    let grown = Tool::new(radius + access.layer.stock, corner + access.layer.stock).ok();
-    let (tool, rule, stock) = (access.tool, access.axis, access.layer.stock);
-    let (check, reach, tolerance) = (access.check, access.reach, access.tolerance);
+    let feeds = FeedIndex::new(access.path, access.pass.axis);
+    let (pass, check) = (access.pass, access.check);
     parallel::map(access.threads, left, |l| {
-        let Some(grown) = grown.filter(|_| l.inside) else { return false };
-        let line = &l.column.line;
-        let axis = tool_axis(rule, line.normal, feeds.nearest(l.flat));
-        let touching = tip(&tool, line.foot, line.normal, axis, stock) - axis * stock;
-        line.normal.dot(axis) > 0.0 && check.raise(&grown, touching, axis, reach) <= tolerance
+        let Line { foot, normal } = l.column.line;
+        let raise = || raise_at(foot, normal, feeds.nearest(l.flat), &pass, check);
+        l.inside && raise() <= pass.tolerance
     })
 }
 
-/// Feed directions of the path by place.
-struct FeedIndex {
-    /// Flat place and feed direction of the moves, by their first coordinate.
-    moves: Vec<(DVec2, DVec3)>,
+/// The directions that the cutter faces along a path, by place.
+pub(crate) struct FeedIndex {
+    /// Flat place and direction of the points, by their first coordinate.
+    points: Vec<(DVec2, DVec3)>,
 }
 
 impl FeedIndex {
     /// Empty where the axis does not ask for the feed.
-    fn new(path: &Toolpath, axis: ToolAxis) -> Self {
-        let feed = |w: &[crate::toolpath::PathPoint]| Some((w[1].flat?, w[1].tip - w[0].tip));
-        let mut moves: Vec<_> = match axis {
+    pub fn new(path: &Toolpath, axis: ToolAxis) -> Self {
+        let mut points: Vec<_> = match axis {
             ToolAxis::Fixed(_) => Vec::new(),
-            ToolAxis::Lead(_) => path.points.windows(2).filter_map(feed).collect(),
+            // It leans that way: on a detour's way back it faces against the feed.
+            ToolAxis::Lead(lead) => {
+                let facing = |p: &PathPoint| (p.axis - p.normal * p.axis.dot(p.normal)) * lead;
+                path.points.iter().filter_map(|p| Some((p.flat?, facing(p)))).collect()
+            }
         };
-        moves.sort_by(|a, b| a.0.x.total_cmp(&b.0.x));
-        Self { moves }
+        points.sort_by(|a, b| a.0.x.total_cmp(&b.0.x));
+        Self { points }
     }
 
-    /// Feed direction of the move that ends nearest to `at`.
-    fn nearest(&self, at: DVec2) -> DVec3 {
-        let start = self.moves.partition_point(|m| m.0.x < at.x);
+    /// Where the cutter faces at the point nearest to `at`.
+    pub fn nearest(&self, at: DVec2) -> DVec3 {
+        let start = self.points.partition_point(|m| m.0.x < at.x);
         let mut best = (f64::INFINITY, DVec3::ZERO);
         let mut look = |m: &(DVec2, DVec3)| {
             let square = m.0.distance_squared(at);
@@ -173,8 +163,8 @@ impl FeedIndex {
             }
             (m.0.x - at.x) * (m.0.x - at.x) <= best.0
         };
-        let _ = self.moves[start..].iter().all(&mut look);
-        let _ = self.moves[..start].iter().rev().all(&mut look);
+        let _ = self.points[start..].iter().all(&mut look);
+        let _ = self.points[..start].iter().rev().all(&mut look);
         best.1
     }
 }

@@ -27,6 +27,7 @@ mod sweep;
 mod tests;
 
 pub(crate) use body::Line;
+pub(crate) use coverage::FeedIndex;
 pub use body::{Cutter, Layer};
 pub use columns::Columns;
 pub use coverage::{Access, Coverage, Place, coverage, remains};
