@@ -88,7 +88,7 @@ fn of_plan(error: &PlanError) -> Failure {
         PlanError::Deliver(DeliverError::Locate(LocateError::BelowHorizon { .. })) => {
             bad_surface(&["surface.select", "surface.file", "machine.axes"], Hint::None)
         }
-        PlanError::FarFromCentre { .. } => {
+        PlanError::FarFromCentre { .. } | PlanError::FarFromOrigin { .. } => {
             bad_surface(&["surface.translate", "machine.axes", "surface.file"], Hint::None)
         }
         PlanError::Deliver(DeliverError::Outside(_))

@@ -13,11 +13,11 @@
 //! 2. The highest sample gets a detour along those about it that are too high; then the highest of the others.
 
 use crate::cutter_location::{CheckMesh, PassOptions, raise_at};
-use crate::parallel;
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
 use crate::geometry::{DVec2, DVec3};
 use crate::mesh::FaceId;
+use crate::parallel;
 use crate::removal::{Columns, Cutter, FeedIndex, Layer, Line};
 use crate::surface::{Surface, SurfacePoint};
 use crate::toolpath::{MoveKind, Toolpath};

@@ -38,6 +38,8 @@ const RING_TOLERANCE: f64 = 0.25;
 const CHORD: f64 = 0.25;
 /// Farthest distance of a part from the rotary centre, in diagonals of its box.
 const FARTHEST: f64 = 20.0;
+/// Farthest distance of a part from the origin, mm: half of what a program is read back to.
+const LONGEST_TRAVEL: f64 = 5e5;
 
 /// The steps of the pipeline that take time.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -441,16 +443,16 @@ pub fn cusp_limit(job: &Job, surface: &Surface, curvature: &CurvatureField) -> f
 }
 
 fn refuse_too_far(job: &Job, part: &Part) -> Result<(), PlanError> {
-    if job.machine.axes == Axes::ThreeAxis {
-        return Ok(());
-    }
     let (low, high) = part
         .positions
         .iter()
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
     let middle = 0.5 * (low + high);
     let (distance, times) = (middle.length(), middle.length() / (high - low).length());
-    if times > FARTHEST {
+    if distance > LONGEST_TRAVEL {
+        return Err(PlanError::FarFromOrigin { middle, distance });
+    }
+    if job.machine.axes != Axes::ThreeAxis && times > FARTHEST {
         return Err(PlanError::FarFromCentre { middle, distance, times });
     }
     Ok(())

@@ -25,6 +25,8 @@ use thiserror::Error;
 const WIDEST_SCALE: f64 = 30.0;
 /// Samples of the judge on a side step.
 const SAMPLES_PER_STEP: f64 = 10.0;
+/// Samples of the judge on a cutter radius, at least: a window of travel, a fifth of the radius, is to hold several.
+const SAMPLES_PER_RADIUS: f64 = 20.0;
 
 /// A file that was read.
 #[derive(Copy, Clone, Debug)]
@@ -383,6 +385,7 @@ pub(crate) fn judge(
 /// What a job asks of its path; `cusp_limit`: height of the cusps that are meant to stay, mm.
 pub fn verify_options(job: &Job, cusp_limit: f64, threads: usize) -> VerifyOptions {
     let limits_rate = job.force.control != ForceControl::Off;
+    let of_radius = job.tool.radius() / SAMPLES_PER_RADIUS;
     VerifyOptions {
         tool: job.tool,
         length: job.cutter_length(),
@@ -392,7 +395,7 @@ pub fn verify_options(job: &Job, cusp_limit: f64, threads: usize) -> VerifyOptio
         scallop: Some(cusp_limit),
         tolerance: job.cut.tolerance,
         mrr_limit: limits_rate.then(|| job.mrr_limit()),
-        spacing: job.nominal_side_step() / SAMPLES_PER_STEP,
+        spacing: of_radius.min(job.nominal_side_step() / SAMPLES_PER_STEP),
         up: DVec3::Z,
         too_tight: Vec::new(),
         threads,
@@ -736,11 +739,11 @@ fn warnings(
         ));
     }
     if let Some(slowed) = slowed
-        && job.force.control == ForceControl::Trochoid
+        && planned.loops > 0
         && delivered.machine_time_s.total > 1.01 * slowed.machine_time_s.total
     {
         let message = format!(
-            "the plain passes, slowed throughout, would take {:.0} s instead of {:.0} s",
+            "the plain passes alone, slowed throughout, would take {:.0} s instead of {:.0} s",
             slowed.machine_time_s.total, delivered.machine_time_s.total
         );
         out.push(warning("force", message, "try force.control = \"feed\""));

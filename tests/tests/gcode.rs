@@ -178,6 +178,39 @@ fn interpolation_between_rotary_positions_stays_on_the_line() {
     assert_follows(&path, &met(&read), RAPID_PLANE, TOLERANCE);
 }
 
+/// Where the axis passes the C axis so closely that C would jump the tables stand upright, C turns in place, and the
+/// cutter's rim is off by less than the tolerance.
+#[test]
+fn near_the_c_axis_the_tables_turn_in_place() {
+    let tilted = |x: f64, y: f64| DVec3::new(x, y, 1.0).normalize();
+    let axes = [
+        tilted(0.1, 0.0),
+        tilted(1e-4, 0.0),
+        tilted(-1e-7, 1e-7),
+        tilted(1e-12, -1e-9),
+        tilted(0.0, 2e-4),
+        tilted(0.0, 0.1),
+        tilted(1e-5, -0.1),
+        tilted(3e-4, 0.1),
+    ];
+    let at = |i: usize| DVec3::new(80.0 + i as f64, -60.0, 10.0);
+    let cut = |(i, &axis): (usize, &DVec3)| point(MoveKind::Cut, 0, at(i), axis, 10.0);
+    let path = Toolpath { points: axes.iter().enumerate().map(cut).collect() };
+    let text = program(&path, &options(Axes::Xyzac)).unwrap().text;
+    let read = read_for(&options(Axes::Xyzac).machine, &text);
+    assert_follows(&path, &met(&read), RAPID_PLANE, TOLERANCE);
+    assert!(read.moves.len() < 1000, "{} blocks are too many", read.moves.len());
+    let (radius, mut from) = (5.0, 0);
+    for (_, tip, axis) in met(&read).into_iter().filter(|m| m.1.z < 10.01) {
+        let way = (tip.x - 80.0).clamp(0.0, 6.999_999);
+        from = from.max(way as usize);
+        let (a, b) = (axes[way as usize], axes[way as usize + 1]);
+        let wanted = a.lerp(b, way.fract()).normalize();
+        assert!(radius * axis.distance(wanted) < TOLERANCE, "{tip}: {axis} is not {wanted}");
+    }
+    assert_eq!(from, 6);
+}
+
 #[test]
 fn what_must_not_be_written_is_refused() {
     let three = options(Axes::ThreeAxis);

@@ -8,8 +8,7 @@ mod solid;
 
 pub use check_mesh::CheckMesh;
 pub use pass::{
-    Contact, Located, LocatedPass, PassOptions, RaisedStretch, facet_error, locate_pass,
-    raise_at,
+    Contact, Located, LocatedPass, PassOptions, RaisedStretch, facet_error, locate_pass, raise_at,
 };
 
 use crate::geometry::math::{cos, sin};

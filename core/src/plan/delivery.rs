@@ -114,7 +114,8 @@ impl Delivery<'_> {
         let mut delivered =
             deliver(flat, &self.lift, &self.check, &self.options, None, &mut *progress)?;
         if let Some(options) = self.mend_options() {
-            let mut mender = Mender::new(self.surface, self.chart, self.locator, &self.check, options);
+            let mut mender =
+                Mender::new(self.surface, self.chart, self.locator, &self.check, options);
             let mut flat = flat.to_vec();
             for _ in 0..MENDS {
                 let Some(mended) = mender.mended(&flat, &delivered.toolpath) else { break };

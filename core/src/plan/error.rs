@@ -41,6 +41,18 @@ pub enum PlanError {
     /// The path cannot be delivered.
     #[error(transparent)]
     Deliver(#[from] DeliverError),
+    /// The part lies where no machine goes.
+    #[error(
+        "machine: the middle of the part lies {:.0} m from the origin, farther than any machine goes: \
+         set surface.translate = [{:.0}, {:.0}, {:.0}]",
+        1e-3 * distance, -middle.x, -middle.y, -middle.z
+    )]
+    FarFromOrigin {
+        /// Middle of the bounding box, mm.
+        middle: DVec3,
+        /// Its distance from the origin, mm.
+        distance: f64,
+    },
     /// The part lies too far from the rotary centre for five axes.
     #[error(
         "machine: the middle of the part lies {distance:.0} mm from the rotary centre (the origin), \

@@ -3,13 +3,20 @@
 use super::xyzac::Rotary;
 use super::{Dialect, PostError, Program, ProgramOptions};
 use crate::feed::commanded_time;
-use crate::geometry::DVec3;
+use crate::geometry::{DVec3, math};
 use crate::machine::Axes;
 use crate::tool::ToolKind;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath, push_fixed};
 
-/// Halvings of one move between rotary positions.
-const DEEPEST: u32 = 14;
+/// Halvings of one move between rotary positions: past the pole C turns in a small part of it.
+const DEEPEST: u32 = 20;
+/// Part of the tolerance by which an axis near the C axis may be off, at the cutter's rim. Larger: fewer turns of
+/// C; with what interpolation may err it stays below the tolerance.
+const OFF_POLE: f64 = 0.25;
+/// The same as an angle at most, rad.
+const WIDEST_POLE: f64 = 0.01;
+/// Most blocks of a turn of C in place.
+const MOST_BLOCKS: f64 = 1e4;
 
 /// How far below the rapid plane a rapid may be through rounding, mm.
 const ROUNDING: f64 = 1e-6;
@@ -226,8 +233,31 @@ impl Writer<'_> {
         if self.options.machine.axes == Axes::ThreeAxis {
             return p.tip;
         }
-        self.rotary = self.rotary.toward(p.axis).rounded(self.dialect.decimals[1]);
+        self.rotary = self.toward(p.axis);
         self.rotary.to_machine(p.tip)
+    }
+
+    /// The tables for an axis, as written.
+    fn toward(&self, axis: DVec3) -> Rotary {
+        let pole = OFF_POLE * self.options.tolerance / self.options.tool.radius();
+        self.rotary.toward(axis, pole.min(WIDEST_POLE)).rounded(self.dialect.decimals[1])
+    }
+
+    /// Turns C at an upright axis, about a tip that stays where it is.
+    fn turn_in_place(&mut self, tip: DVec3, c: f64) {
+        let from = self.rotary;
+        // The chord of a turn by `t` at distance `r` from the C axis lies `r t²/8` inside of it.
+        let sagitta = math::hypot(tip.x, tip.y) * (c - from.c) * (c - from.c) / 8.0;
+        let blocks =
+            (sagitta / (0.5 * self.options.tolerance)).sqrt().ceil().clamp(1.0, MOST_BLOCKS);
+        for i in 1..=blocks as u32 {
+            let before = self.rotary.to_machine(tip);
+            let turned = from.lerp(Rotary { c, ..from }, f64::from(i) / blocks);
+            self.rotary = turned.rounded(self.dialect.decimals[1]);
+            let target = self.rotary.to_machine(tip);
+            let time = target.distance(before) / self.options.machine.max_feed;
+            self.block(Speed::Time(time), target.to_array().map(Some), true);
+        }
     }
 
     /// A move of `time` s in five axes, halved until the controller's straight interpolation of
@@ -239,7 +269,7 @@ impl Writer<'_> {
         time: f64,
         depth: u32,
     ) -> Result<(), PostError> {
-        let next = self.rotary.toward(to.1).rounded(self.dialect.decimals[1]);
+        let next = self.toward(to.1);
         let allowed = 0.5 * self.options.tolerance;
         let error = interpolation_error(self.rotary, next, from, to, self.options.tool.radius());
         if error <= allowed {
@@ -251,6 +281,10 @@ impl Writer<'_> {
             self.rotary = next;
             self.block(Speed::Time(time.max(least)), target.to_array().map(Some), true);
             return Ok(());
+        }
+        if self.rotary.a == 0.0 && next.c != self.rotary.c {
+            self.turn_in_place(from.0, next.c);
+            return self.turn(from, to, time, depth);
         }
         if depth == 0 {
             let tolerance = self.options.tolerance;

@@ -9,11 +9,6 @@ use crate::geometry::DVec3;
 use crate::geometry::math::{acos_clamped, atan2, cos, hypot, sin};
 use std::f64::consts::{PI, TAU};
 
-/// An axis this near to the C axis leaves C where it is: sine of the angle.
-///
-/// Smaller: C follows rounding noise; larger: the axis is off by it (1e-9 rad is 1e-7 mm at 100 mm).
-const POLE: f64 = 1e-9;
-
 /// Positions of the rotary axes, rad.
 #[derive(Copy, Clone, Debug, PartialEq, Default)]
 pub(crate) struct Rotary {
@@ -22,10 +17,11 @@ pub(crate) struct Rotary {
 }
 
 impl Rotary {
-    /// The position for a unit axis that turns least from `self`: either sign of A, any winding of C.
-    pub fn toward(self, axis: DVec3) -> Self {
+    /// The position for a unit axis that turns least from `self`: either sign of A, any winding of C. An axis
+    /// nearer than `pole` to the C axis, by the sine of the angle, is taken for it, and leaves C where it is.
+    pub fn toward(self, axis: DVec3, pole: f64) -> Self {
         let sine = hypot(axis.x, axis.y);
-        if sine < POLE {
+        if sine < pole {
             let a = if axis.z > 0.0 { 0.0 } else { PI.copysign(self.a) };
             return Self { a, c: self.c };
         }
@@ -76,6 +72,8 @@ fn nearest_winding(angle: f64, near: f64) -> f64 {
 mod tests {
     use super::*;
 
+    const POLE: f64 = 1e-9;
+
     #[test]
     fn the_wanted_axis_is_turned_upright_and_back() {
         let mut at = Rotary::default();
@@ -83,7 +81,7 @@ mod tests {
             let t = 0.1 * f64::from(i);
             let tilt = 1.2 * sin(0.37 * t);
             let axis = DVec3::new(sin(tilt) * cos(t), sin(tilt) * sin(t), cos(tilt));
-            at = at.toward(axis);
+            at = at.toward(axis, POLE);
             assert!((at.axis() - axis).length() < 1e-12);
             assert!((at.to_machine(axis) - DVec3::Z).length() < 1e-12);
             let p = DVec3::new(3.0, -7.0, 11.0 + t);
@@ -96,14 +94,14 @@ mod tests {
         let mut at = Rotary::default();
         for i in 0..=720 {
             let t = f64::from(i) * PI / 90.0;
-            let next = at.toward(DVec3::new(0.6 * sin(t), 0.6 * cos(t), 0.8));
+            let next = at.toward(DVec3::new(0.6 * sin(t), 0.6 * cos(t), 0.8), POLE);
             assert!((next.c - at.c).abs() < 0.04 && (i == 0 || (next.a - at.a).abs() < 1e-9));
             at = next;
         }
         assert!((at.c - 4.0 * TAU).abs() < 1e-9);
-        let upright = at.toward(DVec3::Z);
+        let upright = at.toward(DVec3::Z, POLE);
         assert_eq!((upright.a, upright.c), (0.0, at.c));
-        let beyond = upright.toward(DVec3::new(0.0, -0.6, 0.8));
+        let beyond = upright.toward(DVec3::new(0.0, -0.6, 0.8), POLE);
         assert!(beyond.a < 0.0 && (beyond.c - at.c).abs() < 1e-9, "A goes through, C stays");
     }
 }

@@ -27,9 +27,9 @@ mod sweep;
 mod tests;
 
 pub(crate) use body::Line;
-pub(crate) use coverage::FeedIndex;
 pub use body::{Cutter, Layer};
 pub use columns::Columns;
+pub(crate) use coverage::FeedIndex;
 pub use coverage::{Access, Coverage, Place, coverage, remains};
 pub use cusp::{Lean, cusp, worst_cusp};
 pub use rates::{Feeds, Limit, TooSlow, rated};
