@@ -332,6 +332,7 @@ fn with_detours(flat: &[FlatPoint], mut detours: Vec<Detour>) -> Vec<FlatPoint> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cutter_location::ToolAxis;
     use crate::geometry::math::{cos, sin};
     use crate::job::{Component, Selection, SurfaceOptions, SurfaceSource};
     use crate::surface::{AnalyticSurface, build};
@@ -406,21 +407,40 @@ mod tests {
         let limit = 0.5 * (lag(0.5 * side_step) + lag(side_step));
         let behind = lag(0.5 * side_step) / sin(LEAD);
         let options = MendOptions {
-            cutter: Cutter { tool: Tool::new(RADIUS, 0.0).unwrap(), length: f64::INFINITY },
+            pass: PassOptions {
+                tool: Tool::new(RADIUS, 0.0).unwrap(),
+                axis: ToolAxis::Lead(LEAD),
+                axis_rate: f64::INFINITY,
+                stock: 0.0,
+                tolerance: 0.001,
+                reach: f64::INFINITY,
+            },
             side_step,
             limit,
             lag: behind,
             threads: 2,
         };
-        let mended = |ys: &[f64]| {
-            let mut mender = Mender::new(&surface, &chart, &locator, options);
+        let check = |roof: Option<f64>| {
+            let (positions, mut faces) = surface.triangles();
+            let roof = roof.map(|z| {
+                [[-HALF, -0.2], [HALF, -0.2], [0.0, 0.2]].map(|[x, y]| DVec3::new(x, y, z))
+            });
+            let first = positions.len() as u32;
+            faces.extend(roof.map(|_| [first, first + 1, first + 2]));
+            CheckMesh::new(
+                positions.iter().copied().chain(roof.into_iter().flatten()).collect(),
+                faces,
+            )
+        };
+        let mended = |ys: &[f64], check: &CheckMesh| {
+            let mut mender = Mender::new(&surface, &chart, &locator, check, options);
             let mut flat = passes(ys);
             let mut rounds = 0;
             loop {
                 let points =
                     flat.iter().map(|p| touching(p.at + p.overrun * DVec2::X, p.kind)).collect();
                 let path = Toolpath { points };
-                match mender.mended(&flat, &path, &[]) {
+                match mender.mended(&flat, &path) {
                     Some(more) if rounds < 4 => flat = more,
                     left => return (flat, rounds, left.is_none()),
                 }
@@ -428,13 +448,16 @@ mod tests {
             }
         };
         let all: Vec<f64> = (-5..=5).map(f64::from).map(|y| 0.98 * y).collect();
-        let (flat, rounds, is_kept) = mended(&all);
+        let (flat, rounds, is_kept) = mended(&all, &check(None));
         assert!(is_kept && rounds == 0, "{rounds} rounds, {} points", flat.len());
         let gap: Vec<f64> = all.iter().copied().filter(|y| *y != 0.0).collect();
-        let (flat, rounds, is_kept) = mended(&gap);
+        let (flat, rounds, is_kept) = mended(&gap, &check(None));
         assert!(is_kept && rounds > 0, "{rounds} rounds");
         let added = flat.len() - passes(&gap).len();
         let in_gap = flat.iter().filter(|p| p.at.y.abs() < 0.5).count();
         assert!(in_gap >= 8 && added <= 4 * in_gap, "{in_gap} of {added}");
+        // Under a roof over the gap, higher than half of what was left, no detour helps.
+        let (flat, rounds, _) = mended(&gap, &check(Some(TOLD * limit)));
+        assert!(rounds == 0 && flat.len() == passes(&gap).len(), "{rounds} rounds");
     }
 }

@@ -23,6 +23,8 @@ use thiserror::Error;
 
 /// A flat map whose scale varies more than this gets a warning.
 const WIDEST_SCALE: f64 = 30.0;
+/// Stock that stands higher than this part of the smallest concave radius leans over what is cut beside it.
+const DEEP: f64 = 0.15;
 /// Samples of the judge on a side step.
 const SAMPLES_PER_STEP: f64 = 10.0;
 /// Samples of the judge on a cutter radius, at least: a window of travel, a fifth of the radius, is to hold several.
@@ -718,6 +720,21 @@ fn warnings(
             q.min_s, q.max_s
         );
         out.push(warning("flatten", message, "select a smaller, flatter piece (surface.select)"));
+    }
+    let top = job.cut.stock + job.cut.axial_depth;
+    if let Some(tightest) = planned.tightest.filter(|t| top > DEEP * t.radius)
+        && job.force.control != ForceControl::Off
+    {
+        let message = format!(
+            "the stock stands {top:.3} mm over the surface, whose smallest concave radius is {:.3} mm: where it \
+             leans over the cut, removal rates are not predicted well",
+            tightest.radius
+        );
+        out.push(warning(
+            "force",
+            message,
+            "rough it in layers first (cut.axial_depth, cut.stock)",
+        ));
     }
     if let Some(rate) = delivered.rate.filter(|rate| rate.peak_over_limit > 1.0) {
         out.push(warning(

@@ -1,7 +1,7 @@
 //! Even cusps and short paths, measured by the judge on surfaces whose best passes are known.
 
 use evencut_core::compare::{Figures, judged, planned, with_pattern};
-use evencut_core::job::{self, ForceControl, Job, Pattern, RingOrder, SurfaceSource};
+use evencut_core::job::{self, ForceControl, Job, MrrLimit, Pattern, RingOrder, SurfaceSource};
 use evencut_tests::shared_data;
 use std::path::Path;
 
@@ -15,13 +15,11 @@ fn job(surface: &str, scallop: f64) -> Job {
 
 /// A job with any cutter and machine; scallop and tolerance, mm.
 fn job_with(surface: &str, tool: &str, axes: &str, (scallop, tolerance): (f64, f64)) -> Job {
-    // Normals of these surfaces go through the axis of the tables, which a program would have to go around.
-    let output = if axes == "3" { "" } else { "[output]\ngcode = { post = \"none\" }\n" };
     let text = format!(
         "version = 1\n[surface.analytic]\n{surface}\n[tool]\n{tool}\n\
          [cut]\nscallop = {scallop}\nfeed = 1200.0\ntolerance = {tolerance}\n\
          [force]\ncontrol = \"off\"\n[path]\npattern = \"iso-scallop\"\n\
-         [machine]\naxes = \"{axes}\"\n{output}"
+         [machine]\naxes = \"{axes}\"\n"
     );
     match job::read(text.as_bytes()) {
         Ok(resolved) => resolved.job,
@@ -139,6 +137,41 @@ fn a_limited_removal_rate_costs_no_evenness() {
         let peak = verified.mrr.as_ref().and_then(|mrr| mrr.peak_over_limit).unwrap();
         assert!((0.9..1.02).contains(&peak), "{peak}");
     }
+}
+
+/// A limit that is never near leaves the path of a tilted flat end as it is: its edge leaves no wall that would count as
+/// left and be gone over again.
+#[test]
+fn a_lofty_limit_changes_no_tilted_flat_path() {
+    let surface = "kind = \"bump\"\nsize = 40.0\nradius = 12.0\nheight = 4.0";
+    let mut job = job_with(surface, "kind = \"flat\"\ndiameter = 6.0", "xyzac", (0.05, 0.005));
+    job.cut.lead = 5.0f64.to_radians();
+    let length = |control, limit: f64| {
+        let mut job = job.clone();
+        (job.force.control, job.force.limit) = (control, MrrLimit::Relative(limit));
+        let figures = measured_as_is("bump", &job);
+        check_kept("bump", &figures);
+        figures.report.delivered.length_mm.total
+    };
+    let [off, limited] = [length(ForceControl::Off, 3.0), length(ForceControl::Feed, 3.0)];
+    assert!((limited / off - 1.0).abs() < 0.01, "{limited} mm instead of {off} mm");
+}
+
+/// Where a tilted flat end fits on half of the surface only, it goes over what it can lower, and not over the rest. Beside
+/// that single places stand too high; the part is not cut into.
+#[test]
+fn no_detours_where_the_cutter_does_not_fit() {
+    let surface = "kind = \"monkey-saddle\"\nsize = 40.0\nheight = 5.0";
+    let mut job = job_with(surface, "kind = \"flat\"\ndiameter = 6.0", "xyzac", (0.03, 0.004));
+    (job.cut.lead, job.path.pattern) = (5.0f64.to_radians(), Pattern::Contour);
+    job.force.control = ForceControl::Feed;
+    let figures = measured_as_is("monkey", &job);
+    let v = figures.report.verification.as_ref().unwrap();
+    assert!(v.broken.iter().all(|b| b.starts_with("scallop")), "{:?}", v.broken);
+    assert!(v.scallop.largest_mm < 1.5 * v.scallop.limit_mm.unwrap());
+    let [plain, delivered] =
+        [figures.report.plain.unwrap(), figures.report.delivered].map(|path| path.length_mm.total);
+    assert!(delivered < 3.0 * plain, "{delivered} mm for {plain} mm of plain passes");
 }
 
 /// Every pattern keeps the limit on the saddle and on the cap.
