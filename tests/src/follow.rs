@@ -7,9 +7,6 @@ use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
 
 /// Largest distance of a programmed point from the path's, mm.
 pub const READ_BACK: f64 = 0.001;
-/// Largest angle of an axis to the C axis that may be taken for it, rad: a quarter of a tolerance of 0.005 mm at the rim of
-/// a cutter of 10 mm.
-const UPRIGHT: f64 = 2.5e-4;
 
 /// A program as the machine that it was written for reads it.
 pub fn read_for(machine: &Machine, text: &str) -> GcodeProgram {
@@ -43,6 +40,7 @@ pub fn assert_follows(
     read: &[(bool, DVec3, DVec3)],
     rapid_plane: f64,
     path_tolerance: f64,
+    tool_radius: f64,
 ) {
     let mut next = 0;
     for &(rapid, tip, axis) in read {
@@ -52,8 +50,9 @@ pub fn assert_follows(
             continue;
         }
         let p = &path.points[next];
-        // An axis beside the C axis may be taken for it.
-        let is_upright = |p: &PathPoint| axis.z == 1.0 && p.axis.distance(axis) < UPRIGHT;
+        // An axis beside the C axis may be taken for it, if the cutter's rim is off by little.
+        let off_rim = |p: &PathPoint| p.axis.distance(axis) * tool_radius;
+        let is_upright = |p: &PathPoint| axis.z == 1.0 && off_rim(p) < 0.25 * path_tolerance;
         let is_axis = |p: &PathPoint| axis.distance(p.axis) < 1e-5 || is_upright(p);
         let meets = |p: &PathPoint| tip.distance(p.tip) < READ_BACK && is_axis(p);
         if meets(p) {

@@ -16,6 +16,7 @@ use evencut_tests::linuxcnc::{in_part, interpreted};
 
 const RAPID_PLANE: f64 = 60.0;
 const TOLERANCE: f64 = 0.005;
+const RADIUS: f64 = 5.0;
 
 fn options(axes: Axes) -> ProgramOptions {
     ProgramOptions {
@@ -29,7 +30,7 @@ fn options(axes: Axes) -> ProgramOptions {
             travel: evencut_core::machine::Travel::default(),
         },
         rapid_plane: RAPID_PLANE,
-        tool: Tool::new(5.0, 1.0).unwrap(),
+        tool: Tool::new(RADIUS, 1.0).unwrap(),
         tool_number: 3,
         spindle: 133.0,
         tolerance: TOLERANCE,
@@ -101,7 +102,7 @@ fn reading_back_gives_the_path() {
         let path = rings(axes, 9, 400);
         let text = program(&path, &options(axes)).unwrap().text;
         let program = read_for(&options(axes).machine, &text);
-        assert_follows(&path, &met(&program), RAPID_PLANE, TOLERANCE);
+        assert_follows(&path, &met(&program), RAPID_PLANE, TOLERANCE, RADIUS);
         let height = |i: usize| program.machine[i].linear.z;
         for (i, m) in program.moves.iter().enumerate().filter(|(_, m)| m.rapid) {
             assert!(program.points_of(i).all(|p| height(p) >= RAPID_PLANE), "line {}", m.line);
@@ -175,7 +176,7 @@ fn interpolation_between_rotary_positions_stays_on_the_line() {
     let text = program(&path, &options(Axes::Xyzac)).unwrap().text;
     let read = read_for(&options(Axes::Xyzac).machine, &text);
     assert!(read.moves.len() > 40, "{} blocks are too few", read.moves.len());
-    assert_follows(&path, &met(&read), RAPID_PLANE, TOLERANCE);
+    assert_follows(&path, &met(&read), RAPID_PLANE, TOLERANCE, RADIUS);
 }
 
 /// Where the axis passes the C axis so closely that C would jump the tables stand upright, C turns in place, and the
@@ -198,15 +199,15 @@ fn near_the_c_axis_the_tables_turn_in_place() {
     let path = Toolpath { points: axes.iter().enumerate().map(cut).collect() };
     let text = program(&path, &options(Axes::Xyzac)).unwrap().text;
     let read = read_for(&options(Axes::Xyzac).machine, &text);
-    assert_follows(&path, &met(&read), RAPID_PLANE, TOLERANCE);
+    assert_follows(&path, &met(&read), RAPID_PLANE, TOLERANCE, RADIUS);
     assert!(read.moves.len() < 1000, "{} blocks are too many", read.moves.len());
-    let (radius, mut from) = (5.0, 0);
+    let mut from = 0;
     for (_, tip, axis) in met(&read).into_iter().filter(|m| m.1.z < 10.01) {
         let way = (tip.x - 80.0).clamp(0.0, 6.999_999);
         from = from.max(way as usize);
         let (a, b) = (axes[way as usize], axes[way as usize + 1]);
         let wanted = a.lerp(b, way.fract()).normalize();
-        assert!(radius * axis.distance(wanted) < TOLERANCE, "{tip}: {axis} is not {wanted}");
+        assert!(RADIUS * axis.distance(wanted) < TOLERANCE, "{tip}: {axis} is not {wanted}");
     }
     assert_eq!(from, 6);
 }
@@ -257,7 +258,7 @@ fn linuxcnc_understands_the_same_path() {
         let read: Vec<_> =
             moves.iter().map(|&(rapid, p)| (rapid, in_part(p).0, in_part(p).1)).collect();
         // The first block only lifts; X and Y are not yet known.
-        assert_follows(&path, &read[1..], RAPID_PLANE, TOLERANCE);
+        assert_follows(&path, &read[1..], RAPID_PLANE, TOLERANCE, RADIUS);
     }
 }
 
