@@ -10,6 +10,7 @@ use evencut_core::post::PostError;
 use evencut_core::results::ResultsError;
 use evencut_core::step::{SmoothError, StepError};
 use evencut_core::surface::SurfaceError;
+use evencut_core::verify::VerifyError;
 
 use crate::{Exit, input};
 
@@ -48,6 +49,9 @@ pub fn explain(error: &ResultsError, job_source: &[u8], surface: Option<&str>) -
     let failure = match error {
         ResultsError::Plan(error) => of_plan(error),
         ResultsError::Post(error) => of_post(error),
+        ResultsError::Verify(VerifyError::TooFine { .. }) => {
+            limit(&["tool.diameter", "surface.scale", "surface.file"])
+        }
         ResultsError::Verify(_) | ResultsError::Program(_) => BUG,
     };
     let place = failure.keys.iter().find_map(|key| input::place(job_source, key));

@@ -16,14 +16,14 @@ use crate::cutter_location::{CheckMesh, PassOptions, raise_at};
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
 use crate::geometry::{DVec2, DVec3};
-use crate::mesh::FaceId;
+use crate::mesh::{FaceId, VertexId};
 use crate::parallel;
 use crate::removal::{Columns, Cutter, FeedIndex, Layer, Line};
 use crate::surface::{Surface, SurfacePoint};
 use crate::toolpath::{MoveKind, Toolpath};
 
 /// Distance of samples, side steps. Larger: high places are overlooked; smaller: slower, with its square.
-const SPACING: f64 = 0.05;
+const SPACING: f64 = 0.04;
 /// Part of the limit from which on there are more samples about one: between samples of a sharp cusp as high as the
 /// limit none is lower.
 const NEARLY: f64 = 0.88;
@@ -50,7 +50,7 @@ const TOLD: f64 = 10.0;
 /// Most detours. More: it is not single places that are too high.
 const MOST_DETOURS: usize = 2000;
 /// Most samples; larger surfaces get fewer.
-const MOST_SAMPLES: f64 = 1e6;
+const MOST_SAMPLES: f64 = 2e6;
 
 /// What is to be kept.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -111,8 +111,8 @@ impl<'a> Mender<'a> {
         let asked = self.options.side_step * SPACING;
         let share = (asked * asked).max(self.surface.area() / MOST_SAMPLES);
         let mut due = 0.0;
-        for (f, face) in self.surface.connectivity().faces().iter().enumerate() {
-            let face_id = FaceId(f as u32);
+        for face_id in self.faces_by_place() {
+            let face = self.surface.connectivity().face(face_id);
             let [a, b, c] = self.surface.corners(face_id);
             let area = 0.5 * (b - a).cross(c - a).length();
             let is_rim = face.iter().any(|v| self.surface.connectivity().is_boundary(*v));
@@ -127,6 +127,26 @@ impl<'a> Mender<'a> {
                 }
             }
         }
+    }
+
+    /// The faces in the order of a curve that fills squares of the chart one after the other (Morton 1966): where faces are
+    /// smaller than samples are apart, every so many of them in turn leave no gaps.
+    fn faces_by_place(&self) -> Vec<FaceId> {
+        let uv = self.chart.uv();
+        let fold = |f: fn(DVec2, DVec2) -> DVec2| uv.iter().copied().reduce(f).unwrap_or_default();
+        let (low, high) = (fold(DVec2::min), fold(DVec2::max));
+        let cells = f64::from(u16::MAX) / (high - low).max_element().max(f64::MIN_POSITIVE);
+        // The bits of a number, every other one.
+        let spread = |x: f64| (0..16).fold(0u32, |bits, i| bits | (x as u32 >> i & 1) << (2 * i));
+        let key = |face: &[VertexId; 3]| {
+            let middle = face.iter().map(|v| uv[v.index()]).sum::<DVec2>() / 3.0;
+            let cell = (middle - low) * cells;
+            spread(cell.x) | spread(cell.y) << 1
+        };
+        let faces = self.surface.connectivity().faces().iter().enumerate();
+        let mut keyed: Vec<(u32, u32)> = faces.map(|(f, face)| (key(face), f as u32)).collect();
+        keyed.sort_unstable();
+        keyed.into_iter().map(|(_, f)| FaceId(f)).collect()
     }
 
     /// A sample on a face.

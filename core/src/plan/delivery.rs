@@ -27,7 +27,7 @@ pub const SLOWEST: f64 = 0.005;
 /// Rounds of detours over what is too high. More: what is left cannot be reached.
 const MENDS: usize = 3;
 /// Part of the tolerance above the limit from which on a place is too high: samples may miss the highest.
-const MENDED: f64 = 0.7;
+const MENDED: f64 = 0.6;
 
 /// A delivered path, and what it leaves.
 pub struct Finished {

@@ -160,7 +160,8 @@ fn first_bite(walk: &Walk, radius: f64, disc: f64, loops: &Loops) -> f64 {
     let outer = disc + radius;
     let bite = -half + (half * half + outer * outer - disc * disc).sqrt() - radius;
     let scale = walk.cutting.radius / disc;
-    bite.clamp(SMALLEST_BITE * disc, loops.max_bite / scale)
+    let largest = loops.max_bite / scale;
+    bite.clamp((SMALLEST_BITE * disc).min(largest), largest)
 }
 
 /// The stretch of ring, by arc length, with the loop that belongs to each place.
@@ -335,7 +336,8 @@ impl LoopStep<'_> {
     fn take(&self, walk: &mut Walk, first: f64) -> Result<(f64, f64), f64> {
         let disc = walk.disc(self.here.center);
         let per_mm = disc / walk.cutting.radius;
-        let (smallest, largest) = (SMALLEST_BITE * disc, self.loops.max_bite * per_mm);
+        let largest = self.loops.max_bite * per_mm;
+        let smallest = (SMALLEST_BITE * disc).min(largest);
         let mut bite = first.clamp(smallest, largest);
         let mut earlier: Option<(f64, f64)> = None;
         for _ in 0..TRIES {

@@ -201,6 +201,15 @@ impl Resolver<'_> {
             let help = format!("give at most the tool diameter, {}", self.show(diameter));
             self.fault("trochoid.max_step", message, help);
         }
+        // Less than the smallest bite that is laid, with room for the scale of the map.
+        if options.max_step < 2e-3 * diameter {
+            let message = format!("{}: loops without number", self.show(options.max_step));
+            let help = format!(
+                "give at least a five-hundredth of the tool diameter, {}",
+                self.show(2e-3 * diameter)
+            );
+            self.fault("trochoid.max_step", message, help);
+        }
         if options.min_radius > 2.0 * diameter {
             let message =
                 format!("{}: loops as wide as several cutters", self.show(options.min_radius));
