@@ -52,7 +52,7 @@ pub fn assert_follows(
         let p = &path.points[next];
         // An axis beside the C axis may be taken for it, if the cutter's rim is off by little.
         let off_rim = |p: &PathPoint| p.axis.distance(axis) * tool_radius;
-        let is_upright = |p: &PathPoint| axis.z == 1.0 && off_rim(p) < 0.25 * path_tolerance;
+        let is_upright = |p: &PathPoint| axis.z.abs() == 1.0 && off_rim(p) < 0.25 * path_tolerance;
         let is_axis = |p: &PathPoint| axis.distance(p.axis) < 1e-5 || is_upright(p);
         let meets = |p: &PathPoint| tip.distance(p.tip) < READ_BACK && is_axis(p);
         if meets(p) {

@@ -243,7 +243,7 @@ impl Writer<'_> {
         self.rotary.toward(axis, pole.min(WIDEST_POLE)).rounded(self.dialect.decimals[1])
     }
 
-    /// Turns C at an upright axis, about a tip that stays where it is.
+    /// Turns C where A leaves the tool axis alone, about a tip that stays where it is.
     fn turn_in_place(&mut self, tip: DVec3, c: f64) {
         let from = self.rotary;
         // The chord of a turn by `t` at distance `r` from the C axis lies `r t²/8` inside of it.
@@ -282,7 +282,7 @@ impl Writer<'_> {
             self.block(Speed::Time(time.max(least)), target.to_array().map(Some), true);
             return Ok(());
         }
-        if self.rotary.a == 0.0 && next.c != self.rotary.c {
+        if self.rotary.is_at_pole() && next.c != self.rotary.c {
             self.turn_in_place(from.0, next.c);
             return self.turn(from, to, time, depth);
         }

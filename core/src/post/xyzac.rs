@@ -9,6 +9,9 @@ use crate::geometry::DVec3;
 use crate::geometry::math::{acos_clamped, atan2, cos, hypot, sin};
 use std::f64::consts::{PI, TAU};
 
+/// Sine of A at which it stands upright: rounding.
+const UPRIGHT: f64 = 1e-12;
+
 /// Positions of the rotary axes, rad.
 #[derive(Copy, Clone, Debug, PartialEq, Default)]
 pub(crate) struct Rotary {
@@ -50,6 +53,11 @@ impl Rotary {
     /// The tool axis in the workpiece.
     pub fn axis(self) -> DVec3 {
         self.to_part(DVec3::Z)
+    }
+
+    /// Whether the tool stands along the C axis, from above or below: C turns nothing but the part about it.
+    pub fn is_at_pole(self) -> bool {
+        sin(self.a).abs() < UPRIGHT
     }
 
     pub fn lerp(self, other: Self, u: f64) -> Self {
