@@ -636,7 +636,7 @@ fn coverage(planned: &Planned) -> CoverageFigures {
     CoverageFigures {
         area_mm2: c.area,
         never_covered_mm2: c.never_covered,
-        never_covered_percent: 100.0 * c.never_covered / c.area,
+        never_covered_percent: 100.0 * c.never_covered / c.area.max(f64::MIN_POSITIVE),
         too_tight_mm2: c.too_tight,
         too_tight_at_mm: c.too_tight_at.map(|p| p.to_array()),
         too_tight_places: c.too_tight_places.iter().map(sphere).collect(),
