@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use common::{empty, evencut, streams};
 
 const DOME: &str = "version = 1\nname = \"dome\"\n[surface.analytic]\nkind = \"sphere-cap\"\n\
-                    size = 16.0\nradius = 20.0\nresolution = 1.5\n[tool]\ndiameter = 4.0\n[cut]\n\
+                    size = 16.0\nradius = 20.0\nresolution = 0.75\n[tool]\ndiameter = 4.0\n[cut]\n\
                     stepover = 1.2\nfeed = 600.0\n";
 
 /// A strip of two triangles, 20 by 10 mm.
