@@ -443,7 +443,7 @@ mod tests {
         let check = |roof: Option<f64>| {
             let (positions, mut faces) = surface.triangles();
             let roof = roof.map(|z| {
-                [[-HALF, -0.2], [HALF, -0.2], [0.0, 0.2]].map(|[x, y]| DVec3::new(x, y, z))
+                [[-50.0, -0.2], [50.0, -0.2], [0.0, 2.0]].map(|[x, y]| DVec3::new(x, y, z))
             });
             let first = positions.len() as u32;
             faces.extend(roof.map(|_| [first, first + 1, first + 2]));
