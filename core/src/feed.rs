@@ -2,12 +2,12 @@
 //!
 //! Terms. A *junction* is where two moves meet; its speed is limited by the arc that rounds the
 //! corner without leaving the tolerance and without using more than half of either move,
-//! `v <= sqrt(a rho)`. A backward pass lowers junction speeds so that every move can brake to its end, a
+//! `v <= sqrt(a rho)`. Rotary tables hold a move up that turns them farther than they can turn in its time. A backward pass lowers junction speeds so that every move can brake to its end, a
 //! forward pass so that it can reach its end; between them moves follow trapezoids.
 
 use crate::cutter_location::contact_offset;
 use crate::geometry::DVec3;
-use crate::machine::Machine;
+use crate::machine::{Machine, Tables};
 use crate::tool::Tool;
 use crate::toolpath::{MoveKind, PathPoint, PerKind, Toolpath};
 
@@ -16,7 +16,7 @@ use crate::toolpath::{MoveKind, PathPoint, PerKind, Toolpath};
 pub struct MachineTime {
     /// Every move at its commanded feed, rapids at the fastest feed.
     pub commanded: PerKind,
-    /// With the machine's fastest feed and acceleration.
+    /// With the machine's fastest feed and turn, and its acceleration.
     pub limited: PerKind,
 }
 
@@ -88,6 +88,8 @@ pub fn machine_time(
 ) -> MachineTime {
     let mut time = MachineTime::default();
     let mut moves = Vec::with_capacity(path.points.len());
+    let mut tables = Tables::new(machine, tolerance, tool.radius());
+    path.points.first().map(|p| tables.turn(p.axis));
     for pair in path.points.windows(2) {
         let kind = pair[1].kind;
         let length = feed_length(&pair[0], &pair[1], tool);
@@ -95,9 +97,15 @@ pub fn machine_time(
             continue;
         }
         let feed = commanded_feed(&pair[1], machine);
+        let by_tables = length / tables.turn(pair[1].axis);
         time.commanded[kind] += length / feed;
         let direction = (pair[1].tip - pair[0].tip).try_normalize();
-        moves.push(Move { kind, length, feed: feed.min(machine.max_feed), direction });
+        moves.push(Move {
+            kind,
+            length,
+            feed: feed.min(machine.max_feed).min(by_tables),
+            direction,
+        });
     }
     let squared = junction_speeds(&moves, machine.max_acceleration, tolerance);
     for (i, m) in moves.iter().enumerate() {
@@ -157,6 +165,7 @@ mod tests {
             axes: Axes::ThreeAxis,
             max_feed: 250.0,
             max_acceleration: 2000.0,
+            max_rotary_speed: 1.0,
             clearance: 10.0,
             travel: crate::machine::Travel::default(),
         }
@@ -240,6 +249,22 @@ mod tests {
         assert!(time.limited[MoveKind::Rapid] > 2.0);
         fill_time(&mut path, &ball(), &machine());
         assert_eq!(path.points.iter().map(|p| p.time).collect::<Vec<_>>(), [0.0, 2.0, 3.0, 5.0]);
+    }
+
+    #[test]
+    fn tables_take_the_time_of_their_turn() {
+        let tilted = |t: f64| DVec3::new(0.6 * sin(t), 0.6 * cos(t), 0.8);
+        let time = |axes| {
+            let mut p = path((0..=20).map(|i| (MoveKind::Cut, DVec3::X * f64::from(i))), 10.0);
+            let turned = |(i, p): (usize, &mut PathPoint)| p.axis = tilted(0.2 * i as f64);
+            p.points.iter_mut().enumerate().for_each(turned);
+            machine_time(&p, &ball(), &Machine { axes, ..machine() }, 0.005)
+        };
+        let (three, five) = (time(Axes::ThreeAxis), time(Axes::Xyzac));
+        assert_eq!(three.commanded, five.commanded);
+        // C turns by 4 rad, 1 rad/s.
+        let turned = five.limited.total();
+        assert!(three.limited.total() < 2.1 && (4.0..4.1).contains(&turned), "{turned}");
     }
 
     #[test]

@@ -4,6 +4,7 @@
     reason = "a witness that shares no functions with the product"
 )]
 
+use evencut_core::feed::{fill_time, machine_time};
 use evencut_core::gcode::{CheckOptions, Fault, FindingKind, GcodeError, ReadOptions, check, read};
 use evencut_core::geometry::DVec3;
 use evencut_core::job::Post;
@@ -26,6 +27,7 @@ fn options(axes: Axes) -> ProgramOptions {
             axes,
             max_feed: 250.0,
             max_acceleration: 2000.0,
+            max_rotary_speed: 10.0,
             clearance: 10.0,
             travel: evencut_core::machine::Travel::default(),
         },
@@ -145,7 +147,7 @@ fn rotary_axes_never_jump() {
 fn inverse_time_adds_up_to_the_commanded_time() {
     let options = options(Axes::Xyzac);
     let mut path = rings(Axes::Xyzac, 2, 300);
-    evencut_core::feed::fill_time(&mut path, &options.tool, &options.machine);
+    fill_time(&mut path, &options.tool, &options.machine);
     let path = Toolpath { points: path.points[1..].to_vec() };
     let read = read_for(&options.machine, &program(&path, &options).unwrap().text);
     let moves = || read.moves.iter().filter(|m| !m.rapid);
@@ -158,6 +160,41 @@ fn inverse_time_adds_up_to_the_commanded_time() {
     assert!((total / expected - 1.0).abs() < 1e-4, "{total} s is not {expected} s");
     let all: f64 = read.moves.iter().map(|m| m.duration).sum();
     assert!((read.path.points.last().unwrap().time / all - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn tables_turn_no_faster_than_they_can() {
+    let speed = 0.5;
+    let mut options = options(Axes::Xyzac);
+    options.machine.max_rotary_speed = speed;
+    options.machine.max_acceleration = 1e9;
+    let mut path = rings(Axes::Xyzac, 3, 300);
+    path.points.remove(0);
+    // One point stands along the C axis, and C turns there in place.
+    path.points[200].axis = DVec3::Z;
+    path.points[200].normal = DVec3::Z;
+    let read = read_for(&options.machine, &program(&path, &options).unwrap().text);
+    let mut at = read.machine[0].rotary;
+    let mut moves = Vec::new();
+    for (i, m) in read.moves.iter().enumerate() {
+        // The first block only lifts: where the tables stand is not yet known.
+        let Some(end) = read.points_of(i).last() else { continue };
+        let to = read.machine[end].rotary;
+        let turn = (0..2).map(|k| (to[k] - at[k]).abs()).fold(0.0, f64::max);
+        if !m.rapid {
+            moves.push((turn, m.duration));
+        }
+        at = to;
+    }
+    let fastest = moves.iter().map(|(turn, time)| turn / time).fold(0.0, f64::max);
+    // Without the approach before and the retract after the path.
+    let total: f64 = moves[1..moves.len() - 1].iter().map(|(_, time)| time).sum();
+    // F has four decimals of a block a minute.
+    assert!((0.99 * speed..1.001 * speed).contains(&fastest), "{fastest} rad/s");
+    let tolerance = options.tolerance;
+    let time = machine_time(&path, &options.tool, &options.machine, tolerance).limited;
+    let expected = time.total() - time[MoveKind::Rapid];
+    assert!((total / expected - 1.0).abs() < 0.02, "{total} s is not {expected} s");
 }
 
 #[test]

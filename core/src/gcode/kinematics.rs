@@ -7,8 +7,7 @@
 
 use crate::geometry::DVec3;
 use crate::geometry::math::{cos, sin};
-use crate::machine::Axes;
-use crate::post::Rotary;
+use crate::machine::{Axes, Rotary};
 
 /// Arrangement of the axes of the machine that a program is written for.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Default)]

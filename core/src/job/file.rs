@@ -409,6 +409,9 @@ pub struct MachineTable {
     /// Acceleration of the linear axes.
     #[schemars(extend("x-unit" = "mm/s²", "x-default" = "2000 mm/s²", "minimum" = 0.01, "maximum" = 1e6))]
     pub max_acceleration: Option<f64>,
+    /// Fastest turn of a rotary axis.
+    #[schemars(extend("x-unit" = "deg/s", "x-default" = "90 deg/s", "minimum" = 0.01, "maximum" = 1e5))]
+    pub max_rotary_speed: Option<f64>,
     /// Height above part and stock at which rapids run.
     #[schemars(extend("x-unit" = "mm", "x-default" = "10 mm", "exclusiveMinimum" = 0.0, "maximum" = 1e4))]
     pub clearance: Option<f64>,

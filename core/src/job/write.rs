@@ -202,6 +202,7 @@ fn machine_table(machine: &Machine) -> MachineTable {
         axes: Some(machine.axes),
         max_feed: Some(to_per_minute(machine.max_feed)),
         max_acceleration: Some(machine.max_acceleration),
+        max_rotary_speed: Some(to_degrees(machine.max_rotary_speed)),
         clearance: Some(machine.clearance),
         travel: (table != TravelTable::default()).then_some(table),
     }

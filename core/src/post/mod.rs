@@ -3,14 +3,10 @@
 //! | file | what |
 //! |---|---|
 //! | `linuxcnc` | the dialect |
-//! | `xyzac` | rotary tables: axis → A, C; workpiece ↔ machine coordinates |
 //! | `render` | blocks, modal words, feeds |
 
 mod linuxcnc;
 mod render;
-mod xyzac;
-
-pub(crate) use xyzac::Rotary;
 
 use crate::geometry::DVec3;
 use crate::job::Post;

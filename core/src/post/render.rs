@@ -1,20 +1,14 @@
 //! The renderer: points → blocks, with unchanged words left out.
 
-use super::xyzac::Rotary;
 use super::{Dialect, PostError, Program, ProgramOptions};
 use crate::feed::commanded_time;
 use crate::geometry::{DVec3, math};
-use crate::machine::Axes;
+use crate::machine::{Axes, Rotary, pole};
 use crate::tool::ToolKind;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath, push_fixed};
 
 /// Halvings of one move between rotary positions: past the pole C turns in a small part of it.
 const DEEPEST: u32 = 20;
-/// Part of the tolerance by which an axis near the C axis may be off, at the cutter's rim. Larger: fewer turns of
-/// C; with what interpolation may err it stays below the tolerance.
-const OFF_POLE: f64 = 0.25;
-/// The same as an angle at most, rad.
-const WIDEST_POLE: f64 = 0.01;
 /// Most blocks of a turn of C in place.
 const MOST_BLOCKS: f64 = 1e4;
 
@@ -239,8 +233,8 @@ impl Writer<'_> {
 
     /// The tables for an axis, as written.
     fn toward(&self, axis: DVec3) -> Rotary {
-        let pole = OFF_POLE * self.options.tolerance / self.options.tool.radius();
-        self.rotary.toward(axis, pole.min(WIDEST_POLE)).rounded(self.dialect.decimals[1])
+        let pole = pole(self.options.tolerance, self.options.tool.radius());
+        self.rotary.toward(axis, pole).rounded(self.dialect.decimals[1])
     }
 
     /// Turns C where A leaves the tool axis alone, about a tip that stays where it is.
@@ -251,11 +245,13 @@ impl Writer<'_> {
         let blocks =
             (sagitta / (0.5 * self.options.tolerance)).sqrt().ceil().clamp(1.0, MOST_BLOCKS);
         for i in 1..=blocks as u32 {
-            let before = self.rotary.to_machine(tip);
+            let (rotary, before) = (self.rotary, self.rotary.to_machine(tip));
             let turned = from.lerp(Rotary { c, ..from }, f64::from(i) / blocks);
             self.rotary = turned.rounded(self.dialect.decimals[1]);
             let target = self.rotary.to_machine(tip);
-            let time = target.distance(before) / self.options.machine.max_feed;
+            let machine = &self.options.machine;
+            let turn = rotary.turn_to(self.rotary) / machine.max_rotary_speed;
+            let time = (target.distance(before) / machine.max_feed).max(turn);
             self.block(Speed::Time(time), target.to_array().map(Some), true);
         }
     }
@@ -277,7 +273,9 @@ impl Writer<'_> {
             // Tables that turn fast carry the tip around its straight way, and the axes along.
             let tip = from.0.distance(to.0) + 4.0 * error;
             let axes = target.distance(self.rotary.to_machine(from.0));
-            let least = tip.max(axes) / self.options.machine.max_feed;
+            let machine = &self.options.machine;
+            let turn = self.rotary.turn_to(next) / machine.max_rotary_speed;
+            let least = (tip.max(axes) / machine.max_feed).max(turn);
             self.rotary = next;
             self.block(Speed::Time(time.max(least)), target.to_array().map(Some), true);
             return Ok(());

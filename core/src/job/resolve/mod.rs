@@ -169,6 +169,7 @@ impl Resolver<'_> {
             axes: table.axes.unwrap_or(Axes::ThreeAxis),
             max_feed: self.feed(table.max_feed, 15_000.0),
             max_acceleration: self.length(table.max_acceleration, 2000.0),
+            max_rotary_speed: radians(table.max_rotary_speed.unwrap_or(90.0)),
             clearance: self.length(table.clearance, 10.0),
             travel: Travel {
                 x: self.reach("x", travel.x),

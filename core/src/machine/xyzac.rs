@@ -9,8 +9,18 @@ use crate::geometry::DVec3;
 use crate::geometry::math::{acos_clamped, atan2, cos, hypot, sin};
 use std::f64::consts::{PI, TAU};
 
+/// Part of the tolerance by which an axis near the C axis may be off, at the cutter's rim. Larger: fewer turns of
+/// C; with what interpolation may err it stays below the tolerance.
+const OFF_POLE: f64 = 0.25;
+/// The same as an angle at most, rad.
+const WIDEST_POLE: f64 = 0.01;
 /// Sine of A at which it stands upright: rounding.
 const UPRIGHT: f64 = 1e-12;
+
+/// How near to the C axis, by the sine of the angle, an axis may be taken for it, for a cutter of that radius, mm.
+pub(crate) fn pole(tolerance: f64, radius: f64) -> f64 {
+    (OFF_POLE * tolerance / radius).min(WIDEST_POLE)
+}
 
 /// Positions of the rotary axes, rad.
 #[derive(Copy, Clone, Debug, PartialEq, Default)]
@@ -58,6 +68,11 @@ impl Rotary {
     /// Whether the tool stands along the C axis, from above or below: C turns nothing but the part about it.
     pub fn is_at_pole(self) -> bool {
         sin(self.a).abs() < UPRIGHT
+    }
+
+    /// The larger of the turns of A and C, rad.
+    pub fn turn_to(self, other: Self) -> f64 {
+        (other.a - self.a).abs().max((other.c - self.c).abs())
     }
 
     pub fn lerp(self, other: Self, u: f64) -> Self {
