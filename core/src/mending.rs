@@ -24,9 +24,9 @@ use crate::toolpath::{MoveKind, Toolpath};
 
 /// Distance of samples, side steps. Larger: high places are overlooked; smaller: slower, with its square.
 const SPACING: f64 = 0.04;
-/// Part of the limit from which on there are more samples about one: between samples of a sharp cusp as high as the
-/// limit none is lower.
-const NEARLY: f64 = 0.88;
+/// Parts of the limit from which on there are more samples about one, and still more about each of those: between
+/// samples of a sharp cusp as high as the limit none is lower.
+const NEARLY: [f64; 2] = [0.88, 0.96];
 /// More samples along and across each of those.
 const FINER: u32 = 3;
 /// Part of the place of one that those take: no detour comes to what lies on the boundary itself.
@@ -180,12 +180,16 @@ impl<'a> Mender<'a> {
 
     /// The heights of all samples, with more of them where it is nearly too high.
     fn refined(&mut self, path: &Toolpath) -> Vec<f64> {
-        let nearly = NEARLY * self.options.limit;
         let mut heights = self.heights(&self.samples, path);
-        let high = self.samples.iter().zip(&heights).filter(|(_, height)| **height > nearly);
-        let more: Vec<Sample> = high.flat_map(|(sample, _)| self.about(sample)).collect();
-        heights.extend(self.heights(&more, path));
-        self.samples.extend(more);
+        let mut known = 0;
+        for nearly in NEARLY.map(|part| part * self.options.limit) {
+            let high = self.samples.iter().zip(&heights).skip(known);
+            let high = high.filter(|(_, height)| **height > nearly);
+            let more: Vec<Sample> = high.flat_map(|(sample, _)| self.about(sample)).collect();
+            known = self.samples.len();
+            heights.extend(self.heights(&more, path));
+            self.samples.extend(more);
+        }
         heights
     }
 
