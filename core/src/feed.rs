@@ -7,7 +7,7 @@
 
 use crate::cutter_location::contact_offset;
 use crate::geometry::DVec3;
-use crate::machine::{Machine, Tables};
+use crate::machine::{Axes, Machine, Tables};
 use crate::tool::Tool;
 use crate::toolpath::{MoveKind, PathPoint, PerKind, Toolpath};
 
@@ -88,8 +88,7 @@ pub fn machine_time(
 ) -> MachineTime {
     let mut time = MachineTime::default();
     let mut moves = Vec::with_capacity(path.points.len());
-    let mut tables = Tables::new(machine, tolerance, tool.radius());
-    path.points.first().map(|p| tables.turn(p.axis));
+    let mut turns = Turns::new(path, tool, machine, tolerance);
     for pair in path.points.windows(2) {
         let kind = pair[1].kind;
         let length = feed_length(&pair[0], &pair[1], tool);
@@ -97,7 +96,7 @@ pub fn machine_time(
             continue;
         }
         let feed = commanded_feed(&pair[1], machine);
-        let by_tables = length / tables.turn(pair[1].axis);
+        let by_tables = turns.fastest(&pair[0], &pair[1], length, length / feed);
         time.commanded[kind] += length / feed;
         let direction = (pair[1].tip - pair[0].tip).try_normalize();
         moves.push(Move {
@@ -112,6 +111,34 @@ pub fn machine_time(
         time.limited[m.kind] += trapezoid(m, squared[i], squared[i + 1], machine.max_acceleration);
     }
     time
+}
+
+/// The tables of a machine that has any, along a path.
+struct Turns(Option<Tables>);
+
+impl Turns {
+    fn new(path: &Toolpath, tool: &Tool, machine: &Machine, tolerance: f64) -> Self {
+        let mut tables =
+            (machine.axes == Axes::Xyzac).then(|| Tables::new(machine, tolerance, tool.radius()));
+        if let (Some(tables), Some(first)) = (&mut tables, path.points.first()) {
+            tables.turn(first.axis);
+        }
+        Self(tables)
+    }
+
+    /// The feed that the tables allow for the next move, which has that length and takes that time as commanded.
+    fn fastest(&mut self, from: &PathPoint, to: &PathPoint, length: f64, commanded: f64) -> f64 {
+        let Some(tables) = &mut self.0 else { return f64::INFINITY };
+        if to.kind == MoveKind::Rapid {
+            return length / tables.turn(to.axis);
+        }
+        let mut legs = Vec::new();
+        match tables.go((from.tip, from.axis), (to.tip, to.axis), commanded, &mut legs) {
+            Ok(()) => length / legs.iter().map(|leg| leg.time).sum::<f64>(),
+            // No program can be written, but its time can be told.
+            Err(_) => length / tables.turn(to.axis),
+        }
+    }
 }
 
 /// Squared speeds at the `#moves + 1` junctions, mm²/s².

@@ -1,10 +1,11 @@
 //! The machine: its axes and what they can do.
 
+mod tables;
 mod xyzac;
 
-pub(crate) use xyzac::{Rotary, pole};
+pub(crate) use tables::{Leg, Tables};
+pub(crate) use xyzac::Rotary;
 
-use crate::geometry::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -34,33 +35,6 @@ pub struct Machine {
     pub clearance: f64,
     /// Where the linear axes can go, in the program's coordinates.
     pub travel: Travel,
-}
-
-/// The tables of a machine on their way from axis to axis.
-#[derive(Copy, Clone, Debug)]
-pub(crate) struct Tables {
-    at: Rotary,
-    pole: f64,
-    axes: Axes,
-    speed: f64,
-}
-
-impl Tables {
-    /// Tables at their zero; `radius`: of the cutter, whose rim may leave its place by less than `tolerance`, mm.
-    pub fn new(machine: &Machine, tolerance: f64, radius: f64) -> Self {
-        let pole = pole(tolerance, radius);
-        Self { at: Rotary::default(), pole, axes: machine.axes, speed: machine.max_rotary_speed }
-    }
-
-    /// Least time to turn on to a unit axis, s.
-    pub fn turn(&mut self, axis: DVec3) -> f64 {
-        if self.axes == Axes::ThreeAxis {
-            return 0.0;
-        }
-        let from = self.at;
-        self.at = from.toward(axis, self.pole);
-        from.turn_to(self.at) / self.speed
-    }
 }
 
 /// Reach of the linear axes in the program's coordinates: least and greatest position, mm; an axis

@@ -9,18 +9,8 @@ use crate::geometry::DVec3;
 use crate::geometry::math::{acos_clamped, atan2, cos, hypot, sin};
 use std::f64::consts::{PI, TAU};
 
-/// Part of the tolerance by which an axis near the C axis may be off, at the cutter's rim. Larger: fewer turns of
-/// C; with what interpolation may err it stays below the tolerance.
-const OFF_POLE: f64 = 0.25;
-/// The same as an angle at most, rad.
-const WIDEST_POLE: f64 = 0.01;
 /// Sine of A at which it stands upright: rounding.
 const UPRIGHT: f64 = 1e-12;
-
-/// How near to the C axis, by the sine of the angle, an axis may be taken for it, for a cutter of that radius, mm.
-pub(crate) fn pole(tolerance: f64, radius: f64) -> f64 {
-    (OFF_POLE * tolerance / radius).min(WIDEST_POLE)
-}
 
 /// Positions of the rotary axes, rad.
 #[derive(Copy, Clone, Debug, PartialEq, Default)]

@@ -2,15 +2,10 @@
 
 use super::{Dialect, PostError, Program, ProgramOptions};
 use crate::feed::commanded_time;
-use crate::geometry::{DVec3, math};
-use crate::machine::{Axes, Rotary, pole};
+use crate::geometry::DVec3;
+use crate::machine::{Axes, Leg, Rotary, Tables};
 use crate::tool::ToolKind;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath, push_fixed};
-
-/// Halvings of one move between rotary positions: past the pole C turns in a small part of it.
-const DEEPEST: u32 = 20;
-/// Most blocks of a turn of C in place.
-const MOST_BLOCKS: f64 = 1e4;
 
 /// How far below the rapid plane a rapid may be through rounding, mm.
 const ROUNDING: f64 = 1e-6;
@@ -23,9 +18,18 @@ pub(super) fn render(
     check(path, options)?;
     let mut text = String::with_capacity(48 * path.points.len() + 1024);
     header(&mut text, options, dialect);
-    let rotary = Rotary::default();
+    let tables = Tables::new(&options.machine, options.tolerance, options.tool.radius());
+    let tables = tables.rounded(dialect.decimals[1]);
     let reach = [(f64::INFINITY, f64::NEG_INFINITY); 3];
-    let mut writer = Writer { text, options, dialect, rotary, modal: Default::default(), reach };
+    let mut writer = Writer {
+        text,
+        options,
+        dialect,
+        tables,
+        modal: Default::default(),
+        reach,
+        legs: Vec::new(),
+    };
     writer.start(&path.points)?;
     for pair in path.points.windows(2) {
         writer.step(&pair[0], &pair[1])?;
@@ -153,10 +157,12 @@ struct Writer<'a> {
     text: String,
     options: &'a ProgramOptions,
     dialect: &'a Dialect,
-    rotary: Rotary,
+    tables: Tables,
     modal: Modal,
     /// Least and greatest position of each linear axis so far, mm.
     reach: [(f64, f64); 3],
+    /// Of the move that is being written.
+    legs: Vec<Leg>,
 }
 
 /// How fast a block runs.
@@ -176,8 +182,12 @@ impl Writer<'_> {
         let plane = self.options.rapid_plane;
         let target = self.place(first);
         let safe = target.z.max(plane);
-        self.block(Speed::Rapid, [None, None, Some(safe)], false);
-        self.block(Speed::Rapid, [Some(target.x), Some(target.y), Some(safe)], true);
+        self.block(Speed::Rapid, [None, None, Some(safe)], None);
+        self.block(
+            Speed::Rapid,
+            [Some(target.x), Some(target.y), Some(safe)],
+            Some(self.tables.at),
+        );
         if target.z < plane - ROUNDING {
             let feed = feed_of(points[1..].iter()).unwrap_or(self.options.machine.max_feed);
             self.vertical(target, safe - target.z, feed);
@@ -187,7 +197,7 @@ impl Writer<'_> {
 
     fn finish(&mut self, last: &PathPoint, feed: Option<f64>) {
         let plane = self.options.rapid_plane;
-        let at = self.rotary.to_machine(last.tip);
+        let at = self.tables.at.to_machine(last.tip);
         if at.z < plane - ROUNDING {
             let feed = feed.unwrap_or(self.options.machine.max_feed);
             self.vertical(DVec3::new(at.x, at.y, plane), plane - at.z, feed);
@@ -204,22 +214,32 @@ impl Writer<'_> {
             Axes::ThreeAxis => Speed::Feed(feed),
             Axes::Xyzac => Speed::Time(length / feed),
         };
-        self.block(speed, target.to_array().map(Some), true);
+        self.block(speed, target.to_array().map(Some), Some(self.tables.at));
     }
 
     /// The move between two points of the path.
     fn step(&mut self, from: &PathPoint, to: &PathPoint) -> Result<(), PostError> {
         if to.kind == MoveKind::Rapid {
             let target = self.place(to);
-            self.block(Speed::Rapid, target.to_array().map(Some), true);
+            self.block(Speed::Rapid, target.to_array().map(Some), Some(self.tables.at));
             return Ok(());
         }
         if self.options.machine.axes == Axes::ThreeAxis {
-            self.block(Speed::Feed(to.feed), to.tip.to_array().map(Some), true);
+            self.block(Speed::Feed(to.feed), to.tip.to_array().map(Some), None);
             return Ok(());
         }
         let time = commanded_time(from, to, &self.options.tool, &self.options.machine);
-        self.turn((from.tip, from.axis), (to.tip, to.axis), time, DEEPEST)
+        let mut legs = core::mem::take(&mut self.legs);
+        legs.clear();
+        let tolerance = self.options.tolerance;
+        let ends = ((from.tip, from.axis), (to.tip, to.axis));
+        let gone = self.tables.go(ends.0, ends.1, time, &mut legs);
+        gone.map_err(|place| PostError::Singular { place, tolerance })?;
+        for leg in &legs {
+            self.block(Speed::Time(leg.time), leg.to.to_array().map(Some), Some(leg.rotary));
+        }
+        self.legs = legs;
+        Ok(())
     }
 
     /// Turns the tables for a point and gives its machine coordinates.
@@ -227,83 +247,18 @@ impl Writer<'_> {
         if self.options.machine.axes == Axes::ThreeAxis {
             return p.tip;
         }
-        self.rotary = self.toward(p.axis);
-        self.rotary.to_machine(p.tip)
+        self.tables.turn(p.axis);
+        self.tables.at.to_machine(p.tip)
     }
 
-    /// The tables for an axis, as written.
-    fn toward(&self, axis: DVec3) -> Rotary {
-        let pole = pole(self.options.tolerance, self.options.tool.radius());
-        self.rotary.toward(axis, pole).rounded(self.dialect.decimals[1])
-    }
-
-    /// Turns C where A leaves the tool axis alone, about a tip that stays where it is.
-    fn turn_in_place(&mut self, tip: DVec3, c: f64) {
-        let from = self.rotary;
-        // The chord of a turn by `t` at distance `r` from the C axis lies `r t²/8` inside of it.
-        let sagitta = math::hypot(tip.x, tip.y) * (c - from.c) * (c - from.c) / 8.0;
-        let blocks =
-            (sagitta / (0.5 * self.options.tolerance)).sqrt().ceil().clamp(1.0, MOST_BLOCKS);
-        for i in 1..=blocks as u32 {
-            let (rotary, before) = (self.rotary, self.rotary.to_machine(tip));
-            let turned = from.lerp(Rotary { c, ..from }, f64::from(i) / blocks);
-            self.rotary = turned.rounded(self.dialect.decimals[1]);
-            let target = self.rotary.to_machine(tip);
-            let machine = &self.options.machine;
-            let turn = rotary.turn_to(self.rotary) / machine.max_rotary_speed;
-            let time = (target.distance(before) / machine.max_feed).max(turn);
-            self.block(Speed::Time(time), target.to_array().map(Some), true);
-        }
-    }
-
-    /// A move of `time` s in five axes, halved until the controller's straight interpolation of
-    /// all five stays within half the tolerance of the straight tip line and of the turning axis.
-    fn turn(
-        &mut self,
-        from: (DVec3, DVec3),
-        to: (DVec3, DVec3),
-        time: f64,
-        depth: u32,
-    ) -> Result<(), PostError> {
-        let next = self.toward(to.1);
-        let allowed = 0.5 * self.options.tolerance;
-        let error = interpolation_error(self.rotary, next, from, to, self.options.tool.radius());
-        if error <= allowed {
-            let target = next.to_machine(to.0);
-            // Tables that turn fast carry the tip around its straight way, and the axes along.
-            let tip = from.0.distance(to.0) + 4.0 * error;
-            let axes = target.distance(self.rotary.to_machine(from.0));
-            let machine = &self.options.machine;
-            let turn = self.rotary.turn_to(next) / machine.max_rotary_speed;
-            let least = (tip.max(axes) / machine.max_feed).max(turn);
-            self.rotary = next;
-            self.block(Speed::Time(time.max(least)), target.to_array().map(Some), true);
-            return Ok(());
-        }
-        if self.rotary.is_at_pole() && next.c != self.rotary.c {
-            self.turn_in_place(from.0, next.c);
-            return self.turn(from, to, time, depth);
-        }
-        if depth == 0 {
-            let tolerance = self.options.tolerance;
-            return Err(PostError::Singular { place: from.0, tolerance });
-        }
-        let axis = (from.1 + to.1).try_normalize().unwrap_or(to.1);
-        let middle = (0.5 * (from.0 + to.0), axis);
-        self.turn(from, middle, 0.5 * time, depth - 1)?;
-        self.turn(middle, to, 0.5 * time, depth - 1)
-    }
-
-    /// Writes a block of the words that change; `None` leaves a coordinate alone.
-    fn block(&mut self, speed: Speed, position: [Option<f64>; 3], turn: bool) {
+    /// Writes a block of the words that change; `None` leaves a coordinate, or the tables, alone.
+    fn block(&mut self, speed: Speed, position: [Option<f64>; 3], tables: Option<Rotary>) {
         let [lengths, angles, feeds] = self.dialect.decimals;
         for (reach, p) in self.reach.iter_mut().zip(position) {
             *reach = (reach.0.min(p.unwrap_or(reach.0)), reach.1.max(p.unwrap_or(reach.1)));
         }
-        let rotary = match (self.options.machine.axes, turn) {
-            (Axes::Xyzac, true) => {
-                [Some(self.rotary.a.to_degrees()), Some(self.rotary.c.to_degrees())]
-            }
+        let rotary = match (self.options.machine.axes, tables) {
+            (Axes::Xyzac, Some(Rotary { a, c })) => [Some(a.to_degrees()), Some(c.to_degrees())],
             _ => [None, None],
         };
         let values = position.into_iter().chain(rotary);
@@ -345,25 +300,4 @@ impl Writer<'_> {
         self.text.push_str(block.trim_start());
         self.text.push('\n');
     }
-}
-
-/// How far a move in which all five axes run straight leaves the straight line of the tip, or the cutter's
-/// rim through the turn of the axis, at its quarters; mm.
-fn interpolation_error(
-    a: Rotary,
-    b: Rotary,
-    from: (DVec3, DVec3),
-    to: (DVec3, DVec3),
-    radius: f64,
-) -> f64 {
-    let (start, end) = (a.to_machine(from.0), b.to_machine(to.0));
-    if a == b {
-        return 0.0;
-    }
-    [0.25, 0.5, 0.75].into_iter().fold(0.0, |worst: f64, u| {
-        let rotary = a.lerp(b, u);
-        let tip = rotary.to_part(start.lerp(end, u)).distance(from.0.lerp(to.0, u));
-        let wanted = from.1.lerp(to.1, u).try_normalize().unwrap_or(to.1);
-        worst.max(tip).max(radius * rotary.axis().distance(wanted))
-    })
 }
