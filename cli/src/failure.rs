@@ -85,7 +85,9 @@ fn of_plan(error: &PlanError) -> Failure {
         PlanError::Rings(LevelSetError::NoRoom { .. }) => {
             bad_surface(&["tool.diameter"], Hint::None)
         }
-        PlanError::Rings(LevelSetError::NoCurve) => bad_surface(&["path.curve"], Hint::None),
+        PlanError::Rings(LevelSetError::NoCurve) | PlanError::CurveAway { .. } => {
+            bad_surface(&["path.curve"], Hint::None)
+        }
         PlanError::Rings(LevelSetError::ClosedParameter | LevelSetError::Uneven { .. }) => {
             bad_surface(&["path.angle", "path.along", "path.pattern"], Hint::None)
         }

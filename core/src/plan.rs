@@ -11,7 +11,7 @@ use crate::flatten::{Chart, FlattenError, Locator, Quality, abf, bff};
 use crate::geometry::DVec3;
 use crate::job::{
     AnalyticKind, AnalyticOptions, AnalyticParameters, Division, FlattenMethod, Job, Pattern,
-    Stepover, SurfaceSource,
+    Start, Stepover, SurfaceSource,
 };
 use crate::level_set::{ClosingReport, PassMesh, StripMetric};
 use crate::lift::Lift;
@@ -40,6 +40,9 @@ const CHORD: f64 = 0.25;
 const FARTHEST: f64 = 20.0;
 /// Farthest distance of a part from the origin, mm: half of what a program is read back to.
 const LONGEST_TRAVEL: f64 = 5e5;
+
+/// Farthest distance of a point of a start curve from the surface's box, in its diagonals.
+const CURVE_AWAY: f64 = 0.25;
 
 /// The steps of the pipeline that take time.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -185,6 +188,7 @@ pub fn plan_showing(
     progress(Stage::Surface, 0.0);
     let Built { surface, part, warnings, .. } = load(job, file)?;
     refuse_too_far(job, &part)?;
+    refuse_curve_away(job, &surface)?;
     progress(Stage::Flatten, 0.0);
     let (chart, angle_residual) = flatten(job, &surface)?;
     let quality = chart.quality(&surface);
@@ -454,6 +458,22 @@ fn refuse_too_far(job: &Job, part: &Part) -> Result<(), PlanError> {
     }
     if job.machine.axes != Axes::ThreeAxis && times > FARTHEST {
         return Err(PlanError::FarFromCentre { middle, distance, times });
+    }
+    Ok(())
+}
+
+/// Points of a start curve are taken to the nearest place; from afar that is not what is meant.
+fn refuse_curve_away(job: &Job, surface: &Surface) -> Result<(), PlanError> {
+    let Start::Curve(points) = &job.path.start else { return Ok(()) };
+    let places = surface.positions().iter();
+    let (low, high) =
+        places.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
+    let size = (high - low).length();
+    for (&point, number) in points.iter().zip(1..) {
+        let distance = point.distance(point.clamp(low, high));
+        if distance > CURVE_AWAY * size {
+            return Err(PlanError::CurveAway { point, number, distance, size });
+        }
     }
     Ok(())
 }

@@ -5,6 +5,7 @@ use crate::flatten::{Chart, Locator};
 use crate::gcode::{self, GcodeError};
 use crate::geometry::DVec3;
 use crate::job::{FlattenMethod, ForceControl, Job, Pattern, Picture};
+use crate::machine::{Axes, Machine};
 use crate::plan::{PlanError, Planned, Sketch, Stage, plan_showing};
 use crate::post::{PostError, ProgramOptions, program};
 use crate::preview::{
@@ -25,6 +26,8 @@ use thiserror::Error;
 const WIDEST_SCALE: f64 = 30.0;
 /// Stock that stands higher than this part of the smallest concave radius leans over what is cut beside it.
 const DEEP: f64 = 0.15;
+/// Tables that make the path last longer than this many times are worth a word.
+const SLOW_TABLES: f64 = 1.25;
 /// Samples of the judge on a side step.
 const SAMPLES_PER_STEP: f64 = 10.0;
 /// Samples of the judge on a cutter radius, at least: a window of travel, a fifth of the radius, is to hold several.
@@ -523,6 +526,10 @@ fn report_on(
         let rate = planned.plain.is_some().then(|| RateFigures::of(path, limit));
         PathFigures::of(path, feed, by_kind, rate)
     };
+    let without_tables = (job.machine.axes == Axes::Xyzac).then(|| {
+        let machine = Machine { axes: Axes::ThreeAxis, ..job.machine };
+        machine_time(&planned.toolpath, &job.tool, &machine, job.cut.tolerance).limited.total()
+    });
     let plain = planned.plain.as_ref().map(|path| figures(path, job.cut.feed));
     let slowed = planned.plain.as_ref().map(|path| {
         let peak = RateFigures::of(path, limit).peak_over_limit;
@@ -555,7 +562,7 @@ fn report_on(
             too_concave_mm2: planned.tightest.map_or(0.0, |t| t.too_concave),
         },
         repairs: repairs(planned),
-        warnings: warnings(job, planned, slowed.as_ref(), &delivered),
+        warnings: warnings(job, planned, (slowed.as_ref(), without_tables), &delivered),
         flatten: FlattenFigures {
             method: match job.flatten {
                 FlattenMethod::Abf => "abf".into(),
@@ -674,7 +681,7 @@ fn without_stage(message: &str) -> String {
 fn warnings(
     job: &Job,
     planned: &Planned,
-    slowed: Option<&PathFigures>,
+    (slowed, without_tables): (Option<&PathFigures>, Option<f64>),
     delivered: &PathFigures,
 ) -> Vec<Warning> {
     let about_surface = planned.warnings.iter().filter(|w| w.repair().is_none());
@@ -764,6 +771,14 @@ fn warnings(
             slowed.machine_time_s.total, delivered.machine_time_s.total
         );
         out.push(warning("force", message, "try force.control = \"feed\""));
+    }
+    let on_machine = delivered.machine_time_s.total;
+    if let Some(without) = without_tables.filter(|time| on_machine > SLOW_TABLES * time) {
+        let message = format!(
+            "the rotary tables make the path last {on_machine:.0} s on the machine, {without:.0} s without them"
+        );
+        let remedy = "less cut.lead, path.traverse = \"one-way\", or faster tables (machine.max_rotary_speed)";
+        out.push(warning("machine", message, remedy));
     }
     out
 }

@@ -53,6 +53,23 @@ pub enum PlanError {
         /// Its distance from the origin, mm.
         distance: f64,
     },
+    /// The start curve lies far from the surface.
+    #[error(
+        "passes: point {number} of path.curve, ({:.3}, {:.3}, {:.3}) mm, lies {distance:.0} mm from the surface, \
+         which is {size:.0} mm large: give places on the surface, in the job's units and after \
+         surface.rotate and surface.translate",
+        point.x, point.y, point.z
+    )]
+    CurveAway {
+        /// The point, mm.
+        point: DVec3,
+        /// Its number, from 1.
+        number: usize,
+        /// Its distance from the bounding box, mm.
+        distance: f64,
+        /// Diagonal of that, mm.
+        size: f64,
+    },
     /// The part lies too far from the rotary centre for five axes.
     #[error(
         "machine: the middle of the part lies {distance:.0} mm from the rotary centre (the origin), \

@@ -571,6 +571,9 @@ fn told(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String {
             left(worst),
             micrometres(*tolerance)
         ),
+        Broken::FitsNowhere { area } => format!(
+            "nothing could be judged: the cutter fits nowhere on the {area:.2} mm²; use a smaller one"
+        ),
         Broken::Untouched { area, place } => {
             let few = if *area < 0.005 { "less than 0.01".into() } else { format!("{area:.2}") };
             format!("{few} mm² that no move reached, for one at {}", at(*place))

@@ -93,7 +93,7 @@ pub struct Figures {
     pub broken: Vec<Broken>,
 }
 
-/// A limit that is broken.
+/// A limit that is broken, or that there is nothing to hold to.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub enum Broken {
     /// The scallop is too high.
@@ -109,6 +109,11 @@ pub enum Broken {
         worst: Spot,
         /// Tolerance, mm.
         tolerance: f64,
+    },
+    /// The cutter fits nowhere, so that nothing is judged.
+    FitsNowhere {
+        /// Area, mm².
+        area: f64,
     },
     /// Stock was not reached.
     Untouched {
@@ -207,6 +212,9 @@ impl Figures {
             .gouge
             .filter(|g| g.height < -tolerance)
             .map(|worst| Broken::Gouge { worst, tolerance });
+        let tight = self.too_tight.area;
+        let nowhere =
+            (self.area == 0.0 && tight > 0.0).then_some(Broken::FitsNowhere { area: tight });
         let untouched =
             self.untouched.1.map(|place| Broken::Untouched { area: self.untouched.0, place });
         let mrr = rate.peak.zip(options.mrr_limit).and_then(|(worst, limit)| {
@@ -218,7 +226,7 @@ impl Figures {
         let rapid = deepest.map(|worst| Broken::Rapid { count: self.rapids.len(), worst });
         let first = self.without_feed.first().copied();
         let no_feed = first.map(|first| Broken::NoFeed { count: self.without_feed.len(), first });
-        [scallop, gouge, untouched, mrr, rapid, no_feed].into_iter().flatten().collect()
+        [nowhere, scallop, gouge, untouched, mrr, rapid, no_feed].into_iter().flatten().collect()
     }
 }
 

@@ -253,6 +253,11 @@ impl Resolver<'_> {
             let message = format!("given beside {}", self.named("path.start"));
             self.fault("path.curve", message, "keep one of the two");
         }
+        if let Start::Curve(points) = &path.start
+            && points.windows(2).all(|pair| pair[0] == pair[1])
+        {
+            self.fault("path.curve", "all its points are the same", "give two places at least");
+        }
         let pattern = self.named("path.pattern");
         for key in Pattern::KEYS {
             let owners = Pattern::ALL.into_iter().filter(|p| p.uses(key));

@@ -159,6 +159,12 @@ impl Resolver<'_> {
                 format!("{}, but the radius is {}", self.show(p.size), self.show(p.radius));
             self.fault("surface.analytic.size", message, "give less than twice the radius");
         }
+        let is_hilly =
+            matches!(kind, AnalyticKind::Saddle | AnalyticKind::MonkeySaddle | AnalyticKind::Bump);
+        if is_hilly && p.height > p.size {
+            let message = format!("{} over a size of {}", self.show(p.height), self.show(p.size));
+            self.fault("surface.analytic.height", message, "give at most the size");
+        }
         if kind == AnalyticKind::TorusPatch && p.tube_radius >= p.radius {
             let message =
                 format!("{}, but the radius is {}", self.show(p.tube_radius), self.show(p.radius));
