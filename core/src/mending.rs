@@ -258,7 +258,7 @@ impl<'a> Mender<'a> {
         // Beyond the boundary it goes on as before, so that there is to be as much before.
         let before = (front - origin).dot(heading) - overrun / scale;
         let (rear, _) = self.within(origin, at(rear.min(before * steps)));
-        Detour { from, rear, front, overrun }
+        Detour { from, heading, rear, front, overrun }
     }
 
     /// The end of the straight flat way from a place of the chart, or where it is still on the chart, and whether
@@ -330,6 +330,8 @@ fn nearest(flat: &[FlatPoint], place: DVec2) -> Option<(usize, DVec2)> {
 struct Detour {
     /// Index of the point.
     from: usize,
+    /// The way that the cutter faces.
+    heading: DVec2,
     /// Where it begins, a flat place.
     rear: DVec2,
     /// Where it ends.
@@ -344,10 +346,12 @@ fn with_detours(flat: &[FlatPoint], mut detours: Vec<Detour>) -> Vec<FlatPoint> 
     let mut next = detours.into_iter().peekable();
     let mut out = Vec::new();
     for (i, point) in flat.iter().enumerate() {
-        out.push(*point);
+        let facing = next.peek().filter(|detour| detour.from == i).map(|detour| detour.heading);
+        let point = FlatPoint { heading: point.heading.or(facing), ..*point };
+        out.push(point);
         while let Some(Detour { rear, front, overrun, .. }) = next.next_if(|d| d.from == i) {
             let ways = [(rear, 0.0), (front, overrun), (point.at, 0.0)];
-            out.extend(ways.map(|(at, overrun)| FlatPoint { at, overrun, ..*point }));
+            out.extend(ways.map(|(at, overrun)| FlatPoint { at, overrun, ..point }));
         }
     }
     out

@@ -24,8 +24,8 @@ const TOUCH_UPS: usize = 4;
 /// A move that would have to be slower than this part of the feed means that the limit cannot be
 /// kept.
 pub const SLOWEST: f64 = 0.005;
-/// Rounds of detours over what is too high. More: what is left cannot be reached.
-const MENDS: usize = 3;
+/// Most rounds of detours over what is too high; few need more than three.
+const MENDS: usize = 10;
 /// Part of the tolerance above the limit from which on a place is too high: samples may miss the highest.
 const MENDED: f64 = 0.6;
 
