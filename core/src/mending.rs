@@ -26,7 +26,7 @@ use crate::toolpath::{MoveKind, Toolpath};
 const SPACING: f64 = 0.04;
 /// Parts of the limit from which on there are more samples about one, and still more about each of those: between
 /// samples of a sharp cusp as high as the limit none is lower.
-const NEARLY: [f64; 2] = [0.88, 0.96];
+const NEARLY: [f64; 2] = [0.85, 0.95];
 /// More samples along and across each of those.
 const FINER: u32 = 3;
 /// Part of the place of one that those take: no detour comes to what lies on the boundary itself.
@@ -180,14 +180,15 @@ impl<'a> Mender<'a> {
 
     /// The heights of all samples, with more of them where it is nearly too high.
     fn refined(&mut self, path: &Toolpath) -> Vec<f64> {
-        let mut heights = self.heights(&self.samples, path);
+        let [nearly, more_nearly] = NEARLY.map(|part| part * self.options.limit);
+        let mut heights = self.heights(&self.samples, path, nearly);
         let mut known = 0;
-        for nearly in NEARLY.map(|part| part * self.options.limit) {
+        for (nearly, enough) in [(nearly, more_nearly), (more_nearly, self.options.limit)] {
             let high = self.samples.iter().zip(&heights).skip(known);
             let high = high.filter(|(_, height)| **height > nearly);
             let more: Vec<Sample> = high.flat_map(|(sample, _)| self.about(sample)).collect();
             known = self.samples.len();
-            heights.extend(self.heights(&more, path));
+            heights.extend(self.heights(&more, path, enough));
             self.samples.extend(more);
         }
         heights
@@ -199,7 +200,7 @@ impl<'a> Mender<'a> {
     pub fn mended(&mut self, flat: &[FlatPoint], path: &Toolpath) -> Option<Vec<FlatPoint>> {
         let heights = match core::mem::take(&mut self.is_fresh) {
             true => self.refined(path),
-            false => self.heights(&self.samples, path),
+            false => self.heights(&self.samples, path, self.options.limit),
         };
         let mut high = self.to_lower(&heights, path);
         high.sort_by(|&a, &b| heights[b].total_cmp(&heights[a]));
@@ -271,8 +272,8 @@ impl<'a> Mender<'a> {
         }
     }
 
-    /// The height that a path leaves on every sample, mm: exact above the limit, elsewhere not below what is left.
-    fn heights(&self, samples: &[Sample], path: &Toolpath) -> Vec<f64> {
+    /// The height that a path leaves on every sample, mm: exact above `enough`, elsewhere not below what is left.
+    fn heights(&self, samples: &[Sample], path: &Toolpath, enough: f64) -> Vec<f64> {
         let MendOptions { pass, limit, threads, .. } = self.options;
         let cutter = Cutter { tool: pass.tool, length: pass.reach };
         let layer = Layer { stock: 0.0, depth: TOLD * limit };
@@ -280,7 +281,7 @@ impl<'a> Mender<'a> {
         let lines: Vec<(Line, DVec2)> = samples.iter().map(line).collect();
         let (columns, ids) = Columns::on(&lines, layer.top());
         let path = near_links(path, cutter.tool.radius());
-        let left = columns.remains(&path, cutter, layer, limit, threads);
+        let left = columns.remains(&path, cutter, layer, enough, threads);
         let mut heights = vec![0.0; lines.len()];
         ids.iter().zip(left.heights()).for_each(|(id, height)| heights[*id as usize] = height);
         heights

@@ -27,7 +27,7 @@ pub const SLOWEST: f64 = 0.005;
 /// Most rounds of detours over what is too high; few need more than three.
 const MENDS: usize = 10;
 /// Part of the tolerance above the limit from which on a place is too high: samples may miss the highest.
-const MENDED: f64 = 0.6;
+const MENDED: f64 = 0.7;
 
 /// A delivered path, and what it leaves.
 pub struct Finished {
