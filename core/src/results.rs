@@ -526,10 +526,6 @@ fn report_on(
         let rate = planned.plain.is_some().then(|| RateFigures::of(path, limit));
         PathFigures::of(path, feed, by_kind, rate)
     };
-    let without_tables = (job.machine.axes == Axes::Xyzac).then(|| {
-        let machine = Machine { axes: Axes::ThreeAxis, ..job.machine };
-        machine_time(&planned.toolpath, &job.tool, &machine, job.cut.tolerance).limited.total()
-    });
     let plain = planned.plain.as_ref().map(|path| figures(path, job.cut.feed));
     let slowed = planned.plain.as_ref().map(|path| {
         let peak = RateFigures::of(path, limit).peak_over_limit;
@@ -562,7 +558,7 @@ fn report_on(
             too_concave_mm2: planned.tightest.map_or(0.0, |t| t.too_concave),
         },
         repairs: repairs(planned),
-        warnings: warnings(job, planned, (slowed.as_ref(), without_tables), &delivered),
+        warnings: warnings(job, planned, slowed.as_ref(), &delivered),
         flatten: FlattenFigures {
             method: match job.flatten {
                 FlattenMethod::Abf => "abf".into(),
@@ -681,7 +677,7 @@ fn without_stage(message: &str) -> String {
 fn warnings(
     job: &Job,
     planned: &Planned,
-    (slowed, without_tables): (Option<&PathFigures>, Option<f64>),
+    slowed: Option<&PathFigures>,
     delivered: &PathFigures,
 ) -> Vec<Warning> {
     let about_surface = planned.warnings.iter().filter(|w| w.repair().is_none());
@@ -728,6 +724,19 @@ fn warnings(
         );
         out.push(warning("flatten", message, "select a smaller, flatter piece (surface.select)"));
     }
+    warn_of_force(&mut out, job, planned, slowed, delivered);
+    warn_of_tables(&mut out, job, planned, delivered);
+    out
+}
+
+/// What keeps the removal rate from being even, or makes it dear.
+fn warn_of_force(
+    out: &mut Vec<Warning>,
+    job: &Job,
+    planned: &Planned,
+    slowed: Option<&PathFigures>,
+    delivered: &PathFigures,
+) {
     let top = job.cut.stock + job.cut.axial_depth;
     if let Some(tightest) = planned.tightest.filter(|t| top > DEEP * t.radius)
         && job.force.control != ForceControl::Off
@@ -772,13 +781,22 @@ fn warnings(
         );
         out.push(warning("force", message, "try force.control = \"feed\""));
     }
+}
+
+/// Rotary tables that make the path last much longer.
+fn warn_of_tables(out: &mut Vec<Warning>, job: &Job, planned: &Planned, delivered: &PathFigures) {
+    if job.machine.axes == Axes::ThreeAxis {
+        return;
+    }
+    let machine = Machine { axes: Axes::ThreeAxis, ..job.machine };
+    let path = &planned.toolpath;
+    let without = machine_time(path, &job.tool, &machine, job.cut.tolerance).limited.total();
     let on_machine = delivered.machine_time_s.total;
-    if let Some(without) = without_tables.filter(|time| on_machine > SLOW_TABLES * time) {
+    if on_machine > SLOW_TABLES * without {
         let message = format!(
             "the rotary tables make the path last {on_machine:.0} s on the machine, {without:.0} s without them"
         );
         let remedy = "less cut.lead, path.traverse = \"one-way\", or faster tables (machine.max_rotary_speed)";
         out.push(warning("machine", message, remedy));
     }
-    out
 }
