@@ -2,8 +2,9 @@
 //!
 //! Terms. A *junction* is where two moves meet; its speed is limited by the arc that rounds the
 //! corner without leaving the tolerance and without using more than half of either move,
-//! `v <= sqrt(a rho)`. Rotary tables hold a move up that turns them farther than they can turn in its time. A backward pass lowers junction speeds so that every move can brake to its end, a
-//! forward pass so that it can reach its end; between them moves follow trapezoids.
+//! `v <= sqrt(a rho)`. A backward pass lowers junction speeds so that every move can brake to its end, a
+//! forward pass so that it can reach its end; between them moves follow trapezoids. A move on which rotary
+//! tables turn takes at least as long as they do.
 
 use crate::cutter_location::contact_offset;
 use crate::geometry::DVec3;
