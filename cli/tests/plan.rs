@@ -181,9 +181,42 @@ fn limits_that_cannot_be_met_are_refused_at_the_limit() {
     let pit = DOME
         .replace("sphere-cap", "bump")
         .replace("radius = 20.0", "radius = 1.5\nheight = -2.0")
-        .replace("resolution = 1.5", "resolution = 0.5");
+        .replace("resolution = 0.75", "resolution = 0.5");
     fs::write(directory.join("part.toml"), pit + "too_tight = \"refuse\"\n").unwrap();
     assert_refused(&directory, 4, &["it does not fit near", "part.toml:14:13"]);
+}
+
+#[test]
+fn curves_from_afar_are_refused() {
+    let directory = scratch("curve");
+    let curve = "[path]\npattern = \"iso-scallop\"\ncurve = [[0, 0, 0], [1000, 0, 0]]\n";
+    fs::write(directory.join("part.toml"), format!("{DOME}{curve}")).unwrap();
+    assert_refused(&directory, 3, &["point 2 of path.curve", "lies 992 mm", "part.toml:15:"]);
+}
+
+#[test]
+fn a_cutter_that_fits_nowhere_is_told() {
+    let directory = scratch("nowhere");
+    let dish = DOME.replace("sphere-cap", "saddle").replace("radius = 20.0", "height = 4.0");
+    let job = dish.replace("diameter = 4.0", "diameter = 500.0");
+    fs::write(directory.join("part.toml"), job).unwrap();
+    let output = evencut(&directory, &["plan", "part.toml"]);
+    let (code, _, messages) = streams(&output);
+    assert_eq!(code, 5, "{messages}");
+    assert!(messages.contains("the cutter fits nowhere"), "{messages}");
+}
+
+#[test]
+fn slow_tables_are_told() {
+    let directory = scratch("tables");
+    let tables = "lead = 5.0\n[machine]\naxes = \"xyzac\"\nmax_rotary_speed = ";
+    for (speed, is_told) in [(1e4, false), (10.0, true)] {
+        fs::write(directory.join("part.toml"), format!("{DOME}{tables}{speed:.1}\n")).unwrap();
+        let output = evencut(&directory, &["plan", "part.toml"]);
+        let (_, data, messages) = streams(&output);
+        let told = [data, messages].iter().any(|text| text.contains("the rotary tables make"));
+        assert_eq!(told, is_told, "{data}{messages}");
+    }
 }
 
 #[test]

@@ -161,7 +161,7 @@ impl Resolver<'_> {
         }
         let is_hilly =
             matches!(kind, AnalyticKind::Saddle | AnalyticKind::MonkeySaddle | AnalyticKind::Bump);
-        if is_hilly && p.height > p.size {
+        if is_hilly && p.height.abs() > p.size {
             let message = format!("{} over a size of {}", self.show(p.height), self.show(p.size));
             self.fault("surface.analytic.height", message, "give at most the size");
         }
