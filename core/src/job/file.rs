@@ -356,9 +356,12 @@ pub struct PathTable {
     /// How consecutive passes are joined.
     #[schemars(extend("default" = "surface"))]
     pub links: Option<Links>,
-    /// What lies outside of the surface's boundary, for engagement.
+    /// What lies outside of the surface's boundary.
     #[schemars(extend("default" = "open"))]
     pub boundary: Option<Boundary>,
+    /// How far a wall stands above the edge of the surface; with `boundary = "wall"`.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "the tool diameter, or the stock's height if that is more", "minimum" = 1e-3, "maximum" = 1e4))]
+    pub wall_height: Option<f64>,
 }
 
 /// `[force]`.

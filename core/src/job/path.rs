@@ -138,13 +138,14 @@ pub enum RingOrder {
     InsideOut,
 }
 
-/// What lies outside of the surface's boundary, for engagement.
+/// What lies outside of the surface's boundary.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Boundary {
     /// Air: the first pass runs on the boundary.
     Open,
-    /// Material that stays: the first pass runs a cutter radius inside.
+    /// Material that stays: the part's own faces where they rise beside the surface, else a wall along the tool
+    /// axis (along the surface's normal on five axes). The first pass runs where the cutter touches it.
     Wall,
 }
 
@@ -179,4 +180,6 @@ pub struct PathOptions {
     pub links: Links,
     /// Outside of the boundary.
     pub boundary: Boundary,
+    /// Height of walls above the edge of the surface, mm.
+    pub wall_height: f64,
 }

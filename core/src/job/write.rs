@@ -8,7 +8,7 @@ use super::file::{
 use super::resolve::{is_step, uses};
 use super::units::{to_degrees, to_per_minute};
 use super::{
-    AnalyticOptions, Component, Cut, Division, Job, MrrLimit, PathOptions, Post, RegionOptions,
+    AnalyticOptions, Boundary, Component, Cut, Division, Job, MrrLimit, PathOptions, Post, RegionOptions,
     Selection, Start, StartKey, Stepover, SurfaceOptions, SurfaceSource,
 };
 use crate::machine::Machine;
@@ -126,6 +126,7 @@ fn path_table(path: &PathOptions) -> PathTable {
         order: uses("order").then_some(path.order),
         links: Some(path.links),
         boundary: Some(path.boundary),
+        wall_height: (path.boundary == Boundary::Wall).then_some(path.wall_height),
     }
 }
 

@@ -89,6 +89,10 @@ impl Resolver<'_> {
         if file.regions.blend.is_none() {
             job.regions.blend = BLEND * job.nominal_side_step();
         }
+        if file.path.wall_height.is_none() {
+            let stock = job.cut.stock + job.cut.axial_depth;
+            job.path.wall_height = stock.max(2.0 * job.tool.radius());
+        }
         self.check_blend(&job);
         self.second_looks(&job);
         Some(job)
@@ -242,6 +246,7 @@ impl Resolver<'_> {
             order: table.order.unwrap_or(RingOrder::OutsideIn),
             links: table.links.unwrap_or(Links::Surface),
             boundary,
+            wall_height: self.length(table.wall_height, 0.0),
         };
         self.check_path(&path);
         path
@@ -270,6 +275,10 @@ impl Resolver<'_> {
             }
         }
         let is_wall = path.boundary == Boundary::Wall;
+        if !is_wall && self.places.has("path.wall_height") {
+            let help = "leave it out, or give `boundary = \"wall\"`";
+            self.fault("path.wall_height", "there is no wall", help);
+        }
         if is_wall && path.pattern != Pattern::Contour {
             let message = format!("only contour passes keep off walls, not {pattern}");
             self.fault("path.boundary", message, "give `boundary = \"open\"` or contour");
