@@ -43,6 +43,7 @@ pub mod engagement;
 pub mod trochoid;
 
 pub mod cutter_location;
+pub mod walls;
 
 pub mod removal;
 

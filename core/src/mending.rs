@@ -12,7 +12,7 @@
 //!    as it is at the lowest.
 //! 2. The highest sample gets a detour along those about it that are too high; then the highest of the others.
 
-use crate::cutter_location::{CheckMesh, PassOptions, raise_at};
+use crate::cutter_location::{Obstacles, PassOptions, raise_at};
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
 use crate::geometry::{DVec2, DVec3};
@@ -85,23 +85,23 @@ pub struct Mender<'a> {
     surface: &'a Surface,
     chart: &'a Chart,
     locator: &'a Locator<'a>,
-    check: &'a CheckMesh,
+    obstacles: &'a Obstacles,
     /// Those that were not low enough, or all before that is known.
     samples: Vec<Sample>,
     is_fresh: bool,
 }
 
 impl<'a> Mender<'a> {
-    /// For a surface and its chart; `locator`: over its flat faces; `check`: the part.
+    /// For a surface and its chart; `locator`: over its flat faces; `obstacles`: the part.
     pub fn new(
         surface: &'a Surface,
         chart: &'a Chart,
         locator: &'a Locator<'a>,
-        check: &'a CheckMesh,
+        obstacles: &'a Obstacles,
         options: MendOptions,
     ) -> Self {
         let samples = Vec::new();
-        let mut mender = Self { options, surface, chart, locator, check, samples, is_fresh: true };
+        let mut mender = Self { options, surface, chart, locator, obstacles, samples, is_fresh: true };
         mender.spread();
         mender
     }
@@ -231,7 +231,7 @@ impl<'a> Mender<'a> {
         let feeds = FeedIndex::new(path, pass.axis);
         let can_be_lowered = parallel::map(threads, &cells, |cell| {
             let Sample { at, normal, flat, .. } = self.samples[cell[0].1];
-            let raise = raise_at(at, normal, feeds.nearest(flat), &pass, self.check);
+            let raise = raise_at(at, normal, feeds.nearest(flat), &pass, self.obstacles);
             raise <= limit.max(WORTH * heights[cell[0].1])
         });
         let lowered = cells.iter().zip(can_be_lowered).filter(|(_, can_be)| *can_be);
@@ -361,7 +361,7 @@ fn with_detours(flat: &[FlatPoint], mut detours: Vec<Detour>) -> Vec<FlatPoint> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cutter_location::ToolAxis;
+    use crate::cutter_location::{CheckMesh, ToolAxis};
     use crate::geometry::math::{cos, sin};
     use crate::job::{Component, Selection, SurfaceOptions, SurfaceSource};
     use crate::surface::{AnalyticSurface, build};
@@ -456,12 +456,12 @@ mod tests {
             });
             let first = positions.len() as u32;
             faces.extend(roof.map(|_| [first, first + 1, first + 2]));
-            CheckMesh::new(
+            Obstacles::of_part(CheckMesh::new(
                 positions.iter().copied().chain(roof.into_iter().flatten()).collect(),
                 faces,
-            )
+            ))
         };
-        let mended = |ys: &[f64], check: &CheckMesh| {
+        let mended = |ys: &[f64], obstacles: &Obstacles| {
             let mut mender = Mender::new(&surface, &chart, &locator, check, options);
             let mut flat = passes(ys);
             let mut rounds = 0;

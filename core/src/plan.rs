@@ -28,6 +28,7 @@ use crate::strips::{Strips, part_of_strip, strip};
 use crate::surface::{AnalyticSurface, Built, CurvatureField, Part, Surface, Warning, build};
 use crate::tool::ToolKind;
 use crate::toolpath::Toolpath;
+use crate::walls::Clearance;
 use delivery::{Delivery, Finished, deliver_options, rapid_plane};
 pub use error::PlanError;
 use plane::{FlatCut, Plane, centring};
@@ -203,16 +204,24 @@ pub fn plan_showing(
     let grounds = regions::grounds(regions.as_ref(), &surface, &chart, metrics, threads)?;
     let floor = grounds.iter().map(Ground::length_floor).sum::<f64>() / creases;
     let fine: Vec<Locator> = grounds.iter().map(Ground::locator).collect();
+    let rest = part.without(&surface);
+    let walls = delivery::walls(job, &surface, &rest);
+    let options = deliver_options(job, rapid_plane(&part, walls.corners(), job), threads);
+    let obstacles = walls.obstacles(CheckMesh::new(part.positions, part.faces));
+    let has_walls = !obstacles.rulings().is_empty();
+    let clearance =
+        Clearance { surface: &surface, chart: &locator, obstacles: &obstacles, pass: options.pass };
     let tolerance = ring_tolerance(job, &chart);
-    let options = LayoutOptions {
+    let layout_options = LayoutOptions {
         job,
         surface: &surface,
         chart: &locator,
         tolerance,
         tilted: tilted(job),
+        clearance: has_walls.then_some(clearance),
         threads,
     };
-    let layouts = regions::lay_out(&grounds, &fine, &options)?;
+    let layouts = regions::lay_out(&grounds, &fine, &layout_options)?;
     let place = |at| locator.locate(at).ok().map(|p| surface.position(p));
     let order = regions::in_order(regions.as_ref(), &layouts, job.regions.order, place);
     let region = Region::of_chart(&surface, &chart);
@@ -224,8 +233,6 @@ pub fn plan_showing(
         region: &region,
         centring: centring(job, &surface, (&chart, &locator), &curvature),
     };
-    let rest = part.without(&surface);
-    let options = deliver_options(job, rapid_plane(&part, job), threads);
     let lift = Lift::new(&surface, &chart, &locator, job.tool.radius());
     let delivery = Delivery {
         job,
@@ -233,7 +240,7 @@ pub fn plan_showing(
         chart: &chart,
         locator: &locator,
         lift: lift.going_far(tilted(job).is_some()),
-        check: CheckMesh::new(part.positions, part.faces),
+        obstacles: &obstacles,
         options,
         cusp_limit: cusp_limit(job, &surface, &curvature),
         terrain: plane.terrain(),

@@ -3,18 +3,27 @@
 
 mod check_mesh;
 mod drop;
+mod obstacles;
 mod pass;
+mod ruling;
 mod solid;
 
 pub use check_mesh::CheckMesh;
+pub use obstacles::{Obstacles, Standing};
 pub use pass::{
-    Contact, Located, LocatedPass, PassOptions, RaisedStretch, facet_error, locate_pass, raise_at,
+    Contact, Located, LocatedPass, PassOptions, RaisedStretch, facet_error, locate_pass, lowest_at,
+    raise_at,
 };
+pub use ruling::{Pushed, Ruling, Rulings, Stand};
 
+use crate::geometry::DVec3;
 use crate::geometry::math::{cos, sin};
-use crate::geometry::{DVec3, any_perpendicular};
 use crate::tool::Tool;
 use thiserror::Error;
+
+/// Sine of the slope below which ground is level. Larger: flat ends cut into slopes by this times their radius;
+/// smaller: the rounding of coordinates in files decides on which side of its contact the cutter stands.
+const LEVEL: f64 = 1e-4;
 
 /// Why a pass has no cutter locations.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -72,8 +81,8 @@ pub fn tool_axis(rule: ToolAxis, normal: DVec3, feed: DVec3) -> DVec3 {
 
 /// From the tip of the cutter to the point at which it touches a surface of unit `normal`, mm.
 ///
-/// `r_c a - r_c n - (R - r_c) m`, with `m` the direction of the part of `n` perpendicular to `a`; any
-/// perpendicular where there is none, since then the whole flat bottom touches.
+/// `r_c a - r_c n - (R - r_c) m`, with `m` the direction of the part of `n` perpendicular to `a`. On level ground the
+/// whole flat bottom touches, and `m` is zero: the point lies under the middle of it.
 pub fn contact_offset(tool: &Tool, normal: DVec3, axis: DVec3) -> DVec3 {
     let corner = tool.corner_radius();
     let bottom = tool.radius() - corner;
@@ -82,9 +91,7 @@ pub fn contact_offset(tool: &Tool, normal: DVec3, axis: DVec3) -> DVec3 {
         return ball;
     }
     let across = normal - axis * normal.dot(axis);
-    // Below this the direction is rounding noise.
-    let m =
-        if across.length_squared() > 1e-28 { across.normalize() } else { any_perpendicular(axis) };
+    let m = if across.length_squared() > LEVEL * LEVEL { across.normalize() } else { DVec3::ZERO };
     ball - m * bottom
 }
 

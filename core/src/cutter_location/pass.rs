@@ -9,7 +9,8 @@
 //! The tolerance is shared out: a quarter for penetration that is let pass at contacts (walls
 //! beside the cutter), a quarter between them, half for the points left out.
 
-use super::{CheckMesh, LocateError, ToolAxis, contact_offset, tip, tool_axis};
+use super::ruling::corner;
+use super::{LocateError, Obstacles, Standing, ToolAxis, contact_offset, tip, tool_axis};
 use crate::geometry::DVec3;
 use crate::tool::Tool;
 use crate::toolpath::MoveKind;
@@ -124,12 +125,12 @@ pub fn facet_error(corners: [DVec3; 3], normals: [DVec3; 3], radius: f64) -> f64
 pub fn locate_pass(
     contacts: &[Contact],
     options: &PassOptions,
-    check: &CheckMesh,
+    obstacles: &Obstacles,
 ) -> Result<LocatedPass, LocateError> {
     require_finite(contacts)?;
     let axes = pass_axes(contacts, options);
     require_reachable(contacts, &axes)?;
-    let probe = Probe::new(options, check);
+    let probe = Probe::new(options, obstacles);
     let dense = dense_path(contacts, &axes, options, &probe);
     let kept = reduce(&dense, contacts, options, &probe);
     let points = kept
@@ -147,14 +148,39 @@ pub fn raise_at(
     normal: DVec3,
     feed: DVec3,
     options: &PassOptions,
-    check: &CheckMesh,
+    obstacles: &Obstacles,
 ) -> f64 {
+    touching(contact, normal, feed, options)
+        .map_or(f64::INFINITY, |at| obstacles.raise(at, options.stock))
+}
+
+/// The cutter as low as it comes where it is to touch one contact of a path going along `feed`: moved off walls and
+/// let down on the part; `None` where that cannot be.
+pub fn lowest_at(
+    contact: DVec3,
+    normal: DVec3,
+    feed: DVec3,
+    options: &PassOptions,
+    obstacles: &Obstacles,
+) -> Option<Standing> {
+    let at = touching(contact, normal, feed, options)?;
+    let probe = Probe::new(options, obstacles);
+    let Placed { tip, .. } = probe.placed(at.tip, at.axis);
+    Some(Standing { tip, ..at })
+}
+
+/// The cutter touching a contact of a path going along `feed`, whatever stands in its way; `None` where the surface
+/// faces away or the allowance leaves nothing of the cutter.
+fn touching(
+    contact: DVec3,
+    normal: DVec3,
+    feed: DVec3,
+    options: &PassOptions,
+) -> Option<Standing> {
     let axis = tool_axis(options.axis, normal, feed);
-    let probe = Probe::new(options, check);
-    if normal.dot(axis) <= 0.0 || probe.grown(options.stock).is_none() {
-        return f64::INFINITY;
-    }
-    probe.raise_with_stock(tip(&options.tool, contact, normal, axis, options.stock), axis)
+    let tip = tip(&options.tool, contact, normal, axis, options.stock);
+    let at = Standing { tool: options.tool, tip, axis, reach: options.reach };
+    (normal.dot(axis) > 0.0 && at.grown(options.stock).is_some()).then_some(at)
 }
 
 /// A point of the dense path.
@@ -173,11 +199,24 @@ struct Dense {
     tested: bool,
     /// Whether it was raised out of all that it would penetrate.
     is_free: bool,
+    /// Out of the wall that the cutter was moved off, unit.
+    away: Option<DVec3>,
 }
 
-/// The cutter as it is tested against the part.
+/// Where the cutter stands instead of where it was to stand.
+struct Placed {
+    tip: DVec3,
+    /// How far it was raised.
+    raise: f64,
+    /// Whether it is clear of all.
+    is_free: bool,
+    /// Out of the wall that it was moved off, unit.
+    away: Option<DVec3>,
+}
+
+/// The cutter as it is tested against the part and the walls.
 struct Probe<'a> {
-    check: &'a CheckMesh,
+    obstacles: &'a Obstacles,
     tool: Tool,
     stock: f64,
     tolerance: f64,
@@ -185,36 +224,42 @@ struct Probe<'a> {
 }
 
 impl<'a> Probe<'a> {
-    fn new(options: &PassOptions, check: &'a CheckMesh) -> Self {
+    fn new(options: &PassOptions, obstacles: &'a Obstacles) -> Self {
         let PassOptions { tool, stock, tolerance, reach, .. } = *options;
-        Self { check, tool, stock, tolerance, reach }
+        Self { obstacles, tool, stock, tolerance, reach }
     }
 
-    /// The cutter grown on all sides by `growth` (shrunk where negative); none where nothing is left.
-    fn grown(&self, growth: f64) -> Option<Tool> {
-        let radius = self.tool.radius() + growth;
-        let corner = (self.tool.corner_radius() + growth).max(0.0);
-        Tool::new(radius, corner.min(radius)).ok()
-    }
-
-    /// Raise of the cutter with the allowance around it.
-    fn raise_with_stock(&self, tip: DVec3, axis: DVec3) -> f64 {
-        self.grown(self.stock).map_or(0.0, |grown| {
-            self.check.raise(&grown, tip - axis * self.stock, axis, self.reach)
-        })
+    fn standing(&self, tip: DVec3, axis: DVec3) -> Standing {
+        Standing { tool: self.tool, tip, axis, reach: self.reach }
     }
 
     /// Whether the cutter penetrates by less than `depth`, measured along the normal.
     fn clears(&self, tip: DVec3, axis: DVec3, depth: f64) -> bool {
-        let growth = self.stock - depth;
-        self.grown(growth)
-            .is_none_or(|grown| self.check.is_clear(&grown, tip - axis * growth, axis, self.reach))
+        self.obstacles.is_clear(self.standing(tip, axis), self.stock, depth)
+    }
+
+    /// Where the cutter stands that was to stand at `tip`: moved off walls and then let down on the part; raised
+    /// where it does not fit.
+    fn placed(&self, tip: DVec3, axis: DVec3) -> Placed {
+        let pushed = self.obstacles.pushed(self.standing(tip, axis));
+        if let Some(pushed) = pushed
+            && pushed.away.is_some()
+        {
+            let below = BELOW * pushed.tip.distance(tip) + self.tolerance;
+            let at = self.standing(pushed.tip, axis);
+            let tip = self.obstacles.dropped(at, self.stock, below);
+            if self.clears(tip, axis, 0.25 * self.tolerance) {
+                return Placed { tip, raise: 0.0, is_free: true, away: pushed.away };
+            }
+        }
+        let (raise, is_free) = self.raise(tip, axis);
+        Placed { tip: tip + axis * raise, raise, is_free, away: None }
     }
 
     /// The raise, and whether it is all that is asked for: a small penetration is forgiven where undoing it
     /// would take a long way up a wall.
     fn raise(&self, tip: DVec3, axis: DVec3) -> (f64, bool) {
-        let raise = self.raise_with_stock(tip, axis);
+        let raise = self.obstacles.raise(self.standing(tip, axis), self.stock);
         if raise > 0.5 * self.tolerance && self.clears(tip, axis, 0.25 * self.tolerance) {
             return (0.0, false);
         }
@@ -336,9 +381,9 @@ fn dense_path(
     let mut dense: Vec<Dense> = Vec::with_capacity(contacts.len());
     for (piece, (contact, &axis)) in contacts.iter().zip(axes).enumerate() {
         let touching = tip(&options.tool, contact.position, contact.normal, axis, options.stock);
-        let (raise, is_free) = probe.raise(touching, axis);
+        let Placed { tip, raise, is_free, away } = probe.placed(touching, axis);
         let point = Dense {
-            tip: touching + axis * raise,
+            tip,
             axis,
             contact: contact.position,
             normal: contact.normal,
@@ -347,15 +392,37 @@ fn dense_path(
             at_contact: true,
             tested: true,
             is_free,
+            away,
         };
         if let Some(&before) = dense.last() {
-            between(&before, &point, probe, DEEPEST, &mut dense);
+            let corner = in_corner(&before, &point, probe);
+            if let Some(corner) = &corner {
+                between(&before, corner, probe, DEEPEST, &mut dense);
+                dense.push(*corner);
+            }
+            between(corner.as_ref().unwrap_or(&before), &point, probe, DEEPEST, &mut dense);
         }
         dense.push(point);
     }
     dense
 }
 
+/// The point in the corner of two walls between points that touch one each, if the way through it is not straight.
+fn in_corner(a: &Dense, b: &Dense, probe: &Probe) -> Option<Dense> {
+    let middle = midpoint(a, b);
+    let corner = corner((a.tip, a.away?), (b.tip, b.away?), middle.axis)?;
+    let far = corner.distance(middle.tip);
+    let is_there = far > 0.25 * probe.tolerance && far < CORNER * a.tip.distance(b.tip);
+    let placed = is_there.then(|| probe.placed(corner, middle.axis))?;
+    let Placed { tip, raise, is_free, away } = placed;
+    let is_low = raise <= a.raise.max(b.raise);
+    is_low.then_some(Dense { tip, raise, is_free, away: away.or(a.away), ..middle })
+}
+
+/// Part of the way that a cutter is moved off a wall by which the part may lie lower there: slopes up to 80 degrees.
+const BELOW: f64 = 6.0;
+/// A corner lies at most so many times as far from the way between its walls as that is long.
+const CORNER: f64 = 4.0;
 /// Times as far as its contact goes the tip, where the cutter turns about it.
 const SWING: f64 = 2.0;
 /// What a raised cutter may still penetrate, mm: a bound of [`CheckMesh::raise`].
@@ -381,10 +448,8 @@ fn between(a: &Dense, b: &Dense, probe: &Probe, depth: u32, out: &mut Vec<Dense>
         return true;
     }
     if !clear {
-        let raise = probe.raise_with_stock(middle.tip, middle.axis);
-        middle.tip += middle.axis * raise;
-        middle.raise += raise;
-        middle.is_free = true;
+        let Placed { tip, raise, away, .. } = probe.placed(middle.tip, middle.axis);
+        middle = Dense { tip, raise: middle.raise + raise, is_free: true, away, ..middle };
     }
     let mark = out.len();
     let first_half = between(a, &middle, probe, depth - 1, out);
@@ -409,6 +474,7 @@ fn midpoint(a: &Dense, b: &Dense) -> Dense {
         at_contact: false,
         tested: true,
         is_free: false,
+        away: None,
     }
 }
 
@@ -425,6 +491,7 @@ fn lifted_beside(a: &Dense, b: &Dense) -> Dense {
         at_contact: false,
         tested: false,
         is_free: false,
+        away: None,
         ..*low
     }
 }
@@ -582,6 +649,7 @@ fn raised_stretches(contacts: &[Contact], dense: &[Dense], tolerance: f64) -> Ve
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cutter_location::CheckMesh;
     use crate::geometry::math::{cos, sin};
 
     const OPEN: f64 = f64::INFINITY;
@@ -599,7 +667,7 @@ mod tests {
         DVec3::new(-0.5 * cos(x / 6.0), 0.0, 1.0).normalize()
     }
 
-    fn wave_mesh(n: u32) -> CheckMesh {
+    fn wave_mesh(n: u32) -> Obstacles {
         let mut positions = Vec::new();
         for i in 0..=n {
             let x = 80.0 * (f64::from(i) / f64::from(n) - 0.5);
@@ -608,7 +676,7 @@ mod tests {
         let faces = (0..n)
             .flat_map(|i| [[2 * i, 2 * i + 2, 2 * i + 3], [2 * i, 2 * i + 3, 2 * i + 1]])
             .collect();
-        CheckMesh::new(positions, faces)
+        Obstacles::of_part(CheckMesh::new(positions, faces))
     }
 
     fn wave_pass(n: u32) -> Vec<Contact> {
@@ -630,7 +698,7 @@ mod tests {
     }
 
     /// Largest penetration along the pass, by the cutter shrunk until it clears.
-    fn penetration(pass: &LocatedPass, o: &PassOptions, check: &CheckMesh) -> f64 {
+    fn penetration(pass: &LocatedPass, o: &PassOptions, check: &Obstacles) -> f64 {
         let probe = Probe::new(o, check);
         let mut worst: f64 = 0.0;
         for pair in pass.points.windows(2) {
@@ -722,7 +790,7 @@ mod tests {
             })
             .collect();
         let o = options(5.0, 5.0, ToolAxis::Fixed(DVec3::Z));
-        let nothing = CheckMesh::new(Vec::new(), Vec::new());
+        let nothing = Obstacles::of_part(CheckMesh::new(Vec::new(), Vec::new()));
         let pass = locate_pass(&contacts, &o, &nothing).unwrap();
         for p in &pass.points {
             assert!(((p.tip + DVec3::Z * 5.0).length() - 35.0).abs() < 1e-12);
@@ -789,7 +857,7 @@ mod tests {
         let faces = (0..3u32)
             .flat_map(|i| [[2 * i, 2 * i + 2, 2 * i + 3], [2 * i, 2 * i + 3, 2 * i + 1]])
             .collect();
-        let mesh = CheckMesh::new(profile.concat(), faces);
+        let mesh = Obstacles::of_part(CheckMesh::new(profile.concat(), faces));
         let along = |x: f64, y: f64, i: usize| Contact {
             position: DVec3::new(x, y, 0.0),
             normal: DVec3::Z,

@@ -26,6 +26,8 @@ const FLAT: f64 = 0.97;
 const SLACK: f64 = 0.01;
 /// Length of a spur for each length of the stretch it closes.
 const OUT_AND_BACK: f64 = 2.0;
+/// A function that grows by less than this part of the distance does not tell how far its zero is.
+const HARDLY: f64 = 0.25;
 /// Most intervals.
 const MOST_INTERVALS: f64 = 4.0e5;
 
@@ -51,45 +53,42 @@ impl PassField {
         Self { values, inside }
     }
 
-    /// Distance in passes from the curve that runs `radius` mm inside of the boundary.
+    /// Distance in passes from the curve on which the cutter touches a wall; `clearance`: how far it is clear of
+    /// walls at the `#V` vertices, mm, of which only what is near to zero counts. `radius`: of the cutter, mm.
     ///
-    /// Negative between boundary and curve.
+    /// Negative where it is not clear.
     ///
     /// # Errors
-    /// [`LevelSetError::NoRoom`] when no vertex is farther than `radius` from the boundary.
-    pub fn from_inset(mesh: &PassMesh, radius: f64) -> Result<Self, LevelSetError> {
-        let connectivity = mesh.connectivity();
-        let front = Front::new(connectivity, |h| mesh.length(h));
-        let distance = front.march(&boundary_sources(mesh), |_| true);
-        let widest = distance.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
-        if widest <= radius {
-            return Err(LevelSetError::NoRoom { radius, widest });
+    /// [`LevelSetError::NoRoom`] when it is clear at no vertex.
+    pub fn from_clearance(
+        mesh: &PassMesh,
+        clearance: &[f64],
+        radius: f64,
+    ) -> Result<Self, LevelSetError> {
+        let widest = clearance.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        if widest <= 0.0 {
+            return Err(LevelSetError::NoRoom { radius, widest: (radius + widest).max(0.0) });
         }
-        // Beside the curve the field follows from the distance in mm by the local passes per mm.
-        let mut rate = vec![(0.0, 0.0); distance.len()];
-        for h in (0..3 * connectivity.face_count() as u32).map(HalfEdgeId) {
-            let (a, b) = connectivity.ends(h);
-            for v in [a, b] {
-                rate[v.index()].0 += mesh.pass_length(h);
-                rate[v.index()].1 += mesh.length(h);
-            }
-        }
-        let beside = |v: usize| (distance[v] - radius) * rate[v].0 / rate[v].1;
+        let slopes = slopes(mesh, clearance);
+        let beside = |v: VertexId| clearance[v.index()] / slopes[v.index()];
+        let is_clear = |v: VertexId| clearance[v.index()] > 0.0;
         let mut sources: Vec<VertexId> = Vec::new();
-        for face in connectivity.faces() {
-            let inside = face.map(|v| distance[v.index()] > radius);
-            if inside.contains(&true) && inside.contains(&false) {
-                sources.extend(face.iter().filter(|v| distance[v.index()] > radius));
+        for face in mesh.connectivity().faces() {
+            if face.iter().any(|&v| is_clear(v)) && !face.iter().all(|&v| is_clear(v)) {
+                sources.extend(face.iter().filter(|&&v| is_clear(v)));
             }
         }
         sources.sort_unstable();
         sources.dedup();
-        let sources: Vec<_> = sources.iter().map(|&v| (v, beside(v.index()))).collect();
-        let mut values =
-            Front::solve(mesh, &sources, Accuracy::Full, |v| distance[v.index()] > radius);
+        // Clear all over: the boundary is no nearer than the cutter comes.
+        if sources.is_empty() {
+            return Ok(Self::from_boundary(mesh));
+        }
+        let sources: Vec<_> = sources.into_iter().map(|v| (v, beside(v))).collect();
+        let mut values = Front::solve(mesh, &sources, Accuracy::Full, is_clear);
         for (v, value) in values.iter_mut().enumerate() {
-            if distance[v] <= radius {
-                *value = beside(v);
+            if clearance[v] <= 0.0 {
+                *value = beside(VertexId(v as u32));
             }
         }
         Ok(Self { values, inside: 0.0 })
@@ -340,6 +339,34 @@ impl PassField {
         };
         (0..3 * mesh.connectivity().face_count() as u32).map(|h| of_side(HalfEdgeId(h))).sum()
     }
+}
+
+/// Growth per pass of a function on the vertices, mean over the faces around each; where it hardly grows, that of
+/// a distance in mm.
+fn slopes(mesh: &PassMesh, values: &[f64]) -> Vec<f64> {
+    let connectivity = mesh.connectivity();
+    let mut sums = vec![(0.0, 0u32); values.len()];
+    for (f, face) in connectivity.faces().iter().enumerate() {
+        let gradient =
+            gradient(face.map(|v| mesh.uv()[v.index()]), face.map(|v| values[v.index()]));
+        let slope = mesh.flat_metric(FaceId(f as u32)).zip(gradient).map(|(m, g)| m.slope(g));
+        for v in face {
+            let (sum, count) = sums[v.index()];
+            sums[v.index()] = (sum + slope.unwrap_or(0.0), count + 1);
+        }
+    }
+    let mut rates = vec![(0.0, 0.0); values.len()];
+    for h in (0..3 * connectivity.face_count() as u32).map(HalfEdgeId) {
+        let (a, b) = connectivity.ends(h);
+        for v in [a, b] {
+            rates[v.index()].0 += mesh.length(h);
+            rates[v.index()].1 += mesh.pass_length(h);
+        }
+    }
+    let slope = |((sum, count), (mm, passes)): ((f64, u32), (f64, f64))| {
+        (sum / f64::from(count.max(1))).max(HARDLY * mm / passes)
+    };
+    sums.into_iter().zip(rates).map(slope).collect()
 }
 
 fn boundary_sources(mesh: &PassMesh) -> Vec<(VertexId, f64)> {

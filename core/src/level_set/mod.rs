@@ -76,14 +76,13 @@ pub enum LevelSetError {
     },
     /// The cutter does not fit between the walls anywhere.
     #[error(
-        "rings: with path.boundary = \"wall\" the cutter centre stays {radius:.3} mm from the \
-         boundary, but no point of the surface is farther than {widest:.3} mm from it; use a \
-         cutter of less than {widest:.3} mm radius or path.boundary = \"open\""
+        "rings: path.boundary = \"wall\", and the cutter, of {radius:.3} mm radius, does not fit between the walls: \
+         at the widest place there is room for {widest:.3} mm; use a smaller cutter or path.boundary = \"open\""
     )]
     NoRoom {
         /// Cutter radius, mm.
         radius: f64,
-        /// Largest distance of a surface point from the boundary, mm.
+        /// Radius for which there is room at the widest place, mm.
         widest: f64,
     },
 }

@@ -1,14 +1,14 @@
 //! Flat path → the delivered [`Toolpath`]: lifted, located, joined by retracts and approaches.
 
 use crate::cutter_location::{
-    CheckMesh, LocateError, Located, LocatedPass, PassOptions, RaisedStretch, ToolAxis, locate_pass,
+    LocateError, Located, LocatedPass, Obstacles, PassOptions, RaisedStretch, Standing, ToolAxis,
+    locate_pass,
 };
 use crate::flat_path::FlatPoint;
 use crate::flatten::OutsideChart;
 use crate::geometry::{DVec3, math};
 use crate::lift::{Lift, Lifted};
 use crate::parallel;
-use crate::tool::Tool;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use core::ops::Range;
 use thiserror::Error;
@@ -67,7 +67,7 @@ pub struct Delivered {
 pub fn deliver(
     flat: &[FlatPoint],
     lift: &Lift,
-    check: &CheckMesh,
+    obstacles: &Obstacles,
     options: &DeliverOptions,
     after: Option<PathPoint>,
     mut progress: impl FnMut(f64),
@@ -78,10 +78,10 @@ pub fn deliver(
         let lifted =
             parallel::map(options.threads, batch, |run| lift.run(&flat[run.clone()], run.start));
         let lifted = lifted.into_iter().collect::<Result<Vec<_>, _>>()?;
-        let located = locate(&lifted, check, options)?;
+        let located = locate(&lifted, obstacles, options)?;
         for (lifted, LocatedPass { points, raised }) in lifted.iter().zip(located) {
             out.raised.extend(raised);
-            Run { flat, lifted, located: &points, check, options }.append(&mut out);
+            Run { flat, lifted, located: &points, obstacles, options }.append(&mut out);
         }
         progress(batch.last().map_or(1.0, |run| run.end as f64 / flat.len() as f64));
     }
@@ -98,7 +98,7 @@ fn runs(flat: &[FlatPoint]) -> Vec<Range<usize>> {
 /// Locates runs in pieces that share their end points, on all threads.
 fn locate(
     runs: &[Lifted],
-    check: &CheckMesh,
+    obstacles: &Obstacles,
     options: &DeliverOptions,
 ) -> Result<Vec<LocatedPass>, LocateError> {
     let pieces = |(k, Lifted { contacts, .. }): (usize, &Lifted)| {
@@ -108,7 +108,7 @@ fn locate(
     };
     let pieces: Vec<(usize, Range<usize>)> = runs.iter().enumerate().flat_map(pieces).collect();
     let located = parallel::map(options.threads, &pieces, |(k, piece)| {
-        locate_pass(&runs[*k].contacts[piece.clone()], &options.pass, check)
+        locate_pass(&runs[*k].contacts[piece.clone()], &options.pass, obstacles)
     });
     let mut all = vec![LocatedPass::default(); runs.len()];
     for ((k, _), piece) in pieces.into_iter().zip(located) {
@@ -125,7 +125,7 @@ struct Run<'a> {
     flat: &'a [FlatPoint],
     lifted: &'a Lifted,
     located: &'a [Located],
-    check: &'a CheckMesh,
+    obstacles: &'a Obstacles,
     options: &'a DeliverOptions,
 }
 
@@ -171,12 +171,8 @@ impl Run<'_> {
     /// Whether the part leaves the way along the axis open from here to the rapid plane.
     fn is_open(&self, l: &Located) -> bool {
         let PassOptions { tool, stock, tolerance, .. } = self.options.pass;
-        let growth = stock - tolerance;
-        let (radius, corner) = (tool.radius() + growth, (tool.corner_radius() + growth).max(0.0));
-        let grown = Tool::new(radius, corner.min(radius));
-        grown.map_or(true, |grown| {
-            self.check.is_clear(&grown, l.tip - l.axis * growth, l.axis, f64::INFINITY)
-        })
+        let at = Standing { tool, tip: l.tip, axis: l.axis, reach: f64::INFINITY };
+        self.obstacles.is_clear(at, stock, tolerance)
     }
 
     /// A piece that cannot be entered, as a stretch from which the cutter is kept away.
@@ -307,13 +303,15 @@ fn turned(a: DVec3, b: DVec3, t: f64) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cutter_location::CheckMesh;
+    use crate::tool::Tool;
     use crate::geometry::DVec2;
     use crate::lift::LiftedPoint;
 
     const ROOF: f64 = 20.0;
 
     /// Roofs over the plane z = 0 from one x to another.
-    fn roofs(spans: &[[f64; 2]]) -> CheckMesh {
+    fn roofs(spans: &[[f64; 2]]) -> Obstacles {
         let corners = |s: &[f64; 2]| {
             [(s[0], -9.0), (s[1], -9.0), (s[1], 9.0), (s[0], 9.0)]
                 .map(|(x, y)| DVec3::new(x, y, ROOF))
@@ -321,7 +319,7 @@ mod tests {
         let faces = (0..spans.len() as u32)
             .flat_map(|i| [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]])
             .collect();
-        CheckMesh::new(spans.iter().flat_map(corners).collect(), faces)
+        Obstacles::of_part(CheckMesh::new(spans.iter().flat_map(corners).collect(), faces))
     }
 
     /// A pass from x = 0 to 30 on the plane, cut by a ball of radius 3 with 10 mm of length.
@@ -369,9 +367,9 @@ mod tests {
             rapid_feed: 100.0,
         };
         let check = roofs(spans);
-        let (located, check) = (&located[..], &check);
+        let (located, obstacles) = (&located[..], &check);
         let mut out = Delivered::default();
-        Run { flat: &flat, lifted: &lifted, located, check, options: &options }.append(&mut out);
+        Run { flat: &flat, lifted: &lifted, located, obstacles, options: &options }.append(&mut out);
         out
     }
 

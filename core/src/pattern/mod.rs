@@ -25,7 +25,7 @@ pub use spiral::spiral;
 use crate::flatten::Locator;
 use crate::geometry::math::{cos, sin};
 use crate::geometry::{DVec2, DVec3};
-use crate::job::{Boundary, FirstPass, Parameter, PathOptions, Pattern};
+use crate::job::{FirstPass, Parameter, PathOptions, Pattern};
 use crate::level_set::Pass;
 use crate::level_set::{
     Accuracy, LevelSetError, Outermost, PassField, PassMesh, half_levels, open_levels,
@@ -81,7 +81,7 @@ impl Parameters {
 
 /// What passes are laid for.
 #[derive(Copy, Clone, Debug, PartialEq)]
-pub struct Setting {
+pub struct Setting<'a> {
     /// Cutter radius, mm.
     pub radius: f64,
     /// Whether the cutter is tilted on a flat bottom, which machines beside a sharp turn what it should not
@@ -89,6 +89,8 @@ pub struct Setting {
     pub has_flat_bottom: bool,
     /// Whether the passes of other regions go on where these end.
     pub has_neighbours: bool,
+    /// How far the cutter is clear of walls at the `#V` vertices of the fine mesh, mm; `None` without walls.
+    pub clearance: Option<&'a [f64]>,
 }
 
 /// Lays the passes of the pattern that the options ask for on a mesh; choices are made on the coarse one.
@@ -101,14 +103,14 @@ pub fn lay_out(
     mesh: &PassMesh,
     locator: &Locator,
     options: &PathOptions,
-    setting: Setting,
+    setting: Setting<'_>,
     parameters: Option<&Parameters>,
 ) -> Result<Laid, LevelSetError> {
     let sketch = Sketch { coarse, mesh, locator, options, setting };
     let field = match options.pattern {
-        Pattern::Contour | Pattern::Spiral => match options.boundary {
-            Boundary::Open => PassField::from_boundary(mesh),
-            Boundary::Wall => PassField::from_inset(mesh, setting.radius)?,
+        Pattern::Contour | Pattern::Spiral => match setting.clearance {
+            None => PassField::from_boundary(mesh),
+            Some(clearance) => PassField::from_clearance(mesh, clearance, setting.radius)?,
         },
         // Every band is a region with its own start curve.
         Pattern::IsoScallop | Pattern::Mpf => sketch.iso_scallop()?,
@@ -148,7 +150,7 @@ struct Sketch<'a> {
     mesh: &'a PassMesh,
     locator: &'a Locator<'a>,
     options: &'a PathOptions,
-    setting: Setting,
+    setting: Setting<'a>,
 }
 
 impl Sketch<'_> {

@@ -1,9 +1,9 @@
 //! Flat paths → delivered ones: with their true removal rates, without what the cutter leaves.
 
 use super::{PlanError, axis_rule, tilted};
-use crate::cutter_location::{CheckMesh, PassOptions, RaisedStretch};
+use crate::cutter_location::{Obstacles, PassOptions, RaisedStretch, ToolAxis};
 use crate::feed::fill_time;
-use crate::flat_path::{FlatPoint, Terrain};
+use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
 use crate::geometry::DVec3;
 use crate::job::{Boundary, ForceControl, Job, Stepover, TooTight};
@@ -18,6 +18,7 @@ use crate::removal::{
 use crate::surface::{Part, Surface};
 use crate::tool::ToolKind;
 use crate::toolpath::Toolpath;
+use crate::walls::{Sweep, WallOptions, Walls};
 
 /// Rounds of passes over what the columns show as left.
 const TOUCH_UPS: usize = 4;
@@ -45,7 +46,7 @@ pub struct Delivery<'a> {
     pub chart: &'a Chart,
     pub locator: &'a Locator<'a>,
     pub lift: Lift<'a>,
-    pub check: CheckMesh,
+    pub obstacles: &'a Obstacles,
     pub options: DeliverOptions,
     pub cusp_limit: f64,
     pub terrain: JointTerrain<'a>,
@@ -67,8 +68,8 @@ impl Delivery<'_> {
         if self.job.force.control == ForceControl::Off {
             return Ok(None);
         }
-        let no_check = CheckMesh::new(Vec::new(), Vec::new());
-        let path = deliver(flat, &self.lift, &no_check, &self.options, None, |_| {})?.toolpath;
+        let walls = self.obstacles.without_part();
+        let path = deliver(flat, &self.lift, &walls, &self.options, None, |_| {})?.toolpath;
         Ok(Some(self.rated(&self.columns(), &path, Feeds::LinksLimited, None)?.0))
     }
 
@@ -86,6 +87,13 @@ impl Delivery<'_> {
 
     fn columns(&self) -> Columns {
         Columns::new(self.surface, self.chart, self.job.nominal_side_step(), self.layer().top())
+    }
+
+    /// Columns as close to walls as the tolerance.
+    fn rim(&self) -> Columns {
+        let (job, top) = (self.job, self.layer().top());
+        let apart = 0.1 * job.nominal_side_step();
+        Columns::along_boundary(self.surface, self.chart, (job.cut.tolerance, apart), top)
     }
 
     /// The path at the nominal feeds, whatever it removes. Only where the cutter did not fit, or there are
@@ -112,16 +120,16 @@ impl Delivery<'_> {
         progress: &mut dyn FnMut(f64),
     ) -> Result<Delivered, PlanError> {
         let mut delivered =
-            deliver(flat, &self.lift, &self.check, &self.options, None, &mut *progress)?;
+            deliver(flat, &self.lift, self.obstacles, &self.options, None, &mut *progress)?;
         if let Some(options) = self.mend_options() {
             let mut mender =
-                Mender::new(self.surface, self.chart, self.locator, &self.check, options);
+                Mender::new(self.surface, self.chart, self.locator, self.obstacles, options);
             let mut flat = flat.to_vec();
             for _ in 0..MENDS {
                 let Some(mended) = mender.mended(&flat, &delivered.toolpath) else { break };
                 flat = mended;
                 delivered =
-                    deliver(&flat, &self.lift, &self.check, &self.options, None, &mut *progress)?;
+                    deliver(&flat, &self.lift, self.obstacles, &self.options, None, &mut *progress)?;
             }
         }
         refuse_too_tight(self.job, &delivered.raised)?;
@@ -154,7 +162,7 @@ impl Delivery<'_> {
             }
             let last = finished.toolpath.points.last().copied();
             let more =
-                deliver(&more, &self.lift, &self.check, &self.options, last, &mut *progress)?;
+                deliver(&more, &self.lift, self.obstacles, &self.options, last, &mut *progress)?;
             refuse_too_tight(self.job, &more.raised)?;
             finished = self.limited_part(columns, more, Some(finished))?;
         }
@@ -201,14 +209,12 @@ impl Delivery<'_> {
 
     /// Calls `work` with what decides where the cutter of a path can touch.
     fn with_access(&self, path: &Toolpath, work: impl FnOnce(&Access) -> Coverage) -> Coverage {
-        let is_open = self.job.path.boundary == Boundary::Open;
-        let inside = |p| is_open || self.terrain.room(p).is_some_and(|room| room >= 0.0);
         work(&Access {
             pass: self.options.pass,
             layer: self.layer(),
-            check: &self.check,
-            inside: &inside,
+            obstacles: self.obstacles,
             path,
+            rim: (!self.obstacles.rulings().is_empty()).then(|| self.rim()),
             // Columns stand on facets, below the smooth surface by the chord error.
             cusp: self.cusp_limit + self.chord(),
             cell: self.job.nominal_side_step(),
@@ -295,13 +301,32 @@ pub fn deliver_options(job: &Job, rapid_plane: f64, threads: usize) -> DeliverOp
     }
 }
 
-/// Height that is clear of part and stock: above the top in three axes; in five, above the sphere
-/// about the rotary centre (the origin) that holds the part in any position of the tables.
-pub fn rapid_plane(part: &Part, job: &Job) -> f64 {
-    let above = job.cut.axial_depth + job.cut.stock + job.machine.clearance;
+/// Height that is clear of part, stock and walls: above the top in three axes; in five, above the sphere
+/// about the rotary centre (the origin) that holds the part in any position of the tables. `walls`: the corners of
+/// swept walls, mm.
+pub fn rapid_plane(part: &Part, walls: &[DVec3], job: &Job) -> f64 {
     let reach = |p: &DVec3| match job.machine.axes {
         Axes::ThreeAxis => p.z,
         Axes::Xyzac => p.length(),
     };
-    part.positions.iter().map(reach).fold(f64::NEG_INFINITY, f64::max) + above
+    let top = |places: &[DVec3]| places.iter().map(reach).fold(f64::NEG_INFINITY, f64::max);
+    let stock = job.cut.axial_depth + job.cut.stock;
+    (top(&part.positions) + stock).max(top(walls)) + job.machine.clearance
+}
+
+/// The walls along a job's surface; none at an open boundary.
+pub fn walls(job: &Job, surface: &Surface, rest: &Part) -> Walls {
+    if job.path.boundary == Boundary::Open {
+        return Walls::default();
+    }
+    let options = WallOptions {
+        sweep: match axis_rule(job) {
+            ToolAxis::Fixed(axis) => Sweep::Axis(axis),
+            ToolAxis::Lead(_) => Sweep::Normal,
+        },
+        height: job.path.wall_height,
+        stock: job.cut.stock,
+        spacing: WallOptions::spacing(job.tool.radius(), job.cut.tolerance),
+    };
+    Walls::beside(surface, rest, &options)
 }

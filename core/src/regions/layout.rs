@@ -17,6 +17,7 @@ use crate::parallel;
 use crate::pattern::{self, Laid, Parameters, Setting};
 use crate::strip_width::Strip;
 use crate::surface::Surface;
+use crate::walls::Clearance;
 
 /// A field that grows by less than this per pass is about a ridge, where spurs close the gaps.
 const RIDGE: f64 = 0.9;
@@ -26,7 +27,7 @@ const LONGEST_OVERRUN: f64 = 6.0;
 const EVEN: f64 = 0.9;
 
 /// How passes are laid on every region.
-#[derive(Copy, Clone, Debug)]
+#[derive(Copy, Clone)]
 pub struct LayoutOptions<'a> {
     /// The job.
     pub job: &'a Job,
@@ -38,6 +39,8 @@ pub struct LayoutOptions<'a> {
     pub tolerance: f64,
     /// A tilted cutter with a flat bottom, the edges of whose strip lag behind it; `None` for any other.
     pub tilted: Option<Strip>,
+    /// How far the cutter is clear of walls, if there are any.
+    pub clearance: Option<Clearance<'a>>,
     /// Threads to use.
     pub threads: usize,
 }
@@ -173,10 +176,12 @@ impl Draft {
             true => rings(ground, job),
             false => {
                 let coarse = &ground.coarse;
+                let clearance = options.clearance.map(|c| c.of_mesh(mesh, options.threads));
                 let setting = Setting {
                     radius: job.tool.radius(),
                     has_flat_bottom: options.tilted.is_some(),
                     has_neighbours: ground.has_neighbours(),
+                    clearance: clearance.as_deref(),
                 };
                 let own = (job.path.pattern == Pattern::IsoParametric)
                     .then(|| Parameters::of(options.surface, options.chart, mesh))

@@ -8,7 +8,7 @@
 
 use crate::flatten::Chart;
 use crate::geometry::{DVec2, DVec3, cross2, math};
-use crate::mesh::{FaceId, VertexId};
+use crate::mesh::{FaceId, HalfEdgeId, VertexId};
 use crate::surface::{Surface, SurfacePoint};
 
 use super::body::Line;
@@ -132,6 +132,44 @@ impl Columns {
         let blocks =
             grid.leaves.chunks(BLOCK).map(|leaves| Block::new(leaves, back, top)).collect();
         Self { blocks, spacing }
+    }
+
+    /// Columns without areas so far inside of the boundary of a surface, mm, and `spacing` mm apart; `top`: the height
+    /// of the layer's upper side, mm.
+    pub fn along_boundary(
+        surface: &Surface,
+        chart: &Chart,
+        (inside, spacing): (f64, f64),
+        top: f64,
+    ) -> Self {
+        let connectivity = surface.connectivity();
+        let sides = (0..3 * connectivity.face_count() as u32).map(HalfEdgeId);
+        let mut lines = Vec::new();
+        for side in sides.filter(|h| connectivity.opposite(*h).is_none()) {
+            let (face, corner) = (side.face(), side.corner());
+            let corners = surface.corners(face);
+            let flat = connectivity.face(face).map(|v| chart.uv()[v.index()]);
+            let (a, b) = (corners[corner], corners[(corner + 1) % 3]);
+            let length = a.distance(b);
+            let high = (b - a).cross(corners[(corner + 2) % 3] - a).length() / length;
+            // Of a narrow face the middle.
+            let inward = (inside / high).min(0.5);
+            let count = (length / spacing).ceil().max(1.0) as u32;
+            for i in 0..count {
+                let along = (f64::from(i) + 0.5) / f64::from(count);
+                let mut weights = [0.0; 3];
+                weights[corner] = (1.0 - inward) * (1.0 - along);
+                weights[(corner + 1) % 3] = (1.0 - inward) * along;
+                weights[(corner + 2) % 3] = inward;
+                let point = SurfacePoint { face, weights };
+                let normal = surface.normal(point);
+                if normal != DVec3::ZERO && inward.is_finite() {
+                    let at = (0..3).map(|k| flat[k] * weights[k]).sum();
+                    lines.push((Line { foot: surface.position(point), normal }, at));
+                }
+            }
+        }
+        Self { spacing, ..Self::on(&lines, top).0 }
     }
 
     /// Columns on these lines with their flat places, without areas; and which line each column stands on. `top`: the

@@ -2,7 +2,7 @@
 
 use super::columns::{Column, Columns};
 use super::{Cutter, Layer, Line, Removed};
-use crate::cutter_location::{CheckMesh, PassOptions, ToolAxis, raise_at};
+use crate::cutter_location::{Obstacles, PassOptions, ToolAxis, lowest_at, raise_at};
 use crate::geometry::{DVec2, DVec3};
 use crate::parallel;
 use crate::toolpath::{PathPoint, Toolpath};
@@ -47,12 +47,12 @@ pub struct Access<'a> {
     pub pass: PassOptions,
     /// The layer.
     pub layer: Layer,
-    /// The part.
-    pub check: &'a CheckMesh,
-    /// Whether a contact at a flat point lies inside of ring 0.
-    pub inside: &'a dyn Fn(DVec2) -> bool,
+    /// The part and its walls.
+    pub obstacles: &'a Obstacles,
     /// The path, at whose nearest point the cutter faces the same way.
     pub path: &'a Toolpath,
+    /// Columns close to walls, which those of the layer may miss; `None` without walls.
+    pub rim: Option<Columns>,
     /// Height over the allowance that may stay, mm.
     pub cusp: f64,
     /// Size of the cells that too tight places are gathered in, mm.
@@ -66,12 +66,14 @@ struct Left {
     column: Column,
     flat: DVec2,
     over: f64,
-    inside: bool,
 }
 
 /// What `removed` leaves of the columns.
 pub fn coverage(columns: &Columns, removed: &Removed, access: &Access) -> Coverage {
-    let left = left_over(columns, removed, access);
+    let mut left = left_over(columns, removed, access);
+    if let Some(rim) = &access.rim {
+        left.extend(left_over(rim, &remains(rim, access), access));
+    }
     let fits = fits(&left, access);
     let mut out = Coverage { area: columns.area(), ..Coverage::default() };
     let mut highest = [f64::NEG_INFINITY; 2];
@@ -89,7 +91,9 @@ pub fn coverage(columns: &Columns, removed: &Removed, access: &Access) -> Covera
             (*highest, *place) = (l.over, Some(l.column.line.foot));
         }
     }
-    out.too_tight_places = gathered(&tight, access.cell, columns.spacing);
+    // Between a wall and the cutter beside it a wedge runs out that is narrower than the rim's columns see.
+    let wedge = access.rim.as_ref().map_or(0.0, |_| access.wedge());
+    out.too_tight_places = gathered(&tight, access.cell, columns.spacing + wedge);
     out
 }
 
@@ -100,6 +104,11 @@ pub fn remains(columns: &Columns, access: &Access) -> Removed {
 }
 
 impl Access<'_> {
+    /// How far from a wall that it touches the cutter leaves it by the tolerance, mm.
+    fn wedge(&self) -> f64 {
+        (2.0 * self.pass.tool.radius() * self.pass.tolerance).sqrt()
+    }
+
     /// The highest column that is none too high, mm.
     fn allowed(&self) -> f64 {
         // What no move took from is left, however high a cusp may be.
@@ -114,20 +123,28 @@ fn left_over(columns: &Columns, removed: &Removed, access: &Access) -> Vec<Left>
     for (block, heights) in columns.blocks.iter().zip(&removed.heights) {
         for (i, &height) in heights.iter().enumerate().filter(|(_, h)| **h > allowed) {
             let (column, flat) = (block.columns[i], block.flat[i]);
-            left.push(Left { column, flat, over: height - allowed, inside: (access.inside)(flat) });
+            left.push(Left { column, flat, over: height - allowed });
         }
     }
     left
 }
 
-/// Whether the cutter could touch the surface at each column.
+/// Whether the cutter could lower each column far enough: from where it touches it, or beside walls from where it
+/// stands the nearest to that.
 fn fits(left: &[Left], access: &Access) -> Vec<bool> {
     let feeds = FeedIndex::new(access.path, access.pass.axis);
-    let (pass, check) = (access.pass, access.check);
+    let (pass, obstacles) = (access.pass, access.obstacles);
+    // What the path leaves at its best may be higher by its chords.
+    let allowed = access.allowed() - pass.tolerance;
     parallel::map(access.threads, left, |l| {
         let Line { foot, normal } = l.column.line;
-        let raise = || raise_at(foot, normal, feeds.nearest(l.flat), &pass, check);
-        l.inside && raise() <= pass.tolerance
+        let feed = feeds.nearest(l.flat);
+        if raise_at(foot, normal, feed, &pass, obstacles) <= pass.tolerance {
+            return true;
+        }
+        let beside = || lowest_at(foot, normal, feed, &pass, obstacles);
+        !obstacles.rulings().is_empty()
+            && beside().is_some_and(|at| at.contains(foot + normal * allowed))
     })
 }
 

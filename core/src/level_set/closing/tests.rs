@@ -73,7 +73,11 @@ fn closed(
     let metric = vec![strip_metric::even(step); chart.uv().len()];
     let mesh = PassMesh::new(surface, chart, metric).unwrap();
     let field = match inset {
-        Some(radius) => PassField::from_inset(&mesh, radius).unwrap(),
+        Some(radius) => {
+            let clear = |p: &DVec2| to_boundary(surface, chart, *p) - radius;
+            let clearance: Vec<f64> = mesh.uv().iter().map(clear).collect();
+            PassField::from_clearance(&mesh, &clearance, radius).unwrap()
+        }
         None => PassField::from_boundary(&mesh),
     };
     let locator = Locator::new(mesh.connectivity(), mesh.uv());
@@ -90,6 +94,15 @@ fn closed(
     let report = close(&mut rings, &mesh, &field, &terrain, &options);
     let widest = measure(&rings);
     Closed { rings, plain, report, widest }
+}
+
+/// Distance of a flat place from the boundary.
+fn to_boundary(surface: &Surface, chart: &Chart, at: DVec2) -> f64 {
+    let loops = surface.connectivity().boundary_loops();
+    let sides = loops.iter().flat_map(|l| (0..l.len()).map(|i| [l[i], l[(i + 1) % l.len()]]));
+    let ends = sides.map(|side| side.map(|v| chart.uv()[v.index()]));
+    let distances = ends.map(|[a, b]| crate::geometry::polyline::distance_to_segment(at, a, b));
+    distances.fold(f64::INFINITY, f64::min)
 }
 
 /// Largest distance in space, in side steps, of points all over the surface inside of ring 0 from

@@ -57,14 +57,19 @@ fn rings_of_a_square_are_squares() {
 fn inset_rings_start_a_radius_inside() {
     let (surface, chart) = plate(30, 1.0, |_| true);
     let mesh = pass_mesh(&surface, &chart, 2.0);
-    let field = PassField::from_inset(&mesh, 3.3).unwrap();
+    let clear = |radius: f64| -> Vec<f64> {
+        let to_edge = |p: &DVec2| p.min(DVec2::splat(30.0) - *p).min_element();
+        mesh.uv().iter().map(|p| to_edge(p) - radius).collect()
+    };
+    let field = PassField::from_clearance(&mesh, &clear(3.3), 3.3).unwrap();
     let rings = rings(&mesh, &field);
     for (k, ring) in rings.iter().enumerate() {
         let side = 30.0 - 6.6 - 4.0 * k as f64;
         let area = -signed_area(&ring.points);
         assert!((area.sqrt() - side).abs() < 0.25, "ring {k}: {area} {}", side * side);
     }
-    assert!(matches!(PassField::from_inset(&mesh, 15.1), Err(LevelSetError::NoRoom { .. })));
+    let too_large = PassField::from_clearance(&mesh, &clear(15.1), 15.1);
+    assert!(matches!(too_large, Err(LevelSetError::NoRoom { .. })));
 }
 
 /// On a disk the field is the radius minus the distance from the centre, up to the staircase of

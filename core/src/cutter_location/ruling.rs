@@ -1,0 +1,352 @@
+//! Walls beside the cutter: how deep it stands in them, and where it just touches them.
+//!
+//! - *Ruling*: a straight line up a wall. Rulings stand so close that between two of them a cutter enters the wall
+//!   by an eighth of the tolerance at most (`s²/(8R)`).
+//! - *Stand*: how deep the cutter stands in the worst ruling, and the way out of it, across the cutter's axis.
+//!
+//! A cutter is pushed off walls across its axis: out of the worst ruling, then out of the next; where it is back in
+//! the one before, to the place where it touches both, as in a corner.
+
+use crate::geometry::{DVec3, any_perpendicular};
+use crate::tool::Tool;
+use rstar::{AABB, RTree, RTreeObject};
+
+/// Steps out of rulings at most; a corner of two walls takes two or three.
+const MOST_STEPS: usize = 64;
+/// A cutter that stands in a wall by less than this touches it, mm.
+const TOUCH: f64 = 1e-7;
+/// Distance from the axis, cutter radii, within which a ruling tells on which side of the wall the cutter stands.
+const AROUND: f64 = 2.1;
+/// Steps of the search along a ruling for the place where a rounded end stands deepest in it.
+const THIRDS: usize = 24;
+/// Two ways out less than this apart (sine) are one.
+const SAME_WAY: f64 = 1e-3;
+
+/// A straight line up a wall.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Ruling {
+    /// Its foot, mm.
+    pub from: DVec3,
+    /// Its top, mm.
+    pub to: DVec3,
+    /// Unit direction out of the wall.
+    pub inward: DVec3,
+    /// Allowance on the wall, mm.
+    pub allowance: f64,
+}
+
+impl RTreeObject for Ruling {
+    type Envelope = AABB<[f64; 3]>;
+
+    fn envelope(&self) -> Self::Envelope {
+        AABB::from_corners(self.from.to_array(), self.to.to_array())
+    }
+}
+
+/// How the cutter stands to the walls around it.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Stand {
+    /// How deep it stands in the worst of them, mm; negative where it is clear.
+    pub depth: f64,
+    /// Unit way out of that, across the axis.
+    pub away: DVec3,
+}
+
+/// A cutter pushed off walls.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Pushed {
+    /// Its tip, mm.
+    pub tip: DVec3,
+    /// Out of the wall that it touches last; `None` where it was clear.
+    pub away: Option<DVec3>,
+}
+
+/// The walls of a part, for questions about places.
+#[derive(Clone, Debug, Default)]
+pub struct Rulings {
+    tree: RTree<Ruling>,
+}
+
+/// The cutter of a question.
+struct Query<'a> {
+    tool: &'a Tool,
+    tip: DVec3,
+    axis: DVec3,
+    reach: f64,
+}
+
+/// A ruling seen from the cutter.
+struct Seen {
+    /// Smallest distance from the axis, mm.
+    distance: f64,
+    /// From the axis to the ruling where it is that near.
+    across: DVec3,
+    /// How deep the cutter stands in it, and from the axis to where.
+    depth: f64,
+    deepest: DVec3,
+}
+
+impl Rulings {
+    /// An index over rulings.
+    pub fn new(rulings: Vec<Ruling>) -> Self {
+        Self { tree: RTree::bulk_load(rulings) }
+    }
+
+    /// Whether there is no wall.
+    pub fn is_empty(&self) -> bool {
+        self.tree.size() == 0
+    }
+
+    /// How a cutter with its tip at `tip`, `reach` mm long, stands to the walls; `None` where none is near.
+    ///
+    /// Where its axis is behind the nearest wall it stands in it by its radius and the way to the axis.
+    pub fn stand(&self, tool: &Tool, tip: DVec3, axis: DVec3, reach: f64) -> Option<Stand> {
+        let query = Query { tool, tip, axis, reach };
+        let around = AROUND * tool.radius();
+        let mut nearest: Option<(f64, &Ruling, DVec3)> = None;
+        let mut worst: Option<(f64, &Ruling, DVec3)> = None;
+        for ruling in self.tree.locate_in_envelope_intersecting(self.envelope(&query, around)) {
+            let Some(seen) = query.sees(ruling).filter(|s| s.distance <= around) else { continue };
+            // Equal ones go by their place, so that the order of the tree does not matter.
+            let before = |best: &(f64, &Ruling, DVec3), value: f64| {
+                value == best.0 && place(best.1) <= place(ruling)
+            };
+            if nearest.is_none_or(|n| seen.distance < n.0 || seen.distance == n.0 && !before(&n, n.0)) {
+                nearest = Some((seen.distance, ruling, seen.across));
+            }
+            if worst.is_none_or(|w| seen.depth > w.0 || seen.depth == w.0 && !before(&w, w.0)) {
+                worst = Some((seen.depth, ruling, seen.deepest));
+            }
+        }
+        let (distance, ruling, across) = nearest?;
+        let inward = query.inward(ruling);
+        if across.dot(inward) > 0.0 {
+            let depth = tool.radius() + ruling.allowance + distance;
+            return Some(Stand { depth, away: across.try_normalize().unwrap_or(inward) });
+        }
+        let (depth, ruling, across) = worst?;
+        let away = (-across).try_normalize().unwrap_or(query.inward(ruling));
+        Some(Stand { depth, away })
+    }
+
+    /// The cutter moved across its axis until it stands in no wall; `None` where it does not fit between them.
+    pub fn push(&self, tool: &Tool, tip: DVec3, axis: DVec3, reach: f64) -> Option<Pushed> {
+        let mut pushed = Pushed { tip, away: None };
+        // The plane that the tip was last pushed out to: its direction and offset.
+        let mut before: Option<(DVec3, f64)> = None;
+        for _ in 0..MOST_STEPS {
+            let stand = self.stand(tool, pushed.tip, axis, reach).filter(|s| s.depth > TOUCH);
+            let Some(Stand { depth, away }) = stand else { return Some(pushed) };
+            let out = pushed.tip + away * depth;
+            let plane = (away, away.dot(out));
+            let both = before.and_then(|b| touching_both(out, b, plane, axis));
+            pushed = Pushed { tip: both.unwrap_or(out), away: Some(away) };
+            before = Some(plane);
+        }
+        None
+    }
+
+    /// A box around the cutter and what lies so far beside it.
+    fn envelope(&self, query: &Query, around: f64) -> AABB<[f64; 3]> {
+        let all = self.tree.root().envelope();
+        let [low, high] = [all.lower(), all.upper()].map(DVec3::from);
+        // A longer cutter meets nothing more.
+        let far = query.tip.distance(0.5 * (low + high)) + low.distance(high);
+        let top = query.tip + query.axis * query.reach.min(far);
+        let margin = DVec3::splat(around);
+        let (from, to) = (query.tip.min(top) - margin, query.tip.max(top) + margin);
+        AABB::from_corners(from.to_array(), to.to_array())
+    }
+}
+
+fn place(ruling: &Ruling) -> [f64; 3] {
+    ruling.from.to_array()
+}
+
+/// The place nearest to `out`, which lies on the plane `second`, that lies on `first`, too, if `out` lies behind it.
+fn touching_both(
+    out: DVec3,
+    first: (DVec3, f64),
+    second: (DVec3, f64),
+    axis: DVec3,
+) -> Option<DVec3> {
+    let missing = first.1 - first.0.dot(out);
+    let along = axis.cross(second.0);
+    let slope = along.dot(first.0);
+    (missing > 0.0 && slope.abs() > SAME_WAY).then(|| out + along * (missing / slope))
+}
+
+/// Where the cutter at `a` and at `b`, each of which touches a wall, would touch both walls: the corner between
+/// them; `None` where the walls run alike.
+pub fn corner(a: (DVec3, DVec3), b: (DVec3, DVec3), axis: DVec3) -> Option<DVec3> {
+    let (first, second) = (a.1.reject_from(axis), b.1.reject_from(axis));
+    let along = axis.cross(second.try_normalize()?);
+    let slope = along.dot(first.try_normalize()?);
+    if slope.abs() < SAME_WAY {
+        return None;
+    }
+    let missing = first.normalize().dot(a.0 - b.0);
+    let corner = b.0 + along * (missing / slope);
+    // As high as the middle of the two.
+    let middle = 0.5 * (a.0 + b.0);
+    Some(corner + axis * (middle - corner).dot(axis))
+}
+
+impl Query<'_> {
+    /// The ruling's way out of the wall, across the axis.
+    fn inward(&self, ruling: &Ruling) -> DVec3 {
+        let across = ruling.inward.reject_from(self.axis);
+        across.try_normalize().unwrap_or(any_perpendicular(self.axis))
+    }
+
+    /// `None` for a ruling that lies wholly below the tip or above the cutter.
+    fn sees(&self, ruling: &Ruling) -> Option<Seen> {
+        let (a, b) = (ruling.from - self.tip, ruling.to - self.tip);
+        let (low, high) = (a.dot(self.axis), b.dot(self.axis));
+        let (foot, top) = (a - self.axis * low, b - self.axis * high);
+        let rise = high - low;
+        // The part of the ruling between two heights.
+        let between = |from: f64, to: f64| {
+            if rise == 0.0 {
+                return (from <= low && low <= to).then_some((0.0, 1.0));
+            }
+            let (s, t) = ((from - low) / rise, (to - low) / rise);
+            let (s, t) = (s.min(t).max(0.0), s.max(t).min(1.0));
+            (s <= t).then_some((s, t))
+        };
+        let way = top - foot;
+        let square = way.length_squared();
+        let nearest_on = |(s, t): (f64, f64)| {
+            let at = if square > 0.0 { -foot.dot(way) / square } else { s };
+            foot + way * at.clamp(s, t)
+        };
+        let whole = between(0.0, self.reach)?;
+        let across = nearest_on(whole);
+        let distance = across.length();
+        let (radius, round) = (self.tool.radius(), self.tool.corner_radius());
+        let mut seen =
+            Seen { distance, across, depth: f64::NEG_INFINITY, deepest: across };
+        if let Some(side) = between(round, self.reach) {
+            seen.deepest = nearest_on(side);
+            seen.depth = radius - seen.deepest.length();
+        }
+        // Beside the rounded end the cutter is slimmer.
+        if radius - distance > seen.depth
+            && let Some((mut s, mut t)) = between(0.0, round.min(self.reach))
+        {
+            let at = |part: f64| {
+                let lack = (round - (low + rise * part)).clamp(0.0, round);
+                let wide = radius - round + (round * round - lack * lack).max(0.0).sqrt();
+                let across = foot + way * part;
+                (wide - across.length(), across)
+            };
+            for _ in 0..THIRDS {
+                let third = (t - s) / 3.0;
+                if at(s + third).0 < at(t - third).0 { s += third } else { t -= third }
+            }
+            for part in [s, t] {
+                let (depth, across) = at(part);
+                if depth > seen.depth {
+                    (seen.depth, seen.deepest) = (depth, across);
+                }
+            }
+        }
+        seen.depth += ruling.allowance;
+        Some(seen)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::math::{cos, sin};
+
+    const HIGH: f64 = 20.0;
+
+    fn flat(radius: f64) -> Tool {
+        Tool::new(radius, 0.0).unwrap()
+    }
+
+    /// Rulings along a flat polyline with the room on its left.
+    fn along(line: &[(f64, f64)]) -> Vec<Ruling> {
+        let mut out = Vec::new();
+        for pair in line.windows(2) {
+            let [a, b] = [pair[0], pair[1]].map(|(x, y)| DVec3::new(x, y, 0.0));
+            let inward = DVec3::Z.cross(b - a).normalize();
+            let count = (a.distance(b) / 0.05).ceil() as u32;
+            out.extend((0..=count).map(|i| {
+                let from = a.lerp(b, f64::from(i) / f64::from(count));
+                Ruling { from, to: from + DVec3::Z * HIGH, inward, allowance: 0.0 }
+            }));
+        }
+        out
+    }
+
+    fn pushed(rulings: &Rulings, tool: &Tool, x: f64, y: f64) -> Option<DVec3> {
+        let tip = DVec3::new(x, y, 1.0);
+        rulings.push(tool, tip, DVec3::Z, f64::INFINITY).map(|p| p.tip)
+    }
+
+    #[test]
+    fn a_cutter_is_pushed_off_a_wall_from_before_and_behind_it() {
+        let rulings = Rulings::new(along(&[(-50.0, 0.0), (50.0, 0.0)]));
+        for y in [4.9, 2.0, 0.0, -3.0, -5.0] {
+            let tip = pushed(&rulings, &flat(5.0), 1.0, y).unwrap();
+            assert!((tip - DVec3::new(1.0, 5.0, 1.0)).length() < 1e-3, "{y}: {tip}");
+        }
+        assert_eq!(pushed(&rulings, &flat(5.0), 1.0, 5.5), Some(DVec3::new(1.0, 5.5, 1.0)));
+    }
+
+    #[test]
+    fn in_a_corner_it_touches_both_walls() {
+        let rulings = Rulings::new(along(&[(0.0, 50.0), (0.0, 0.0), (50.0, 0.0)]));
+        let corner = DVec3::new(5.0, 5.0, 1.0);
+        for (x, y) in [(4.0, 4.5), (1.0, 1.0), (4.9, 2.0)] {
+            let tip = pushed(&rulings, &flat(5.0), x, y).unwrap();
+            assert!(tip.distance(corner) < 1e-3, "{x} {y}: {tip}");
+        }
+        let touching = [DVec3::new(5.0, 5.3, 1.0), DVec3::new(5.4, 5.0, 1.0)];
+        let found = super::corner((touching[0], DVec3::X), (touching[1], DVec3::Y), DVec3::Z);
+        assert!(found.unwrap().distance(corner) < 1e-12);
+    }
+
+    #[test]
+    fn between_walls_too_near_there_is_no_place() {
+        let gap = |wide: f64| {
+            let mut all = along(&[(-50.0, 0.0), (50.0, 0.0)]);
+            all.extend(along(&[(50.0, wide), (-50.0, wide)]));
+            pushed(&Rulings::new(all), &flat(5.0), 0.0, 4.0)
+        };
+        assert!(gap(9.9).is_none());
+        assert!((gap(10.5).unwrap().y - 5.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_ball_passes_closer_to_a_low_wall_and_over_it() {
+        let low: Vec<Ruling> = along(&[(-50.0, 0.0), (50.0, 0.0)])
+            .into_iter()
+            .map(|r| Ruling { to: r.from + DVec3::Z, ..r })
+            .collect();
+        let rulings = Rulings::new(low);
+        let ball = Tool::new(5.0, 5.0).unwrap();
+        let tip = rulings.push(&ball, DVec3::new(0.0, 1.0, 0.0), DVec3::Z, f64::INFINITY).unwrap().tip;
+        // The sphere about z = 5 at the wall's top, z = 1.
+        assert!((tip.y - 3.0).abs() < 1e-3, "{tip}");
+        let above = DVec3::new(0.0, 0.0, 1.1);
+        assert_eq!(rulings.stand(&ball, above, DVec3::Z, f64::INFINITY), None);
+    }
+
+    #[test]
+    fn a_leaning_cutter_meets_the_wall_with_its_side() {
+        let rulings = Rulings::new(along(&[(-50.0, 0.0), (50.0, 0.0)]));
+        let lean = 0.1;
+        let axis = DVec3::new(0.0, -sin(lean), cos(lean));
+        let (tool, reach) = (Tool::new(5.0, 5.0).unwrap(), 12.0);
+        let tip = DVec3::new(0.0, 6.0, 0.0);
+        let stand = rulings.stand(&tool, tip, axis, reach).unwrap();
+        // Its axis comes nearer by sin(lean) per mm of length, up to the end of the cutter or of the wall.
+        let top = tip + axis * reach;
+        let rim = top.y - 5.0 * cos(lean);
+        assert!((stand.depth - -rim / cos(lean)).abs() < 0.02, "{stand:?} {rim}");
+    }
+}
