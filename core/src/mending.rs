@@ -101,7 +101,8 @@ impl<'a> Mender<'a> {
         options: MendOptions,
     ) -> Self {
         let samples = Vec::new();
-        let mut mender = Self { options, surface, chart, locator, obstacles, samples, is_fresh: true };
+        let mut mender =
+            Self { options, surface, chart, locator, obstacles, samples, is_fresh: true };
         mender.spread();
         mender
     }
@@ -462,7 +463,7 @@ mod tests {
             ))
         };
         let mended = |ys: &[f64], obstacles: &Obstacles| {
-            let mut mender = Mender::new(&surface, &chart, &locator, check, options);
+            let mut mender = Mender::new(&surface, &chart, &locator, obstacles, options);
             let mut flat = passes(ys);
             let mut rounds = 0;
             loop {

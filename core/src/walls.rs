@@ -262,7 +262,8 @@ impl<'a> SteepFaces<'a> {
         let along = (b - a).try_normalize()?;
         let rises = |f: &&usize| {
             let off = |c: &DVec3| (*c - a).reject_from_normalized(along);
-            let away = self.corners(**f).iter().map(off).max_by(|p, q| p.length().total_cmp(&q.length()));
+            let away =
+                self.corners(**f).iter().map(off).max_by(|p, q| p.length().total_cmp(&q.length()));
             away.and_then(DVec3::try_normalize).is_some_and(|away| away.dot(normal) >= STEEP)
         };
         self.beside.get(&key(a, b))?.iter().find(rises).copied()
@@ -299,6 +300,8 @@ fn key(a: DVec3, b: DVec3) -> [Bits; 2] {
 /// Part of the edges of a mesh by which the outermost pass is laid beyond where the cutter touches a wall. The cutter
 /// is moved off the wall later, exactly; what is laid inside stays there: less, and the pass cuts corners.
 const BEYOND: f64 = 0.35;
+/// The same by which it stays inside of the edge of the surface.
+const INSIDE: f64 = 0.01;
 
 /// How far the cutter is clear of walls where it touches a surface.
 #[derive(Copy, Clone)]
@@ -323,7 +326,12 @@ impl Clearance<'_> {
                 .fold((0.0, 0u32), |(sum, count), side| (sum + mesh.length(side), count + 1));
             let edge = sum / f64::from(count.max(1));
             let uv = mesh.uv()[v.index()];
-            self.at(uv).map_or(-self.pass.tool.radius(), |clear| clear + BEYOND * edge)
+            let clear = self.at(uv).map_or(-self.pass.tool.radius(), |c| c + BEYOND * edge);
+            // Where the cutter touches the very edge without touching the wall, passes stay on the surface.
+            match mesh.connectivity().is_boundary(v) {
+                true => clear.min(-INSIDE * edge),
+                false => clear,
+            }
         })
     }
 
@@ -335,7 +343,8 @@ impl Clearance<'_> {
         let stand = |feed: DVec3| {
             let axis = tool_axis(rule, normal, feed);
             let tip = tip(&tool, contact, normal, axis, stock);
-            (normal.dot(axis) > 0.0).then(|| self.obstacles.rulings().stand(&tool, tip, axis, reach))
+            (normal.dot(axis) > 0.0)
+                .then(|| self.obstacles.rulings().stand(&tool, tip, axis, reach))
         };
         let clear = |stand: Option<Stand>| stand.map_or(tool.radius(), |s| -s.depth);
         let upright = stand(DVec3::ZERO)?;

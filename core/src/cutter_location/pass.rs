@@ -171,12 +171,7 @@ pub fn lowest_at(
 
 /// The cutter touching a contact of a path going along `feed`, whatever stands in its way; `None` where the surface
 /// faces away or the allowance leaves nothing of the cutter.
-fn touching(
-    contact: DVec3,
-    normal: DVec3,
-    feed: DVec3,
-    options: &PassOptions,
-) -> Option<Standing> {
+fn touching(contact: DVec3, normal: DVec3, feed: DVec3, options: &PassOptions) -> Option<Standing> {
     let axis = tool_axis(options.axis, normal, feed);
     let tip = tip(&options.tool, contact, normal, axis, options.stock);
     let at = Standing { tool: options.tool, tip, axis, reach: options.reach };
@@ -896,10 +891,10 @@ mod tests {
     #[test]
     fn allowance_is_left_in_corners_too() {
         let plate = |y: f64| [-30.0, 0.0, 30.0].map(|x: f64| DVec3::new(x, y, x.abs()));
-        let mesh = CheckMesh::new(
+        let mesh = Obstacles::of_part(CheckMesh::new(
             [plate(-30.0), plate(30.0)].concat(),
             vec![[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]],
-        );
+        ));
         let mut o = options(2.0, 2.0, ToolAxis::Fixed(DVec3::Z));
         o.stock = 0.5;
         let contact = Contact {

@@ -111,7 +111,9 @@ impl Rulings {
             let before = |best: &(f64, &Ruling, DVec3), value: f64| {
                 value == best.0 && place(best.1) <= place(ruling)
             };
-            if nearest.is_none_or(|n| seen.distance < n.0 || seen.distance == n.0 && !before(&n, n.0)) {
+            if nearest
+                .is_none_or(|n| seen.distance < n.0 || seen.distance == n.0 && !before(&n, n.0))
+            {
                 nearest = Some((seen.distance, ruling, seen.across));
             }
             if worst.is_none_or(|w| seen.depth > w.0 || seen.depth == w.0 && !before(&w, w.0)) {
@@ -224,8 +226,7 @@ impl Query<'_> {
         let across = nearest_on(whole);
         let distance = across.length();
         let (radius, round) = (self.tool.radius(), self.tool.corner_radius());
-        let mut seen =
-            Seen { distance, across, depth: f64::NEG_INFINITY, deepest: across };
+        let mut seen = Seen { distance, across, depth: f64::NEG_INFINITY, deepest: across };
         if let Some(side) = between(round, self.reach) {
             seen.deepest = nearest_on(side);
             seen.depth = radius - seen.deepest.length();
@@ -329,7 +330,8 @@ mod tests {
             .collect();
         let rulings = Rulings::new(low);
         let ball = Tool::new(5.0, 5.0).unwrap();
-        let tip = rulings.push(&ball, DVec3::new(0.0, 1.0, 0.0), DVec3::Z, f64::INFINITY).unwrap().tip;
+        let tip =
+            rulings.push(&ball, DVec3::new(0.0, 1.0, 0.0), DVec3::Z, f64::INFINITY).unwrap().tip;
         // The sphere about z = 5 at the wall's top, z = 1.
         assert!((tip.y - 3.0).abs() < 1e-3, "{tip}");
         let above = DVec3::new(0.0, 0.0, 1.1);

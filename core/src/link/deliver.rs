@@ -304,9 +304,9 @@ fn turned(a: DVec3, b: DVec3, t: f64) -> DVec3 {
 mod tests {
     use super::*;
     use crate::cutter_location::CheckMesh;
-    use crate::tool::Tool;
     use crate::geometry::DVec2;
     use crate::lift::LiftedPoint;
+    use crate::tool::Tool;
 
     const ROOF: f64 = 20.0;
 
@@ -369,7 +369,8 @@ mod tests {
         let check = roofs(spans);
         let (located, obstacles) = (&located[..], &check);
         let mut out = Delivered::default();
-        Run { flat: &flat, lifted: &lifted, located, obstacles, options: &options }.append(&mut out);
+        Run { flat: &flat, lifted: &lifted, located, obstacles, options: &options }
+            .append(&mut out);
         out
     }
 

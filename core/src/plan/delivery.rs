@@ -128,8 +128,14 @@ impl Delivery<'_> {
             for _ in 0..MENDS {
                 let Some(mended) = mender.mended(&flat, &delivered.toolpath) else { break };
                 flat = mended;
-                delivered =
-                    deliver(&flat, &self.lift, self.obstacles, &self.options, None, &mut *progress)?;
+                delivered = deliver(
+                    &flat,
+                    &self.lift,
+                    self.obstacles,
+                    &self.options,
+                    None,
+                    &mut *progress,
+                )?;
             }
         }
         refuse_too_tight(self.job, &delivered.raised)?;
