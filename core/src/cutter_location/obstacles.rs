@@ -8,6 +8,9 @@ use crate::tool::Tool;
 /// Rounds in which the cutter is raised out of the part and out of walls in turn.
 const MOST_ROUNDS: usize = 8;
 
+/// The first part of the way down that is looked at.
+const FIRST_DROP: f64 = 0.125;
+
 /// The part and the walls beside it.
 #[derive(Clone, Debug)]
 pub struct Obstacles {
@@ -109,12 +112,22 @@ impl Obstacles {
         self.rulings.push(&at.tool, at.tip, at.axis, at.reach)
     }
 
-    /// The cutter let down, or raised, along its axis until it rests on the part, from at most `below` mm lower;
-    /// where it was if there is nothing under it.
+    /// The cutter let down, or raised, along its axis until it rests on the part; where it was if there is nothing so
+    /// far `below` it, mm.
     pub fn dropped(&self, at: Standing, stock: f64, below: f64) -> DVec3 {
         let Some(grown) = at.grown(stock) else { return at.tip };
-        let low = grown.raised(-below);
-        let raise = self.part.raise(&low.tool, low.tip, low.axis, low.reach + below);
-        if raise > 0.0 { at.tip + at.axis * (raise - below) } else { at.tip }
+        // Most surfaces lie little lower; from far below more of the part stands in the way.
+        let mut down = FIRST_DROP * below;
+        loop {
+            let low = grown.raised(-down);
+            let raise = self.part.raise(&low.tool, low.tip, low.axis, low.reach + down);
+            if raise > 0.0 {
+                return at.tip + at.axis * (raise - down);
+            }
+            if down >= below {
+                return at.tip;
+            }
+            down = (2.0 * down).min(below);
+        }
     }
 }
