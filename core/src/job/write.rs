@@ -8,8 +8,8 @@ use super::file::{
 use super::resolve::{is_step, uses};
 use super::units::{to_degrees, to_per_minute};
 use super::{
-    AnalyticOptions, Boundary, Component, Cut, Division, Job, MrrLimit, PathOptions, Post, RegionOptions,
-    Selection, Start, StartKey, Stepover, SurfaceOptions, SurfaceSource,
+    AnalyticOptions, Boundary, Component, Cut, Division, Job, MrrLimit, PathOptions, Post,
+    RegionOptions, Selection, Start, StartKey, Stepover, SurfaceOptions, SurfaceSource,
 };
 use crate::machine::Machine;
 
