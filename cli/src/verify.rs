@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::{ArgGroup, Args, ValueEnum};
 use evencut_core::gcode::{CheckOptions, Kinematics};
 use evencut_core::job::{self, Faults, Job, SurfaceSource};
 use evencut_core::report::FileRecord;
@@ -11,7 +11,7 @@ use evencut_core::tool::Tool;
 use evencut_core::verdict::{
     Mismatch, ProgramRules, ReadPath, UP, Verdict, VerdictError, Workpiece, verdict,
 };
-use evencut_core::verify::{Sphere, VerifyError, VerifyOptions};
+use evencut_core::verify::{Rise, Sphere, VerifyError, VerifyOptions, Walls};
 
 use crate::output::{self, ResultDirectory};
 use crate::plan::{Failed, broken, of_output};
@@ -33,6 +33,7 @@ const MOST_RADII: f64 = 20.0;
 
 /// Arguments of `evencut verify`.
 #[derive(Args)]
+#[command(group(ArgGroup::new("meshes").args(["surface", "part"]).multiple(true)))]
 pub struct Verify {
     /// Directory of results (its toolpath.csv), a toolpath.csv, or a program (G-code)
     #[arg(value_name = "PATH")]
@@ -43,12 +44,22 @@ pub struct Verify {
     /// Mesh that the path machines: stl, obj, ply or off [default: that of the directory of results]
     #[arg(long, value_name = "FILE", requires = "tool")]
     surface: Option<PathBuf>,
-    /// Factor on the mesh's lengths that makes them millimetres
+    /// Further mesh of the part, all of which must only not be cut into
+    #[arg(long, value_name = "FILE")]
+    part: Option<PathBuf>,
+    /// The boundary of what is machined is a wall: what stands outside of it must not be cut into
+    #[arg(long, requires = "surface")]
+    wall: bool,
+    /// How far the wall stands above the edge of what is machined, mm [default: the cutter's diameter, or the
+    /// height of the stock if that is more]
+    #[arg(long, value_name = "MM", requires = "wall", allow_hyphen_values = true)]
+    wall_height: Option<f64>,
+    /// Factor on the lengths of --surface and --part that makes them millimetres
     #[arg(
         long,
         default_value_t = 1.0,
         value_name = "S",
-        requires = "surface",
+        requires = "meshes",
         allow_hyphen_values = true
     )]
     scale: f64,
@@ -129,8 +140,8 @@ struct Subject {
     workpiece: Workpiece,
     options: VerifyOptions,
     rules: ProgramRules,
-    /// Name and content of the surface's file, if there is one.
-    surface: Option<(String, Vec<u8>)>,
+    /// Names and contents of the surface's file and the part's, where there are such.
+    meshes: Vec<(String, Vec<u8>)>,
 }
 
 impl Verify {
@@ -158,6 +169,9 @@ impl Verify {
         if let Some(mended) = &subject.workpiece.mended {
             streams.message(&format!("warning: {mended}\n"));
         }
+        if let Some(part) = &self.part {
+            self.guard(part, &mut subject)?;
+        }
         self.override_options(&mut subject.options);
         self.refuse_bad_numbers(&subject.options)?;
         subject.options.too_tight = too_tight;
@@ -166,8 +180,8 @@ impl Verify {
         let path = Input { name: &name, bytes: &bytes };
         let read = ReadPath::new(path, &subject.rules)
             .map_err(|error| Failed::file(Exit::BadJob, error, &file))?;
-        let surface = subject.surface.as_ref().map(|(name, bytes)| Input { name, bytes });
-        let inputs: Vec<Input> = std::iter::once(path).chain(surface).collect();
+        let meshes = subject.meshes.iter().map(|(name, bytes)| Input { name, bytes });
+        let inputs: Vec<Input> = std::iter::once(path).chain(meshes).collect();
         let mut progress = Progress::on_standard_error();
         let verdict = verdict(&read, &subject.workpiece, &subject.options, &inputs, &mut |part| {
             progress.report("simulating the path", part);
@@ -267,7 +281,7 @@ impl Verify {
             options: verify_options(&job, cusp_limit, self.threads()),
             rules: rules_of(&job),
             workpiece,
-            surface: surface.map(|bytes| (name, bytes)),
+            meshes: surface.map(|bytes| (name, bytes)).into_iter().collect(),
         })
     }
 
@@ -278,9 +292,7 @@ impl Verify {
         };
         in_range("--scale", self.scale, SCALES)?;
         in_range("--within", self.within, (0.0, 180.0))?;
-        let bytes =
-            std::fs::read(file).map_err(|error| Failed::file(Exit::BadSurface, error, file))?;
-        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let (name, bytes) = mesh_file(file)?;
         let workpiece = Workpiece::of_mesh(
             Input { name: &name, bytes: &bytes },
             self.scale,
@@ -307,14 +319,28 @@ impl Verify {
             spacing: tool.radius() / SAMPLES_PER_RADIUS,
             up: UP,
             too_tight: Vec::new(),
+            walls: None,
             threads: self.threads(),
         };
         Ok(Subject {
             workpiece,
             options,
             rules: ProgramRules { kinematics, ..ProgramRules::default() },
-            surface: Some((name, bytes)),
+            meshes: vec![(name, bytes)],
         })
+    }
+
+    /// Adds the further mesh to what must not be cut into.
+    fn guard(&self, file: &Path, subject: &mut Subject) -> Result<(), Failed> {
+        in_range("--scale", self.scale, SCALES)?;
+        let (name, bytes) = mesh_file(file)?;
+        let input = Input { name: &name, bytes: &bytes };
+        subject
+            .workpiece
+            .guard(input, self.scale)
+            .map_err(|error| Failed::file(Exit::BadSurface, error, file))?;
+        subject.meshes.push((name, bytes));
+        Ok(())
     }
 
     fn override_options(&self, options: &mut VerifyOptions) {
@@ -324,6 +350,13 @@ impl Verify {
         options.stock = self.stock.unwrap_or(options.stock);
         options.mrr_limit = self.mrr_limit.map(|limit| limit / 60.0).or(options.mrr_limit);
         options.spacing = self.spacing.unwrap_or(options.spacing);
+        if self.wall {
+            let stock =
+                if options.tells_rate { options.stock + options.depth } else { options.stock };
+            let height = self.wall_height.unwrap_or(stock.max(2.0 * options.tool.radius()));
+            let rise = if self.axes == Machine::Three { Rise::Up } else { Rise::Normal };
+            options.walls = Some(Walls { height, rise });
+        }
     }
 
     fn refuse_bad_numbers(&self, options: &VerifyOptions) -> Result<(), Failed> {
@@ -334,6 +367,7 @@ impl Verify {
             ("--stock", options.stock, 0.0),
             ("--mrr-limit", options.mrr_limit.unwrap_or(1.0), f64::MIN_POSITIVE),
             ("--spacing", options.spacing, f64::MIN_POSITIVE),
+            ("--wall-height", self.wall_height.unwrap_or(1.0), f64::MIN_POSITIVE),
         ];
         let deepest = MOST_RADII * options.tool.radius();
         for (name, value) in [("--depth", options.depth), ("--stock", options.stock)] {
@@ -425,6 +459,13 @@ fn exit_of(error: &VerdictError) -> Exit {
         | VerdictError::BadFace { .. }
         | VerdictError::Surface(_) => Exit::BadSurface,
     }
+}
+
+/// Name and content of the file of a mesh.
+fn mesh_file(file: &Path) -> Result<(String, Vec<u8>), Failed> {
+    let bytes = std::fs::read(file).map_err(|error| Failed::file(Exit::BadSurface, error, file))?;
+    let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    Ok((name, bytes))
 }
 
 /// Refuses an argument outside of a range.

@@ -17,7 +17,7 @@ pub use regions::{DivisionFigures, PieceFigures, SpacingFigures, UndividedFigure
 pub use tensor::{PointFigures, TensorFigures};
 pub use verification::{
     CuspFigures, FaultFigures, Lines, MrrFigures, RegionFigures, ScallopFigures, SlopeFigures,
-    SpotFigures, VerificationFigures, VerificationReport,
+    SpotFigures, VerificationFigures, VerificationReport, WallCutFigures,
 };
 
 use crate::toolpath::{MoveKind, Toolpath};

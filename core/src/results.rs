@@ -4,7 +4,7 @@ use crate::feed::machine_time;
 use crate::flatten::{Chart, Locator};
 use crate::gcode::{self, GcodeError};
 use crate::geometry::DVec3;
-use crate::job::{FlattenMethod, ForceControl, Job, Pattern, Picture};
+use crate::job::{Boundary, FlattenMethod, ForceControl, Job, Pattern, Picture};
 use crate::machine::{Axes, Machine};
 use crate::plan::{PlanError, Planned, Sketch, Stage, plan_showing};
 use crate::post::{PostError, ProgramOptions, program};
@@ -19,7 +19,9 @@ use crate::report::{
 };
 use crate::surface::{self, Surface};
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
-use crate::verify::{Facets, Sphere, Verification, VerifyError, VerifyOptions, verify};
+use crate::verify::{
+    Facets, Rise, Sphere, Verification, VerifyError, VerifyOptions, Walls, verify,
+};
 use thiserror::Error;
 
 /// A flat map whose scale varies more than this gets a warning.
@@ -403,8 +405,18 @@ pub fn verify_options(job: &Job, cusp_limit: f64, threads: usize) -> VerifyOptio
         spacing: of_radius.min(job.nominal_side_step() / SAMPLES_PER_STEP),
         up: DVec3::Z,
         too_tight: Vec::new(),
+        walls: (job.path.boundary == Boundary::Wall).then(|| walls(job)),
         threads,
     }
+}
+
+/// The walls around the surface of a job.
+fn walls(job: &Job) -> Walls {
+    let rise = match job.machine.axes {
+        Axes::ThreeAxis => Rise::Up,
+        Axes::Xyzac => Rise::Normal,
+    };
+    Walls { height: job.path.wall_height, rise }
 }
 
 /// What a check of an emitted program finds.

@@ -39,16 +39,16 @@ pub enum VerdictError {
         /// Where it stops being text.
         at: usize,
     },
-    /// The surface's file cannot be read.
+    /// The file of a mesh cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
     /// The file name does not tell a known format.
     #[error(
-        "surface: the format of {0:?} is not known; its name must end in .stl, .obj, .ply or .off"
+        "mesh: the format of {0:?} is not known; its name must end in .stl, .obj, .ply or .off"
     )]
     UnknownFormat(String),
     /// The mesh names vertices that it does not have, or has ones that are not finite.
-    #[error("surface: face {face} names a vertex that does not exist or is not finite")]
+    #[error("mesh: face {face} names a vertex that does not exist or is not finite")]
     BadFace {
         /// Index of the face.
         face: usize,
@@ -165,15 +165,7 @@ impl Workpiece {
     /// # Errors
     /// [`VerdictError`] where the file cannot be read.
     pub fn of_mesh(file: Input, scale: f64, within: f64) -> Result<Self, VerdictError> {
-        let format = MeshFormat::from_name(file.name)
-            .ok_or_else(|| VerdictError::UnknownFormat(file.name.to_owned()))?;
-        let mut soup = read(file.bytes, format)?;
-        soup.positions.iter_mut().for_each(|p| *p *= scale);
-        let is_there = |&v: &u32| soup.positions.get(v as usize).is_some_and(|p| p.is_finite());
-        if let Some(face) = soup.faces.iter().position(|f| !f.iter().all(is_there)) {
-            return Err(VerdictError::BadFace { face });
-        }
-        let Repaired { mesh, repairs } = repair(soup);
+        let Repaired { mesh, repairs } = mended(file, scale)?;
         let steepest = math::cos(within);
         let is_machined = |f: &&[u32; 3]| {
             let [a, b, c] = f.map(|v| mesh.positions[v as usize]);
@@ -189,6 +181,18 @@ impl Workpiece {
         Ok(Self { design: of(true), rest: of(false), mended })
     }
 
+    /// Guards all of the mesh in a file, its lengths multiplied by `scale`, as more of the rest of the part.
+    ///
+    /// # Errors
+    /// [`VerdictError`] where the file cannot be read.
+    pub fn guard(&mut self, file: Input, scale: f64) -> Result<(), VerdictError> {
+        let mesh = mended(file, scale)?.mesh;
+        let first = self.rest.positions.len() as u32;
+        self.rest.positions.extend(mesh.positions);
+        self.rest.faces.extend(mesh.faces.iter().map(|f| f.map(|v| v + first)));
+        Ok(())
+    }
+
     /// What is machined.
     pub fn design(&self) -> Facets<'_> {
         Facets { positions: &self.design.positions, faces: &self.design.faces }
@@ -198,6 +202,19 @@ impl Workpiece {
     pub fn rest(&self) -> Facets<'_> {
         Facets { positions: &self.rest.positions, faces: &self.rest.faces }
     }
+}
+
+/// The mesh in a file, its lengths multiplied by `scale`, welded and oriented.
+fn mended(file: Input, scale: f64) -> Result<Repaired, VerdictError> {
+    let format = MeshFormat::from_name(file.name)
+        .ok_or_else(|| VerdictError::UnknownFormat(file.name.to_owned()))?;
+    let mut soup = read(file.bytes, format)?;
+    soup.positions.iter_mut().for_each(|p| *p *= scale);
+    let is_there = |&v: &u32| soup.positions.get(v as usize).is_some_and(|p| p.is_finite());
+    if let Some(face) = soup.faces.iter().position(|f| !f.iter().all(is_there)) {
+        return Err(VerdictError::BadFace { face });
+    }
+    Ok(repair(soup))
 }
 
 /// A path as it was read.

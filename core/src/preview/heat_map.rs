@@ -180,8 +180,12 @@ fn residual_lines(figures: &Figures, limit: Option<f64>, tolerance: f64) -> [Str
         }
         _ => format!("nowhere cut into by more than {} µm", micro(tolerance)),
     };
+    let walls = match figures.walls.and_then(|walls| walls.deepest) {
+        Some(d) if d.height > tolerance => format!("; walls cut into by {:.2} mm", d.height),
+        _ => String::new(),
+    };
     let second = format!(
-        "{gouge}; no move came to {} mm²; too tight: {} mm²",
+        "{gouge}{walls}; no move came to {} mm²; too tight: {} mm²",
         area(figures.untouched.0),
         area(figures.too_tight.area)
     );
@@ -441,6 +445,7 @@ mod tests {
             spacing: 0.2,
             up: DVec3::Z,
             too_tight: Vec::new(),
+            walls: None,
             threads: 1,
         };
         verify(path, PLANE, rest, &options, &mut |_| {}).unwrap()

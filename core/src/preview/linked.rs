@@ -311,6 +311,7 @@ mod tests {
             spacing: 0.5,
             up: DVec3::Z,
             too_tight: Vec::new(),
+            walls: None,
             threads: 1,
         };
         let design = Facets { positions, faces: &faces };

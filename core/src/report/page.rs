@@ -1,6 +1,6 @@
 //! The report as a page.
 
-use super::summary::{MEASURED, compared, comparison, facts};
+use super::summary::{compared, comparison, facts};
 use super::{ByKind, FileRecord, PathFigures, Report};
 use std::fmt::Write;
 
@@ -79,7 +79,7 @@ fn verification(html: &mut String, report: &Report) {
         let _ = writeln!(html, "<p class=\"warning\"><strong>broken:</strong> {sentence}</p>");
     }
     html.push_str("<table>\n");
-    for (label, line) in MEASURED.iter().zip(v.short()) {
+    for (label, line) in v.short() {
         let _ = writeln!(html, "<tr><th>{label}</th><td>{}</td></tr>", escaped(&line));
     }
     html.push_str("</table>\n");

@@ -3,8 +3,6 @@
 use super::{PathFigures, RateFigures, Report, Warning};
 use std::fmt::Write;
 
-/// Labels of the four lines of a verification.
-pub const MEASURED: [&str; 4] = ["scallop", "gouge", "reach", "rate"];
 /// Warnings shown; the report itself has all.
 const WARNINGS: usize = 4;
 
@@ -24,7 +22,7 @@ pub fn summary(report: &Report) -> String {
     }
     if let Some(verification) = &report.verification {
         let _ = writeln!(text, "\n  measured by simulation");
-        for (label, line) in MEASURED.iter().zip(verification.short()) {
+        for (label, line) in verification.short() {
             let _ = writeln!(text, "  {label:<10}{line}");
         }
     }

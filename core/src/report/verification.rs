@@ -1,14 +1,17 @@
 //! What the judge found, as numbers with stable keys and as text.
 
 use super::json;
-use super::summary::MEASURED;
 use crate::geometry::DVec3;
-use crate::verify::{Band, Broken, Crests, Fault, Spot, Verification, VerifyOptions, Window};
+use crate::verify::{
+    Band, Broken, Crests, Fault, Spot, Verification, VerifyOptions, WallFigures, Window,
+};
 use serde::Serialize;
 use std::fmt::Write;
 
 /// Faulty moves listed at most; their number is told.
 const MOST_LISTED: usize = 20;
+/// Depths of cuts into walls are told in mm from this one on, mm.
+const MILLIMETRES: f64 = 0.1;
 /// Lower ends of the slope bands, degrees; the last band ends at 180.
 const SLOPES: [f64; 5] = [0.0, 15.0, 30.0, 45.0, 60.0];
 
@@ -44,6 +47,8 @@ pub struct VerificationFigures {
     pub gouge_may_be_deeper: bool,
     /// Area cut into deeper than the tolerance, mm².
     pub gouged_mm2: f64,
+    /// Cuts into the walls around what is machined; null where there are none but the part's own faces.
+    pub walls: Option<WallCutFigures>,
     /// Area that no move reached, mm².
     pub untouched_mm2: f64,
     /// A place of it, mm.
@@ -52,6 +57,10 @@ pub struct VerificationFigures {
     pub too_tight_mm2: f64,
     /// Largest residual there, mm.
     pub too_tight_residual_mm: f64,
+    /// Part of that area on which more than the limit on the scallop is left, mm²: the rest for a smaller cutter.
+    pub rest_mm2: f64,
+    /// Greatest height left on it, mm.
+    pub rest_height_mm: f64,
     /// Measured removal rate; null where the depth of the stock is not known.
     pub mrr: Option<MrrFigures>,
     /// Number of rapids that touch stock or part.
@@ -64,6 +73,24 @@ pub struct VerificationFigures {
     pub without_feed: Vec<FaultFigures>,
     /// What a check of the program found, in words.
     pub program: Vec<String>,
+}
+
+/// Cuts into the walls around what is machined.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct WallCutFigures {
+    /// Area of the walls, mm².
+    pub area_mm2: f64,
+    /// Depth of the deepest cut, mm; 0 where nothing is cut into.
+    pub deepest_mm: f64,
+    /// Where, mm.
+    pub deepest_at_mm: Option<[f64; 3]>,
+    /// Line of the path that cut it.
+    pub deepest_by_line: Option<u64>,
+    /// Whether it may be deeper: cuts into walls are told apart up to the cutter's diameter.
+    pub may_be_deeper: bool,
+    /// Area of wall cut into deeper than the tolerance, mm².
+    pub cut_mm2: f64,
 }
 
 /// What is left above the surface, mm.
@@ -264,10 +291,13 @@ impl VerificationFigures {
             gouge_by_line: f.gouge.and_then(|g| g.of).and_then(|of| lines.of(of)),
             gouge_may_be_deeper: f.gouge_is_deeper,
             gouged_mm2: f.gouged,
+            walls: f.walls.as_ref().map(|walls| cut_walls(walls, &lines)),
             untouched_mm2: f.untouched.0,
             untouched_at_mm: place(f.untouched.1),
             too_tight_mm2: f.too_tight.area,
             too_tight_residual_mm: f.too_tight.largest,
+            rest_mm2: f.too_tight.above,
+            rest_height_mm: if f.too_tight.above > 0.0 { f.too_tight.largest } else { 0.0 },
             mrr: mrr(verification, options, &lines),
             rapids_in_stock: f.rapids.len() as u64,
             rapids: faults(&f.rapids),
@@ -277,9 +307,12 @@ impl VerificationFigures {
         }
     }
 
-    /// Four lines: what was measured.
-    pub fn short(&self) -> [String; 4] {
-        [self.scallop_line(), self.gouge_line(), self.reach_line(), self.rate_line()]
+    /// What was measured: labels and lines, that of the walls only where there are some.
+    pub fn short(&self) -> Vec<(&'static str, String)> {
+        let walls = self.walls.as_ref().map(|walls| ("walls", self.walls_line(walls)));
+        let first = [("scallop", self.scallop_line()), ("gouge", self.gouge_line())];
+        let last = [("reach", self.reach_line()), ("rate", self.rate_line())];
+        first.into_iter().chain(walls).chain(last).collect()
     }
 
     fn scallop_line(&self) -> String {
@@ -306,7 +339,7 @@ impl VerificationFigures {
             let at = self.gouge_at_mm.map_or_else(String::new, |p| format!(" at {}", spelled(p)));
             return format!(
                 "{}{} µm deep{at}, {:.2} mm²",
-                if self.gouge_may_be_deeper { "at least " } else { "" },
+                at_least(self.gouge_may_be_deeper),
                 micrometres(-self.gouge_mm),
                 self.gouged_mm2
             );
@@ -316,15 +349,31 @@ impl VerificationFigures {
         format!("none (deepest {deepest} µm, tolerance {tolerance} µm)")
     }
 
+    fn walls_line(&self, walls: &WallCutFigures) -> String {
+        let tolerance = self.scallop.tolerance_mm;
+        if walls.deepest_mm > tolerance {
+            let at =
+                walls.deepest_at_mm.map_or_else(String::new, |p| format!(" at {}", spelled(p)));
+            return format!(
+                "cut {}{}{at}, {:.2} mm²",
+                at_least(walls.may_be_deeper),
+                depth_above(walls.deepest_mm, tolerance),
+                walls.cut_mm2
+            );
+        }
+        let [deepest, tolerance] = [walls.deepest_mm, tolerance].map(micrometres);
+        format!("none cut (deepest {deepest} µm, tolerance {tolerance} µm)")
+    }
+
     fn reach_line(&self) -> String {
         // No negative zero.
         let mut line = format!("{:.2} mm² untouched", self.untouched_mm2 + 0.0);
-        if self.too_tight_mm2 > 0.0 {
+        if self.rest_mm2 > 0.0 {
             let _ = write!(
                 line,
-                ", {:.2} mm² too tight ({} µm left)",
-                self.too_tight_mm2,
-                micrometres(self.too_tight_residual_mm)
+                ", {:.2} mm² rest for a smaller cutter ({} µm left)",
+                self.rest_mm2,
+                micrometres(self.rest_height_mm)
             );
         }
         let _ = write!(line, ", rapids in stock: {}", self.rapids_in_stock);
@@ -358,7 +407,7 @@ impl VerificationFigures {
     /// All of it as text for a reader.
     pub fn to_text(&self) -> String {
         let mut text = String::new();
-        for (label, line) in MEASURED.iter().zip(self.short()) {
+        for (label, line) in self.short() {
             let _ = writeln!(text, "  {label:<10}{line}");
         }
         let s = &self.scallop;
@@ -425,6 +474,19 @@ fn micrometres(mm: f64) -> String {
     format!("{:.1}", (1e4 * mm).round() / 10.0 + 0.0)
 }
 
+fn at_least(may_be_more: bool) -> &'static str {
+    if may_be_more { "at least " } else { "" }
+}
+
+/// A depth above a limit, with its unit.
+fn depth_above(mm: f64, limit: f64) -> String {
+    if mm >= MILLIMETRES {
+        format!("{mm:.2} mm")
+    } else {
+        format!("{} µm", micrometres_above(mm, limit))
+    }
+}
+
 /// A height above a limit, with as many digits as show that it is.
 fn micrometres_above(mm: f64, limit: f64) -> String {
     let short = micrometres(mm);
@@ -455,6 +517,17 @@ fn scallop(v: &Verification, options: &VerifyOptions, lines: &Lines) -> ScallopF
         above_mm2: f.above,
         above_percent: percent(f.above, f.area),
         spots: f.spots.iter().map(spot).collect(),
+    }
+}
+
+fn cut_walls(walls: &WallFigures, lines: &Lines) -> WallCutFigures {
+    WallCutFigures {
+        area_mm2: walls.area,
+        deepest_mm: walls.deepest.map_or(0.0, |d| d.height),
+        deepest_at_mm: place(walls.deepest.map(|d| d.place)),
+        deepest_by_line: walls.deepest.and_then(|d| d.of).and_then(|of| lines.of(of)),
+        may_be_deeper: walls.is_deeper,
+        cut_mm2: walls.cut,
     }
 }
 
@@ -570,6 +643,18 @@ fn told(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String {
             at(worst.place),
             left(worst),
             micrometres(*tolerance)
+        ),
+        Broken::Wall { worst, is_deeper, tolerance } => format!(
+            "cuts {}{} into the wall at {}{}; the tolerance is {}",
+            at_least(*is_deeper),
+            depth_above(worst.height, *tolerance),
+            at(worst.place),
+            left(worst),
+            if worst.height >= MILLIMETRES {
+                format!("{tolerance} mm")
+            } else {
+                format!("{} µm", micrometres(*tolerance))
+            }
         ),
         Broken::FitsNowhere { area } => format!(
             "nothing could be judged: the cutter fits nowhere on the {area:.2} mm²; use a smaller one"

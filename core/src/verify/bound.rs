@@ -128,7 +128,7 @@ mod tests {
     fn both_sides(material: Material) -> Vec<Swept> {
         let sample = |x: f64, z: f64, normal: DVec3| {
             let position = DVec3::new(x, 0.0, z);
-            Sample { position, centroid: position, normal, area: 0.01, machined: true }
+            Sample { position, centroid: position, normal, area: 0.01, machined: true, wall: None }
         };
         let upper = [-0.1, 0.0, 0.1].map(|x| sample(x, 0.0, DVec3::Z));
         let lower = sample(0.0, -THICKNESS, -DVec3::Z);
@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn the_stock_on_either_side_of_a_thin_sheet_is_reached() {
-        let material = Material { height: STOCK, deepest: 0.1, spacing: 0.1 };
+        let material = Material { height: STOCK, deepest: 0.1 };
         let mut bounds = Bounds::<4>::EMPTY;
         bounds.add(&both_sides(material), material);
         let body = Body::new(&Tool::new(RADIUS, RADIUS).unwrap(), 40.0);

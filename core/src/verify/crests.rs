@@ -368,6 +368,7 @@ impl Section<'_> {
                 normal: place.normal,
                 area: 0.0,
                 machined: true,
+                wall: None,
             }
         };
         let samples = ways.iter().map(sample).collect();

@@ -1,8 +1,8 @@
 //! What the samples amount to: scallops, gouges, what is untouched, and which limits are broken.
 
 use super::rate::{Rate, Window};
-use super::sweep::Touch;
-use super::{Outcome, VerifyOptions, without_feed};
+use super::sweep::{SweptTile, Touch};
+use super::{DEEPEST_IN_WALL, Outcome, VerifyOptions, without_feed};
 use crate::geometry::{DVec3, math};
 use crate::toolpath::Toolpath;
 
@@ -47,6 +47,39 @@ pub struct Fault {
     pub depth: f64,
 }
 
+/// What was found on the walls that are no faces of the part; nothing of it counts in the other figures.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct WallFigures {
+    /// Area of these walls, mm².
+    pub area: f64,
+    /// The deepest cut into them and where: its height is the depth, mm.
+    pub deepest: Option<Spot>,
+    /// Whether it may be deeper: cuts are told apart up to the cutter's diameter.
+    pub is_deeper: bool,
+    /// Area of wall cut into deeper than the tolerance, mm².
+    pub cut: f64,
+}
+
+impl WallFigures {
+    /// `None` where there is no such wall.
+    pub(super) fn of(swept: &[SweptTile], options: &VerifyOptions) -> Option<Self> {
+        let most = DEEPEST_IN_WALL * options.tool.radius() * (1.0 - 1e-6);
+        let samples = || swept.iter().flat_map(|t| &t.samples);
+        samples().next()?;
+        let mut out = Self { area: 0.0, deepest: None, is_deeper: false, cut: 0.0 };
+        for s in samples() {
+            let (depth, area) = (-s.height, s.sample.area);
+            out.area += area;
+            out.cut += if depth > options.tolerance { area } else { 0.0 };
+            if depth > out.deepest.map_or(0.0, |d| d.height) {
+                out.deepest = Some(Spot { place: s.sample.position, height: depth, of: s.by });
+            }
+        }
+        out.is_deeper = out.deepest.is_some_and(|d| d.height >= most);
+        Some(out)
+    }
+}
+
 /// What was found; areas in mm², heights in mm. Places where the plan says that the cutter does not
 /// fit count in `too_tight` only, gouges everywhere.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,6 +114,8 @@ pub struct Figures {
     pub gouge_is_deeper: bool,
     /// Area cut into deeper than the tolerance.
     pub gouged: f64,
+    /// What was cut into walls; `None` where there is none but the part's own faces.
+    pub walls: Option<WallFigures>,
     /// Area that no move reached, and a place of it.
     pub untouched: (f64, Option<DVec3>),
     /// What lies where the plan says that the cutter does not fit.
@@ -107,6 +142,15 @@ pub enum Broken {
     Gouge {
         /// Worst place.
         worst: Spot,
+        /// Tolerance, mm.
+        tolerance: f64,
+    },
+    /// A wall around what is machined is cut into.
+    Wall {
+        /// Worst place; its height is the depth.
+        worst: Spot,
+        /// Whether it may be deeper.
+        is_deeper: bool,
         /// Tolerance, mm.
         tolerance: f64,
     },
@@ -149,6 +193,7 @@ impl Figures {
     pub(super) fn of(
         path: &Toolpath,
         samples: &[Outcome],
+        walls: Option<WallFigures>,
         touches: &[Touch],
         rate: &Rate,
         spacing: f64,
@@ -183,6 +228,7 @@ impl Figures {
                 .filter(|s| f64::from(s.residual) < -options.tolerance)
                 .map(|s| f64::from(s.area))
                 .sum(),
+            walls,
             untouched: (
                 untouched.clone().map(|s| f64::from(s.area)).fold(0.0, |sum, area| sum + area),
                 untouched.clone().next().map(|s| s.place()),
@@ -212,6 +258,10 @@ impl Figures {
             .gouge
             .filter(|g| g.height < -tolerance)
             .map(|worst| Broken::Gouge { worst, tolerance });
+        let wall = self.walls.and_then(|walls| {
+            let worst = walls.deepest.filter(|d| d.height > tolerance)?;
+            Some(Broken::Wall { worst, is_deeper: walls.is_deeper, tolerance })
+        });
         let tight = self.too_tight.area;
         let nowhere =
             (self.area == 0.0 && tight > 0.0).then_some(Broken::FitsNowhere { area: tight });
@@ -226,7 +276,8 @@ impl Figures {
         let rapid = deepest.map(|worst| Broken::Rapid { count: self.rapids.len(), worst });
         let first = self.without_feed.first().copied();
         let no_feed = first.map(|first| Broken::NoFeed { count: self.without_feed.len(), first });
-        [nowhere, scallop, gouge, untouched, mrr, rapid, no_feed].into_iter().flatten().collect()
+        let all = [nowhere, scallop, gouge, wall, untouched, mrr, rapid, no_feed];
+        all.into_iter().flatten().collect()
     }
 }
 

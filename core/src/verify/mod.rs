@@ -4,11 +4,13 @@
 //!   allowance) after the cutter has swept every move; a *scallop* where positive, a *gouge* where
 //!   negative.
 //! - *Untouched*: where no move reached the stock.
+//! - *Wall*: what stands outside of the boundary of what is machined and stays, if there is to be one; a cut into it
+//!   is told by its depth.
 //! - *Removal rate*: volume of the columns of stock over the samples, taken in cutting order, over the
 //!   time of a window of travel.
 //!
 //! Steps: (1) area-uniform samples of the design surface and, for gouges only, of the rest of the
-//! part (`samples`); (2) the path as short steps (`motion`); (3) each tile of samples swept by
+//! part (`samples`) and of the walls (`walls`); (2) the path as short steps (`motion`); (3) each tile of samples swept by
 //! the steps that reach it (`sweep`), independently of other tiles; (4) figures; (5) sections across
 //! the passes, for the height of every cusp by itself (`crests`).
 //!
@@ -29,11 +31,13 @@ mod rate;
 mod samples;
 mod section;
 mod sweep;
+mod walls;
 
 pub use crests::Crests;
-pub use figures::{Band, Broken, Fault, Figures, MRR_NOISE, Spot};
+pub use figures::{Band, Broken, Fault, Figures, MRR_NOISE, Spot, WallFigures};
 pub use rate::{Rate, Window};
 pub use samples::Facets;
+pub use walls::{Rise, Walls};
 
 use crate::geometry::DVec3;
 use crate::parallel;
@@ -50,6 +54,12 @@ const MOST_SAMPLES: f64 = 4.0e6;
 const LONGEST_PATH: f64 = 1.0e6;
 /// Deepest gouge that is told apart, cutter radii.
 const DEEPEST: f64 = 0.5;
+/// Deepest cut into a wall that is told apart, cutter radii.
+const DEEPEST_IN_WALL: f64 = 2.0;
+/// Samples of walls at most; above, they are put farther apart.
+const MOST_ON_WALLS: f64 = 1.0e6;
+/// Samples of a wall on a cutter radius at least.
+const WALL_SAMPLES_PER_RADIUS: f64 = 8.0;
 /// A rapid that takes less than this touches nothing, mm.
 const GRAZE: f64 = 1e-4;
 
@@ -78,6 +88,8 @@ pub struct VerifyOptions {
     pub up: DVec3,
     /// Places where the plan says that the cutter does not fit; judged apart.
     pub too_tight: Vec<Sphere>,
+    /// The walls around what is machined; `None` where its boundary is open.
+    pub walls: Option<Walls>,
     /// Threads to use; the result does not depend on it.
     pub threads: usize,
 }
@@ -178,26 +190,60 @@ pub fn verify(
     let material = Material {
         height: options.stock + options.depth,
         deepest: DEEPEST * options.tool.radius(),
-        spacing,
     };
     let tiles = samples::tiles(design, rest, spacing);
     let mut swept: Vec<SweptTile> = Vec::with_capacity(tiles.len());
     // In groups, so that progress shows.
     for group in tiles.chunks(tiles.len().div_ceil(32).max(8)) {
         progress(swept.len() as f64 / tiles.len() as f64);
-        let sweep = |tile: &samples::Tile| sweep::sweep(tile, &motion, &body, material);
+        let sweep = |tile: &samples::Tile| {
+            sweep::sweep(tile, tile.samples(spacing), &motion, &body, material)
+        };
         swept.extend(parallel::map(options.threads, group, sweep));
     }
+    let on_walls = on_walls(design, rest, &motion, &body, spacing, options);
     let removed = summed(&swept);
     let rate = rate::measure(path, &motion, &removed, options.tool.radius());
-    let touches = touches(&swept);
+    let touches = touches(swept.iter().chain(&on_walls));
     let samples = outcomes(&swept, options);
-    let figures = figures::Figures::of(path, &samples, &touches, &rate, spacing, options);
+    let walls = WallFigures::of(&on_walls, options);
+    let figures = figures::Figures::of(path, &samples, walls, &touches, &rate, spacing, options);
     let stock = options.stock;
     let survey = crests::Survey { path, motion: &motion, body: &body, material, stock };
     let crests = survey.crests(design, &samples, options.threads);
     progress(1.0);
     Ok(Verification { figures, crests, rate, samples })
+}
+
+/// The swept walls after the sweep.
+///
+/// Across a place where the cutter is deepest in a wall, samples `s` apart miss `s² / 8R` of its depth at most.
+fn on_walls(
+    design: Facets,
+    rest: Facets,
+    motion: &Motion,
+    body: &Body,
+    spacing: f64,
+    options: &VerifyOptions,
+) -> Vec<SweptTile> {
+    let Some(walls) = options.walls else { return Vec::new() };
+    let sheet = walls.swept(design, rest, options.up);
+    let radius = options.tool.radius();
+    let deepest = DEEPEST_IN_WALL * radius;
+    let missing = 0.5 * options.tolerance.max(0.0);
+    let wide = (8.0 * radius * missing).sqrt().min(radius / WALL_SAMPLES_PER_RADIUS);
+    let spacing = wide.max(spacing).max((sheet.facets().area() / MOST_ON_WALLS).sqrt());
+    let material = Material { height: 0.0, deepest };
+    let nothing = Facets { positions: &[], faces: &[] };
+    let tiles = samples::tiles(nothing, sheet.facets(), spacing);
+    parallel::map(options.threads, &tiles, |tile: &samples::Tile| {
+        let facets = sheet.near(tile.centre, tile.radius + 2.0 * deepest);
+        let mut samples = tile.samples(spacing);
+        for s in &mut samples {
+            s.wall = Some(walls::depth_behind(s.position, s.normal, &facets, deepest));
+        }
+        sweep::sweep(tile, samples, motion, body, material)
+    })
 }
 
 /// The distance of samples, once all is found in order.
@@ -213,6 +259,7 @@ fn checked(
     positive("the depth of the stock", options.depth + options.stock)?;
     positive("the distance of samples", options.spacing)?;
     positive("the length of the cutter", options.length)?;
+    positive("the height of the walls", options.walls.map_or(1.0, |w| w.height))?;
     if path.points.len() < 2 {
         return Err(VerifyError::NoPath { points: path.points.len() });
     }
@@ -243,8 +290,8 @@ fn summed(swept: &[SweptTile]) -> Vec<(u64, f64)> {
 }
 
 /// The deepest touch of every rapid that touches, in order.
-fn touches(swept: &[SweptTile]) -> Vec<Touch> {
-    let mut all: Vec<Touch> = swept.iter().flat_map(|t| t.touched.iter().copied()).collect();
+fn touches<'a>(swept: impl Iterator<Item = &'a SweptTile>) -> Vec<Touch> {
+    let mut all: Vec<Touch> = swept.flat_map(|t| t.touched.iter().copied()).collect();
     all.retain(|t| t.depth > GRAZE);
     all.sort_by(|a, b| a.of.cmp(&b.of).then(b.depth.total_cmp(&a.depth)));
     all.dedup_by_key(|t| t.of);

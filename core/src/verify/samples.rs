@@ -24,7 +24,7 @@ const SCATTER: f64 = 0.5;
 /// (Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018).
 const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
 /// Facets that meet at a sharper angle than this cosine (40 degrees) do not share normals.
-const CREASE: f64 = 0.766_044_443;
+pub const CREASE: f64 = 0.766_044_443;
 
 /// A triangle mesh to be sampled.
 #[derive(Copy, Clone, Debug)]
@@ -69,6 +69,8 @@ pub struct Sample {
     pub area: f64,
     /// Whether it is to be machined.
     pub machined: bool,
+    /// How far behind it lies nothing but the material of a wall, mm; `None` where it is no wall.
+    pub wall: Option<f64>,
 }
 
 impl Sample {
@@ -243,6 +245,7 @@ impl Patch {
             normal: mix(&self.normals).normalize_or(self.normals[0]),
             area: self.area,
             machined: self.machined,
+            wall: None,
         }
     }
 }

@@ -25,8 +25,6 @@ pub struct Material {
     pub height: f64,
     /// Gouges deeper than this are reported as this deep, mm.
     pub deepest: f64,
-    /// Distance of samples, mm.
-    pub spacing: f64,
 }
 
 /// A sample after the sweep.
@@ -83,6 +81,8 @@ pub struct Touch {
 
 /// Thirds by which the place of the edge is narrowed down: to a thousandth of a step.
 const EDGE_STEPS: usize = 16;
+/// Lines that rise less than this along the axis are square to it, mm/mm.
+const SQUARE: f64 = 1e-9;
 /// Most steps to the lowest place under a rounded rim.
 const RIM_STEPS: usize = 11;
 /// A height this close to the lowest is the lowest, mm.
@@ -133,9 +133,15 @@ struct Sweep {
     bounds: Vec<Bounds<GROUPS>>,
 }
 
-/// Sweeps a tile.
-pub fn sweep(tile: &Tile, motion: &Motion, body: &Body, material: Material) -> SweptTile {
-    let mut sweep = Sweep::new(tile.samples(material.spacing), body, material);
+/// Sweeps the samples of a tile.
+pub fn sweep(
+    tile: &Tile,
+    samples: Vec<Sample>,
+    motion: &Motion,
+    body: &Body,
+    material: Material,
+) -> SweptTile {
+    let mut sweep = Sweep::new(samples, body, material);
     let reach = tile.radius + material.height.max(material.deepest);
     motion.near(body, tile.centre, reach, &mut |step| {
         sweep.take(step, motion.moves()[step.of as usize].rapid, body, material);
@@ -274,6 +280,9 @@ impl StepCut<'_> {
 
 /// The height to which a step lowers a sample's line, if it does.
 fn lowered_to(s: &Swept, step: &Step, body: &Body, material: Material) -> Option<f64> {
+    if let Some(behind) = s.sample.wall {
+        return lowered_in_wall(s, behind, step, body);
+    }
     let (lowest, at) = lowest_entry(s, step, body)?;
     if lowest >= s.height {
         return None;
@@ -284,6 +293,42 @@ fn lowered_to(s: &Swept, step: &Step, body: &Body, material: Material) -> Option
     // A cutter wholly behind the surface has nothing to do with this side of it.
     let surface = body.contains(&at, s.sample.position);
     surface.then(|| lowest.max(-material.deepest)).filter(|&height| height < s.height)
+}
+
+/// The same on the line of a wall that is material as far as `behind` mm below its place.
+///
+/// A cutter wholly behind the wall is in that material, too.
+fn lowered_in_wall(s: &Swept, behind: f64, step: &Step, body: &Body) -> Option<f64> {
+    if s.height <= -behind {
+        return None;
+    }
+    let Sample { position, normal, .. } = s.sample;
+    let (lowest, at) = lowest_in_wall(s, step, body)?;
+    if lowest < -behind {
+        // Unless it comes no nearer than where the wall's material ends.
+        let reaches = |at: &Placed| body.entry(at, position, -normal).is_some_and(|t| t < behind);
+        let places = [&step.from, &step.middle, &step.to, &at];
+        return places.into_iter().any(reaches).then_some(-behind);
+    }
+    (lowest < s.height).then_some(lowest)
+}
+
+/// The lowest place at which a wall's line enters the cutter during a step, sooner where it is square to an axis that
+/// does not turn: there the cutter is round.
+fn lowest_in_wall(s: &Swept, step: &Step, body: &Body) -> Option<(f64, Placed)> {
+    let Sample { position, normal, .. } = s.sample;
+    if step.half_turn != 0.0 || normal.dot(step.to.axis).abs() > SQUARE {
+        return lowest_entry(s, step, body);
+    }
+    let way = |at: &Placed| (at.tip - position).dot(normal);
+    if way(&step.from).min(way(&step.to)) - body.radius() >= s.height {
+        return None;
+    }
+    let entry = |at: Placed| body.entry(&at, position, normal).map(|height| (height, at));
+    let places = [step.from, step.middle, step.to].map(entry);
+    let [Some(a), Some(b), Some(c)] = places else { return lowest_entry(s, step, body) };
+    let between = vertex(a.0, b.0, c.0).and_then(|part| entry(step.at(part)));
+    Some(between.into_iter().fold(lower(a, lower(b, c)), lower))
 }
 
 /// Mean height left over a sample's cell after a step that lowers its line to `height`, and what it goes by

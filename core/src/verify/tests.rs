@@ -85,6 +85,7 @@ fn options(radius: f64, corner: f64) -> VerifyOptions {
         spacing: 0.1,
         up: DVec3::Z,
         too_tight: Vec::new(),
+        walls: None,
         threads: 1,
     }
 }
@@ -544,4 +545,243 @@ fn too_many_samples_are_put_farther_apart() {
     assert_eq!(checked(&path, 400.0, 0.0, &asked(0.02)).unwrap(), 0.02);
     let spacing = checked(&path, 300.0, 100.0, &asked(0.001)).unwrap();
     assert_close(spacing, 0.01, 1e-9);
+}
+
+/// Between walls as high as they are by default.
+fn walled(path: &Toolpath, part: &Part, options: &VerifyOptions) -> Verification {
+    let height = 2.0 * options.tool.radius();
+    let walls = options.walls.or(Some(Walls { height, rise: Rise::Up }));
+    judged(path, part, &VerifyOptions { walls, ..options.clone() })
+}
+
+/// A pass along x over a plane 40 mm long and 30 mm wide, whose sides the cutter does not reach, with its axis at `y`.
+fn beside_wall(y: f64, axis: DVec3) -> Toolpath {
+    let at = |x| (DVec3::new(x, y, 0.0), axis);
+    path(&[vec![at(12.0), at(28.0)]])
+}
+
+fn deepest(v: &Verification) -> f64 {
+    v.figures.walls.unwrap().deepest.map_or(0.0, |d| d.height)
+}
+
+/// The depth and the place of the wall that is told as broken.
+fn broken_wall(v: &Verification) -> Option<Spot> {
+    let wall = |b: &Broken| match b {
+        Broken::Wall { worst, .. } => Some(*worst),
+        _ => None,
+    };
+    v.figures.broken.iter().find_map(wall)
+}
+
+#[track_caller]
+fn assert_near(found: f64, expected: f64, within: f64) {
+    assert!((found - expected).abs() <= within, "{found}, expected {expected}");
+}
+
+#[test]
+fn cuts_into_a_wall_are_as_deep_as_the_cutter_stands_over_it() {
+    let (r, part) = (5.0, Part::plane(40.0, 30.0));
+    for corner in [0.0, 1.5, 5.0] {
+        for depth in [0.01, 0.4, 2.83, 5.0, 7.0, 9.5] {
+            let path = beside_wall(r - depth, DVec3::Z);
+            let v = walled(&path, &part, &options(r, corner));
+            assert_near(deepest(&v), depth, 1.5e-3);
+            let wall = broken_wall(&v).unwrap();
+            assert!(wall.place.y == 0.0 && (0.0..=10.0).contains(&wall.place.z), "{}", wall.place);
+            assert_eq!(path.points[wall.of.unwrap() as usize + 1].kind, MoveKind::Cut);
+            assert!(!v.figures.walls.unwrap().is_deeper);
+        }
+    }
+    // A flat end along 16 mm of a wall, over all of its height.
+    let (depth, v) = (0.4, walled(&beside_wall(4.6, DVec3::Z), &part, &options(r, 0.0)));
+    let half: f64 = r - depth;
+    let length = 16.0 + 2.0 * (r * r - half * half).sqrt();
+    assert_close(v.figures.walls.unwrap().cut, 10.0 * length, 0.02);
+    assert_close(v.figures.walls.unwrap().area, 10.0 * 140.0, 1e-9);
+}
+
+#[test]
+fn walls_change_no_other_figure() {
+    let (path, part) = (beside_wall(2.0, DVec3::Z), Part::plane(40.0, 30.0));
+    let [open, between] = [judged, walled].map(|judge| judge(&path, &part, &options(5.0, 1.0)));
+    assert_eq!((&open.samples, &open.rate), (&between.samples, &between.rate));
+    let (walls, mut broken) = (None, between.figures.broken.clone());
+    broken.retain(|b| !matches!(b, Broken::Wall { .. }));
+    assert_eq!(open.figures, Figures { walls, broken, ..between.figures });
+    assert_eq!(open.figures.walls, None);
+}
+
+#[test]
+fn a_cutter_that_touches_a_wall_does_not_cut_it() {
+    let (r, part) = (5.0, Part::plane(40.0, 30.0));
+    let round = [(r, r), (35.0, r), (35.0, 25.0), (r, 25.0), (r, r)];
+    let round = round.map(|(x, y)| (DVec3::new(x, y, 0.0), DVec3::Z)).to_vec();
+    for corner in [0.0, 1.5, 5.0] {
+        let v = walled(&path(std::slice::from_ref(&round)), &part, &options(r, corner));
+        assert!(deepest(&v) <= 1e-3, "{}", deepest(&v));
+        assert_eq!(broken_wall(&v), None);
+    }
+}
+
+/// Between two circles: the outer wall is round towards the cutter, the inner one is a pin of 3 mm diameter.
+#[test]
+fn round_walls_are_cut_as_deep_as_the_path_is_off() {
+    let (inner, outer, r, turns) = (1.5, 20.0, 3.0, 720);
+    let on = |rho: f64, a: f64| DVec3::new(rho * math::cos(a), rho * math::sin(a), 0.0);
+    let turn = |i: usize| core::f64::consts::TAU * (i % turns) as f64 / turns as f64;
+    let part = Part::grid(turns, 1, |u, v| {
+        on(outer + (inner - outer) * v, turn((u * turns as f64).round() as usize))
+    });
+    let circle = |rho: f64| path(&[(0..=turns).map(|i| (on(rho, turn(i)), DVec3::Z)).collect()]);
+    for corner in [0.0, 1.0, 3.0] {
+        for (at, depth) in [(outer - r, 0.0), (outer - r + 0.6, 0.6), (inner + r, 0.0)] {
+            let v = walled(&circle(at), &part, &options(r, corner));
+            assert_near(deepest(&v), depth, 2e-3);
+        }
+        // What is left of a pin is as deep as it is thick.
+        let v = walled(&circle(inner + r - 0.6), &part, &options(r, corner));
+        assert_near(deepest(&v), 0.6, 2e-3);
+    }
+}
+
+#[test]
+fn a_leaning_cutter_cuts_a_wall_with_its_rim_or_its_shank() {
+    let (r, part, lean) = (5.0, Part::plane(40.0, 30.0), 10f64.to_radians());
+    let (s, c) = (math::sin(lean), math::cos(lean));
+    let walls = Some(Walls { height: 8.0, rise: Rise::Normal });
+    let options = VerifyOptions { walls, ..options(r, 0.0) };
+    let lifted = |mut path: Toolpath| {
+        path.points.iter_mut().for_each(|p| p.tip.z += r * s);
+        path
+    };
+    // Away from the wall: the rim on its side is `2 R sin` up.
+    let v = walled(&lifted(beside_wall(4.0, DVec3::new(0.0, s, c))), &part, &options);
+    assert_near(deepest(&v), r * c - 4.0, 5e-3);
+    assert_near(broken_wall(&v).unwrap().place.z, 2.0 * r * s, 0.1);
+    // Over the wall: the shank leans farther the higher it is.
+    let v = walled(&lifted(beside_wall(6.0, DVec3::new(0.0, -s, c))), &part, &options);
+    assert_near(deepest(&v), r * c + 8.0 * s / c - 6.0, 2e-2);
+    assert_near(broken_wall(&v).unwrap().place.z, 8.0, 0.1);
+}
+
+/// Over a sphere the walls along its normals are a cone around its middle.
+#[test]
+fn walls_along_normals_stand_square_to_the_surface() {
+    let (c, r, edge) = (20.0, 3.0, 0.5);
+    let on = |polar: f64, a: f64, rho: f64| {
+        let s = rho * math::sin(polar);
+        DVec3::new(s * math::cos(a), s * math::sin(a), rho * math::cos(polar))
+    };
+    let part = Part::grid(80, 400, |u, v| on(0.05 + (edge - 0.05) * u, 2.0 * v, c));
+    for depth in [0.0, 0.3, 2.0] {
+        let polar = edge - math::asin((r - depth) / (c + r));
+        let at = |i: usize| {
+            let a = 0.8 + 0.004 * i as f64;
+            (on(polar, a, c), on(polar, a, 1.0))
+        };
+        let walls = Some(Walls { height: 6.0, rise: Rise::Normal });
+        let options = VerifyOptions { walls, ..options(r, r) };
+        let v = walled(&path(&[(0..=100).map(at).collect()]), &part, &options);
+        assert_near(deepest(&v), depth, 2e-3);
+    }
+}
+
+#[test]
+fn a_cutter_behind_a_wall_and_one_that_passes_through_it_are_found() {
+    let (r, part) = (5.0, Part::plane(40.0, 30.0));
+    for corner in [0.0, 1.5, 5.0] {
+        // With its middle behind the wall; with all of it, come down from above; out of sight.
+        for (y, depth) in [(-4.0, 9.0), (-7.5, 10.0), (-21.0, 0.0)] {
+            let v = walled(&beside_wall(y, DVec3::Z), &part, &options(r, corner));
+            assert_near(deepest(&v), depth, 2e-3);
+            assert_eq!(v.figures.walls.unwrap().is_deeper, depth == 10.0);
+        }
+        let at = |y| (DVec3::new(20.0, y, 0.0), DVec3::Z);
+        for (from, to) in [(15.0, -60.0), (-60.0, 15.0)] {
+            let v = walled(&path(&[vec![at(from), at(to)]]), &part, &options(r, corner));
+            assert_near(deepest(&v), 10.0, 1e-6);
+        }
+    }
+    // Over the wall is nothing.
+    let mut above = beside_wall(0.0, DVec3::Z);
+    above.points.iter_mut().for_each(|p| p.tip.z = p.tip.z.max(10.001));
+    let v = walled(&above, &part, &options(r, r));
+    assert_eq!(v.figures.walls.unwrap().deepest, None);
+}
+
+#[test]
+fn a_rapid_through_a_wall_is_found() {
+    let (r, part) = (5.0, Part::plane(40.0, 30.0));
+    let mut path = beside_wall(15.0, DVec3::Z);
+    path.points[0].tip = DVec3::new(20.0, 2.0, 6.0);
+    let mut second = path.points[0];
+    second.tip.x = 21.0;
+    path.points.insert(1, second);
+    let v = walled(&path, &part, &options(r, 0.0));
+    let wall = broken_wall(&v).unwrap();
+    assert_near(wall.height, 3.0, 2e-3);
+    assert_eq!(wall.of, Some(0));
+    assert_near(v.figures.rapids[0].depth, 3.0, 2e-3);
+}
+
+/// Along a wall that ends at a corner which juts out: the lines of the other wall lie along the cut.
+#[test]
+fn at_a_corner_that_juts_out_cuts_are_no_deeper_than_along_its_walls() {
+    let points =
+        [(0.0, 0.0), (30.0, 0.0), (30.0, 30.0), (-30.0, 30.0), (-30.0, -30.0), (0.0, -30.0)];
+    let part = Part {
+        positions: points.map(|(x, y)| DVec3::new(x, y, 0.0)).to_vec(),
+        faces: vec![[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]],
+    };
+    let r = 5.0;
+    let at = |x, y| (DVec3::new(x, y, 0.0), DVec3::Z);
+    for depth in [0.0, 0.02, 0.3, 2.0] {
+        let y = r - depth;
+        let along = vec![at(20.0, y), at(-15.0, y), at(-15.0, -20.0)];
+        let v = walled(&path(&[along]), &part, &options(r, 0.0));
+        assert_near(deepest(&v), depth, 1.5e-3);
+    }
+}
+
+#[test]
+fn a_face_of_the_part_is_guarded_in_place_of_a_wall() {
+    let (r, part) = (5.0, Part::plane(40.0, 30.0));
+    let face = Part::grid(2, 1, |u, v| DVec3::new(40.0 * u, 0.0, 12.0 * v));
+    let turned: Vec<[u32; 3]> = face.faces.iter().map(|&[a, b, c]| [a, c, b]).collect();
+    let rest = Facets { positions: &face.positions, faces: &turned };
+    let walls = Some(Walls { height: 10.0, rise: Rise::Up });
+    let options = VerifyOptions { walls, ..options(r, 0.0) };
+    let path = beside_wall(r - 0.7, DVec3::Z);
+    let v = verify(&path, part.facets(), rest, &options, &mut |_| {}).unwrap();
+    assert_eq!(deepest(&v), 0.0);
+    assert_close(v.figures.walls.unwrap().area, 10.0 * 100.0, 1e-9);
+    assert_near(v.figures.gouge.unwrap().height, -0.7, 1e-3);
+    // Not if it falls away.
+    let down: Vec<DVec3> = face.positions.iter().map(|&p| DVec3::new(p.x, p.y, -p.z)).collect();
+    let rest = Facets { positions: &down, faces: &face.faces };
+    let v = verify(&path, part.facets(), rest, &options, &mut |_| {}).unwrap();
+    assert_near(deepest(&v), 0.7, 1e-3);
+}
+
+#[test]
+fn walls_are_judged_alike_by_any_number_of_threads() {
+    let (path, part) = (beside_wall(3.3, DVec3::Z), Part::plane(40.0, 30.0));
+    let one = walled(&path, &part, &options(5.0, 1.0));
+    let many = walled(&path, &part, &VerifyOptions { threads: 3, ..options(5.0, 1.0) });
+    assert_eq!(one.figures, many.figures);
+}
+
+#[test]
+fn the_rest_for_a_smaller_cutter_is_what_stands_above_the_limit() {
+    let mut passes = good();
+    passes.remove(20);
+    let too_tight =
+        (0..80).map(|i| Sphere { centre: DVec3::new(0.25 * f64::from(i), 12.0, 0.0), radius: 0.9 });
+    let options = VerifyOptions { too_tight: too_tight.collect(), ..strict() };
+    let v = judged(&path(&passes), &Part::plane(20.0, 20.0), &options);
+    // A circle of 5 mm over a gap of 1.2 mm stands 9.5 µm high and more on this width in the middle.
+    let height = 0.0095f64;
+    let width = 1.2 - 2.0 * (10.0 * height - height * height).sqrt();
+    assert_close(v.figures.too_tight.above, 20.0 * width, 0.02);
+    assert!(v.figures.too_tight.area > 30.0);
 }

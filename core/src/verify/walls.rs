@@ -1,0 +1,362 @@
+//! The walls around what is machined: what stands outside of its boundary and stays.
+//!
+//! - *Own wall*: a face of the rest of the part that rises from a boundary edge by [`RISES`] or more. It is
+//!   guarded with the rest.
+//! - *Swept wall*: any other boundary edge, moved along the tool axis or along the surface's normal. What lies
+//!   behind it, seen from what is machined, is material.
+//!
+//! A place of that material lies on the normal line of the swept wall's nearest place, as deep as it is far from the
+//! wall. So a line goes into the material only as far as no other swept wall is nearer (`depth_behind`): at
+//! a corner that juts out, or on a thin wall, the depth of a cut is then the distance from the wall, and what the
+//! cutter does beyond the far side is nothing.
+
+use super::samples::{CREASE, Facets};
+use crate::geometry::{DVec3, nearest_on_triangle};
+use std::collections::BTreeMap;
+
+/// Sine of the angle to the machined surface from which a face of the part is a wall: 45 degrees.
+const RISES: f64 = core::f64::consts::FRAC_1_SQRT_2;
+/// How far the facets of a twisted wall may lie from its rulings, mm.
+const TWIST: f64 = 1e-3;
+/// Facets along a twisted wall's rulings and across them, at most.
+const MOST_PARTS: [f64; 2] = [8.0, 64.0];
+/// A length that is none, mm.
+const TOUCH: f64 = 1e-9;
+/// Rounds in which the ball behind a place shrinks until it touches a facet; each gains a digit or more.
+const ROUNDS: usize = 12;
+
+/// Walls that stand around what is machined.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Walls {
+    /// How far they stand above the edge of the surface, mm.
+    pub height: f64,
+    /// Where to.
+    pub rise: Rise,
+}
+
+/// The direction in which walls stand.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Rise {
+    /// The direction from which slopes are counted: the axis of a cutter that does not turn.
+    Up,
+    /// The normal of the surface at its boundary, with straight lines between its vertices.
+    Normal,
+}
+
+/// The swept walls as facets whose normals point to what is machined.
+#[derive(Clone, Debug, Default)]
+pub struct Sheet {
+    positions: Vec<DVec3>,
+    faces: Vec<[u32; 3]>,
+}
+
+/// A facet of a swept wall.
+#[derive(Copy, Clone, Debug)]
+pub struct Facet {
+    corners: [DVec3; 3],
+    normal: DVec3,
+}
+
+/// A position by its bits, whatever the sign of a zero.
+type Key = [u64; 3];
+
+/// An edge of the boundary, with what is machined on its left seen from the tool.
+#[derive(Copy, Clone, Debug)]
+struct Edge {
+    ends: [DVec3; 2],
+    /// Unit normal of the machined facet.
+    normal: DVec3,
+}
+
+impl Walls {
+    /// The swept walls around `design`; `rest` has its own. `up`: unit.
+    pub fn swept(&self, design: Facets, rest: Facets, up: DVec3) -> Sheet {
+        let mut edges = boundary(design);
+        edges.sort_by_key(|e| (undirected(e), key(e.ends[0])));
+        let is_own = own_walls(&edges, rest);
+        let rises = match self.rise {
+            Rise::Up => edges.iter().flat_map(|e| e.ends).map(|p| (key(p), up)).collect(),
+            Rise::Normal => normals(design, &edges),
+        };
+        let swept: Vec<Edge> =
+            edges.iter().zip(is_own).filter(|(_, own)| !own).map(|(e, _)| *e).collect();
+        Sheet::over(&swept, &rises, self.height)
+    }
+}
+
+impl Sheet {
+    /// Edges moved by `height` along the direction at each of their ends.
+    fn over(edges: &[Edge], rises: &BTreeMap<Key, DVec3>, height: f64) -> Self {
+        let rise = |p: DVec3| rises.get(&key(p)).copied().unwrap_or(DVec3::Z) * height;
+        // How far a single pair of facets lies from the rulings.
+        let twist = |e: &Edge| 0.25 * rise(e.ends[0]).distance(rise(e.ends[1]));
+        let largest = edges.iter().map(twist).fold(0.0, f64::max);
+        // Neighbours share a column, hence the number of its parts.
+        let rows = (largest / TWIST).sqrt().ceil().clamp(1.0, MOST_PARTS[0]);
+        let mut sheet = Self::default();
+        let mut columns = BTreeMap::new();
+        for edge in edges {
+            let parts = (twist(edge) / (TWIST * rows)).ceil().clamp(1.0, MOST_PARTS[1]);
+            let [a, b] = edge.ends;
+            let mut end = |sheet: &mut Self, p: DVec3| {
+                *columns.entry(key(p)).or_insert_with(|| sheet.column(p, rise(p), rows))
+            };
+            let (first, last) = (end(&mut sheet, a), end(&mut sheet, b));
+            let mut left = first;
+            for i in 1..=parts as u32 {
+                let part = f64::from(i) / parts;
+                let right = match i == parts as u32 {
+                    true => last,
+                    false => sheet.column(a.lerp(b, part), rise(a).lerp(rise(b), part), rows),
+                };
+                sheet.strip(left, right, rows as u32);
+                left = right;
+            }
+        }
+        sheet
+    }
+
+    /// Adds points above each other; gives the index of the lowest.
+    fn column(&mut self, foot: DVec3, rise: DVec3, rows: f64) -> u32 {
+        let first = self.positions.len() as u32;
+        self.positions.extend((0..=rows as u32).map(|j| foot + rise * (f64::from(j) / rows)));
+        first
+    }
+
+    /// Adds the facets between two columns.
+    fn strip(&mut self, left: u32, right: u32, rows: u32) {
+        for j in 0..rows {
+            let [a, b, c, d] = [left + j, left + j + 1, right + j + 1, right + j];
+            self.faces.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+
+    /// The facets, which are none where all walls are the part's own.
+    pub fn facets(&self) -> Facets<'_> {
+        Facets { positions: &self.positions, faces: &self.faces }
+    }
+
+    /// The facets within a distance of a point.
+    pub fn near(&self, centre: DVec3, distance: f64) -> Vec<Facet> {
+        let facet = |f: &[u32; 3]| {
+            let corners = self.facets().corners(f);
+            let [a, b, c] = corners;
+            let normal = (b - a).cross(c - a).try_normalize()?;
+            let reach = distance + a.distance(b).max(a.distance(c));
+            (a.distance_squared(centre) <= reach * reach).then_some(Facet { corners, normal })
+        };
+        self.faces.iter().filter_map(facet).collect()
+    }
+}
+
+/// How far behind a place of a swept wall no other wall is nearer, mm; `most` at most.
+///
+/// The radius of the largest ball behind it that touches the wall there and holds nothing of the facets. Those that
+/// turn by less than a crease are the same wall: the chords of a curved boundary are not its corners.
+pub fn depth_behind(place: DVec3, normal: DVec3, facets: &[Facet], most: f64) -> f64 {
+    let mut radius = most;
+    for facet in facets.iter().filter(|f| f.normal.dot(normal) < CREASE) {
+        let behind = |p: &DVec3| (place - *p).dot(normal) > TOUCH;
+        if !facet.corners.iter().any(behind) {
+            continue;
+        }
+        for _ in 0..ROUNDS {
+            let centre = place - normal * radius;
+            let weights = nearest_on_triangle(centre, facet.corners);
+            let [a, b, c] = facet.corners;
+            let nearest = a * weights[0] + b * weights[1] + c * weights[2];
+            let way = place - nearest;
+            if nearest.distance(centre) >= radius - TOUCH || !behind(&nearest) {
+                break;
+            }
+            radius = (0.5 * way.length_squared() / way.dot(normal)).min(radius);
+        }
+    }
+    radius
+}
+
+fn key(p: DVec3) -> Key {
+    // No negative zero.
+    p.to_array().map(|x| (x + 0.0).to_bits())
+}
+
+fn undirected(edge: &Edge) -> [Key; 2] {
+    let mut keys = edge.ends.map(key);
+    keys.sort_unstable();
+    keys
+}
+
+/// The edges with a facet on one side only.
+fn boundary(design: Facets) -> Vec<Edge> {
+    let mut halves: Vec<([u32; 2], u32, u32)> = Vec::with_capacity(3 * design.faces.len());
+    for (f, face) in design.faces.iter().enumerate() {
+        for i in 0..3 {
+            let (a, b) = (face[i], face[(i + 1) % 3]);
+            halves.push(([a.min(b), a.max(b)], a, f as u32));
+        }
+    }
+    halves.sort_unstable();
+    let single = halves.chunk_by(|a, b| a.0 == b.0).filter(|halves| halves.len() == 1);
+    let mut edges: Vec<Edge> = single
+        .filter_map(|half| {
+            let (ends, from, f) = half[0];
+            let to = if ends[0] == from { ends[1] } else { ends[0] };
+            let [a, b, c] = design.corners(&design.faces[f as usize]);
+            let normal = (b - a).cross(c - a).try_normalize()?;
+            let ends = [from, to].map(|v| design.positions[v as usize]);
+            (key(ends[0]) != key(ends[1])).then_some(Edge { ends, normal })
+        })
+        .collect();
+    // Facets that share positions, but no vertices.
+    edges.sort_by_key(undirected);
+    let single = edges.chunk_by(|a, b| undirected(a) == undirected(b)).filter(|e| e.len() == 1);
+    single.map(|e| e[0]).collect()
+}
+
+/// Which edges, given in the order of their keys, have a face of the rest of the part that is a wall.
+fn own_walls(edges: &[Edge], rest: Facets) -> Vec<bool> {
+    let keys: Vec<[Key; 2]> = edges.iter().map(undirected).collect();
+    let mut ends: Vec<Key> = keys.iter().flatten().copied().collect();
+    ends.sort_unstable();
+    ends.dedup();
+    let is_end = |p: &DVec3| ends.binary_search(&key(*p)).is_ok();
+    let at_boundary: Vec<bool> = rest.positions.iter().map(is_end).collect();
+    let mut is_own = vec![false; edges.len()];
+    for face in rest.faces {
+        if face.iter().filter(|&&v| at_boundary[v as usize]).count() < 2 {
+            continue;
+        }
+        let corners = rest.corners(face);
+        for i in 0..3 {
+            let [a, b, c] = [corners[i], corners[(i + 1) % 3], corners[(i + 2) % 3]];
+            let mut wanted = [key(a), key(b)];
+            wanted.sort_unstable();
+            let Ok(found) = keys.binary_search(&wanted) else { continue };
+            let along = (b - a).normalize_or_zero();
+            let away = (c - a).reject_from_normalized(along).normalize_or_zero();
+            is_own[found] |= away.dot(edges[found].normal) >= RISES;
+        }
+    }
+    is_own
+}
+
+/// The normals at the ends of edges: means of those of the facets around them, weighted with their area.
+fn normals(design: Facets, edges: &[Edge]) -> BTreeMap<Key, DVec3> {
+    let ends = edges.iter().flat_map(|e| e.ends);
+    let mut sums: BTreeMap<Key, DVec3> = ends.map(|p| (key(p), DVec3::ZERO)).collect();
+    for face in design.faces {
+        let corners = design.corners(face);
+        let [a, b, c] = corners;
+        for corner in corners {
+            if let Some(sum) = sums.get_mut(&key(corner)) {
+                *sum += (b - a).cross(c - a);
+            }
+        }
+    }
+    sums.values_mut().for_each(|n| *n = n.normalize_or(DVec3::Z));
+    sums
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::math;
+
+    const SQUARE: [[u32; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
+    const NOTHING: Facets = Facets { positions: &[], faces: &[] };
+
+    fn square(size: f64) -> [DVec3; 4] {
+        [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 0.0) * size)
+    }
+
+    fn area_and_sides(sheet: &Sheet, towards: DVec3) -> (f64, bool) {
+        let facets = sheet.facets();
+        let faces_it = |f: &[u32; 3]| {
+            let [a, b, c] = facets.corners(f);
+            (b - a).cross(c - a).dot(towards - a) > 0.0
+        };
+        (facets.area(), facets.faces.iter().all(faces_it))
+    }
+
+    #[test]
+    fn walls_stand_around_a_square_and_face_it() {
+        let positions = square(10.0);
+        let design = Facets { positions: &positions, faces: &SQUARE };
+        for rise in [Rise::Up, Rise::Normal] {
+            let sheet = Walls { height: 3.0, rise }.swept(design, NOTHING, DVec3::Z);
+            let (area, faces_it) = area_and_sides(&sheet, DVec3::new(5.0, 5.0, 1.0));
+            assert!((area - 120.0).abs() < 1e-9 && faces_it, "{area}");
+            assert_eq!(sheet.facets().positions.len(), 8);
+        }
+    }
+
+    /// With vertices of their own, too.
+    #[test]
+    fn edges_inside_are_no_boundary() {
+        let [a, b, c, d] = square(10.0);
+        let positions = [a, b, c, a, c, d];
+        let design = Facets { positions: &positions, faces: &[[0, 1, 2], [3, 4, 5]] };
+        let sheet = Walls { height: 3.0, rise: Rise::Normal }.swept(design, NOTHING, DVec3::Z);
+        assert!((sheet.facets().area() - 120.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_face_of_the_part_is_a_wall_from_45_degrees_on() {
+        let positions = square(10.0);
+        let design = Facets { positions: &positions, faces: &SQUARE };
+        let swept = |angle: f64| {
+            let angle = angle.to_radians();
+            // It leads away from the edge at y = 0.
+            let top = DVec3::new(5.0, -math::cos(angle), math::sin(angle)) * 4.0;
+            let rest = [positions[0], positions[1], top];
+            let rest = Facets { positions: &rest, faces: &[[0, 2, 1]] };
+            Walls { height: 3.0, rise: Rise::Up }.swept(design, rest, DVec3::Z).facets().area()
+        };
+        for (angle, area) in [(90.0, 90.0), (46.0, 90.0), (44.0, 120.0), (-90.0, 120.0)] {
+            assert!((swept(angle) - area).abs() < 1e-9, "{angle}: {}", swept(angle));
+        }
+    }
+
+    /// The rulings of a twisted wall are met, not the diagonal of four points.
+    #[test]
+    fn twisted_walls_follow_their_rulings() {
+        let on = |x: f64| DVec3::new(x, 0.0, 0.0);
+        let edge = Edge { ends: [on(0.0), on(6.0)], normal: DVec3::Z };
+        let tilted = DVec3::new(0.0, math::sin(0.2), math::cos(0.2));
+        let rises = [(key(on(0.0)), DVec3::Z), (key(on(6.0)), tilted)].into_iter().collect();
+        let sheet = Sheet::over(&[edge], &rises, 10.0);
+        let facets = sheet.facets();
+        let farthest = |s: f64, t: f64| {
+            let on = on(6.0 * s) + DVec3::Z.lerp(tilted, s) * 10.0 * t;
+            let far = |f: &[u32; 3]| {
+                let corners = facets.corners(f);
+                let w = nearest_on_triangle(on, corners);
+                (corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2]).distance(on)
+            };
+            facets.faces.iter().map(far).fold(f64::INFINITY, f64::min)
+        };
+        for i in 0..20 {
+            let (s, t) = (0.05 * f64::from(i) + 0.013, 0.043 * f64::from(i) + 0.021);
+            assert!(farthest(s, t) < 1.5 * TWIST, "{}", farthest(s, t));
+        }
+    }
+
+    #[test]
+    fn lines_end_half_way_to_the_next_wall() {
+        // An L: the corner at the origin juts out.
+        let points = [(0.0, 0.0), (9.0, 0.0), (9.0, 9.0), (-9.0, 9.0), (-9.0, -9.0), (0.0, -9.0)];
+        let positions = points.map(|(x, y)| DVec3::new(x, y, 0.0));
+        let faces = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]];
+        let design = Facets { positions: &positions, faces: &faces };
+        let sheet = Walls { height: 8.0, rise: Rise::Up }.swept(design, NOTHING, DVec3::Z);
+        let facets = sheet.near(DVec3::ZERO, 60.0);
+        for s in [0.01, 0.3, 2.0] {
+            let behind =
+                depth_behind(DVec3::new(s, 0.0, 4.0), DVec3::new(0.0, 1.0, 0.0), &facets, 20.0);
+            assert!((behind - s).abs() < 1e-6, "{s}: {behind}");
+        }
+        let behind = |at: DVec3, normal| depth_behind(at, normal, &facets, 7.0);
+        assert_eq!(behind(DVec3::new(8.0, 0.0, 4.0), DVec3::Y), 7.0);
+        assert_eq!(behind(DVec3::new(0.0, 9.0, 4.0), -DVec3::Y), 7.0);
+    }
+}
