@@ -154,9 +154,9 @@ pub fn raise_at(
         .map_or(f64::INFINITY, |at| obstacles.raise(at, options.stock))
 }
 
-/// The cutter as low as it comes where it is to touch one contact of a path going along `feed`: moved off walls and
-/// let down on the part; `None` where that cannot be.
-pub fn lowest_at(
+/// The cutter that is to touch one contact of a path going along `feed` and would stand in a wall: moved off it and let
+/// down on the part; `None` where no wall is in its way, or the surface faces away.
+pub fn lowest_off_walls(
     contact: DVec3,
     normal: DVec3,
     feed: DVec3,
@@ -164,9 +164,10 @@ pub fn lowest_at(
     obstacles: &Obstacles,
 ) -> Option<Standing> {
     let at = touching(contact, normal, feed, options)?;
+    let stand = obstacles.rulings().stand(&at.tool, at.tip, at.axis, at.reach)?;
     let probe = Probe::new(options, obstacles);
-    let Placed { tip, .. } = probe.placed(at.tip, at.axis);
-    Some(Standing { tip, ..at })
+    let placed = || probe.placed(at.tip, at.axis);
+    (stand.depth > 0.25 * options.tolerance).then(|| Standing { tip: placed().tip, ..at })
 }
 
 /// The cutter touching a contact of a path going along `feed`, whatever stands in its way; `None` where the surface

@@ -2,7 +2,7 @@
 
 use super::columns::{Column, Columns};
 use super::{Cutter, Layer, Line, Removed};
-use crate::cutter_location::{Obstacles, PassOptions, ToolAxis, lowest_at, raise_at};
+use crate::cutter_location::{Obstacles, PassOptions, ToolAxis, lowest_off_walls, raise_at};
 use crate::geometry::{DVec2, DVec3};
 use crate::parallel;
 use crate::toolpath::{PathPoint, Toolpath};
@@ -139,12 +139,10 @@ fn fits(left: &[Left], access: &Access) -> Vec<bool> {
     parallel::map(access.threads, left, |l| {
         let Line { foot, normal } = l.column.line;
         let feed = feeds.nearest(l.flat);
-        if raise_at(foot, normal, feed, &pass, obstacles) <= pass.tolerance {
-            return true;
+        match lowest_off_walls(foot, normal, feed, &pass, obstacles) {
+            Some(at) => at.contains(foot + normal * allowed),
+            None => raise_at(foot, normal, feed, &pass, obstacles) <= pass.tolerance,
         }
-        let beside = || lowest_at(foot, normal, feed, &pass, obstacles);
-        !obstacles.rulings().is_empty()
-            && beside().is_some_and(|at| at.contains(foot + normal * allowed))
     })
 }
 
