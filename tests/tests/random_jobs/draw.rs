@@ -1,6 +1,9 @@
 //! Jobs drawn at random.
 
+use crate::part::Mesh;
 use crate::random::Random;
+use evencut_core::job;
+use evencut_core::verdict::Workpiece;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -33,7 +36,9 @@ const FILES: [(&str, f64); 22] = [
     ("nurbs/propeller_hub.json", 76.0),
 ];
 /// Side steps on the part's extent, at most: what keeps a plan short.
-const MOST_PASSES: f64 = 45.0;
+const MOST_PASSES: f64 = 40.0;
+/// Least area that is worth a job, squares of the extent.
+const LEAST: f64 = 0.12;
 
 /// A drawn job.
 pub struct Drawn {
@@ -68,12 +73,15 @@ pub fn drawn(seed: u64, data: Option<&Path>) -> Drawn {
     };
     let upright_flat = kind == "flat" && !five;
     let by_scallop = !upright_flat && r.happens(0.75);
-    let scallop = short(r.between(0.01, 0.1).min(0.8 * corner.max(0.1)));
-    let fixed = short(diameter * r.between(0.06, 0.4));
+    let wide = short((diameter * r.between(3.0, 10.0)).clamp(20.0, 60.0));
+    // High enough for a plan that does not last.
+    let half = 0.5 * wide / MOST_PASSES;
+    let least = half * half / (2.0 * bent.max(0.1));
+    let scallop = short(r.between(0.01, 0.1).max(least).min(0.1).min(0.8 * corner.max(0.1)));
+    let fixed = short((diameter * r.between(0.06, 0.4)).max(2.0 * half));
     let side_step =
         if by_scallop { (2.0 * (2.0 * scallop * bent).sqrt()).min(diameter) } else { fixed };
-    let extent =
-        short((diameter * r.between(3.0, 10.0)).clamp(20.0, 90.0).min(MOST_PASSES * side_step));
+    let extent = short(wide.min(MOST_PASSES * side_step));
 
     let mut text = String::from("version = 1\n");
     let real = data.filter(|_| r.happens(0.5));
@@ -149,12 +157,36 @@ fn formula(r: &mut Random, text: &mut String, extent: f64) -> String {
     kind.to_owned()
 }
 
+/// Turns and selections that are tried for a surface.
+const TURNS: usize = 8;
+
 fn real_surface(r: &mut Random, text: &mut String, data: &Path, extent: f64, five: bool) -> String {
     let (file, native) = r.of(&FILES);
     let path = data.join(file);
     let path = path.canonicalize().unwrap_or(path);
-    let _ = writeln!(text, "[surface]\nfile = {:?}", path.display().to_string());
-    let _ = writeln!(text, "scale = {:?}", short(extent / native));
+    let bytes = std::fs::read(&path).unwrap_or_default();
+    let mut turned = String::new();
+    for _ in 0..TURNS {
+        turned = turned_surface(r, &path, short(extent / native), five);
+        let probe = format!(
+            "version = 1\n{turned}[tool]\ndiameter = 4.0\n[cut]\nscallop = 0.05\nfeed = 600.0\n\
+             tolerance = 0.05\n"
+        );
+        // Most turns show the tool nothing, or the back.
+        let part = job::read(probe.as_bytes()).ok().and_then(|resolved| {
+            Workpiece::of_job(&resolved.job, Some(&bytes)).ok().map(|(part, _)| part)
+        });
+        if part.is_some_and(|part| Mesh::new(&part.design).area() > LEAST * extent * extent) {
+            break;
+        }
+    }
+    text.push_str(&turned);
+    Path::new(file).file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+fn turned_surface(r: &mut Random, path: &Path, scale: f64, five: bool) -> String {
+    let mut text =
+        format!("[surface]\nfile = {:?}\nscale = {scale:?}\n", path.display().to_string());
     let turns = [r.of(&[0.0, 90.0, 180.0, 270.0]), r.of(&[0.0, 0.0, 90.0, 180.0]), 0.0];
     let tilts = if r.happens(0.5) { [short(r.between(-30.0, 30.0)), 0.0, 0.0] } else { [0.0; 3] };
     let [a, b, c] = [0, 1, 2].map(|k| turns[k] + tilts[k]);
@@ -166,7 +198,7 @@ fn real_surface(r: &mut Random, text: &mut String, data: &Path, extent: f64, fiv
     if !five || r.happens(0.5) {
         let _ = writeln!(text, "normal_within = {:?}", short(r.between(30.0, 80.0)));
     }
-    Path::new(file).file_stem().unwrap_or_default().to_string_lossy().into_owned()
+    text
 }
 
 /// `[path]`, `[regions]` and `[force]`.

@@ -459,7 +459,10 @@ impl Case<'_> {
         let upright = self.job.machine.axes == Axes::ThreeAxis;
         let fastest = 60.0 * self.job.machine.max_feed;
         let corners = self.design.faces.iter().chain(&self.rest.faces).flatten();
-        let top = corners.map(|p| p.z).fold(f64::NEG_INFINITY, f64::max);
+        // Tables turn the part anywhere in a ball around their centre, and the tool axis to the machine's Z.
+        let reach = |p: &DVec3| if upright { p.z } else { p.length() };
+        let top = corners.map(reach).fold(f64::NEG_INFINITY, f64::max);
+        let height = |row: &Row| row.pose.tip.dot(row.pose.axis);
         let clear = top + self.job.cut.stock + self.job.cut.axial_depth;
         let mut faults = Vec::new();
         for (k, pair) in self.rows.windows(2).enumerate() {
@@ -478,9 +481,12 @@ impl Case<'_> {
             if upright && moves && length > 0.05 && (feed - to.feed).abs() > 0.01 * to.feed + 1.0 {
                 faults.push(format!("line {}: feed {} in {feed:.1} in truth", k + 3, to.feed));
             }
-            let lowest = from.pose.tip.z.min(to.pose.tip.z);
+            let lowest = height(from).min(height(to));
             if to.is_rapid() && lowest < clear - 1e-6 {
-                faults.push(format!("line {}: a rapid at Z {lowest}, stock up to {clear}", k + 3));
+                faults.push(format!(
+                    "line {}: a rapid at height {lowest:.3}, stock up to {clear:.3}",
+                    k + 3
+                ));
             }
         }
         if self.out_of_travel() {

@@ -7,6 +7,7 @@
 //! | `EVENCUT_RANDOM_SEED` | of the whole sweep |
 //! | `EVENCUT_RANDOM_ONLY` | the sub-seed of the one job to run, here and not in a process of its own |
 //! | `EVENCUT_RANDOM_JOB` | a job file to plan and judge instead |
+//! | `EVENCUT_RANDOM_SECONDS` | after how long a job is ended; 60 by default |
 //! | `EVENCUT_RANDOM_CHECKS` | the only checks whose failures count, such as `residual,gouge` |
 //!
 //! Each job runs in a process of its own, which is ended when it takes too long. Jobs that fail are written to
@@ -39,7 +40,7 @@ use std::time::{Duration, Instant};
 /// Jobs of a sweep by default, and its seed.
 const JOBS: usize = 10;
 const SEED: u64 = 20;
-/// A job that takes longer is ended, s.
+/// A job that takes longer is ended by default, s.
 const LONGEST: u64 = 60;
 /// Before the line that tells a job's outcome.
 const MARK: &str = "@@ ";
@@ -140,22 +141,25 @@ fn run(text: &str, folder: &Path, seed: u64) -> (Outcome, String) {
 }
 
 /// Runs one job in a process of its own.
-fn run_apart(seed: u64, scratch: &Path) -> (Outcome, String) {
-    let out = scratch.join(format!("{seed:016x}.out"));
+fn run_apart(seed: u64, text: &str, scratch: &Path) -> (Outcome, String) {
+    let [out, job] = ["out", "job"].map(|end| scratch.join(format!("{seed:016x}.{end}")));
+    std::fs::write(&job, text).unwrap();
     let file = std::fs::File::create(&out).unwrap();
     let mut child = Command::new(std::env::current_exe().unwrap())
         .args(["--exact", TEST, "--nocapture"])
         .env("EVENCUT_RANDOM_ONLY", format!("{seed:#x}"))
+        .env("EVENCUT_RANDOM_JOB", &job)
         .stdout(Stdio::from(file.try_clone().unwrap()))
         .stderr(Stdio::from(file))
         .spawn()
         .unwrap();
+    let longest = number("EVENCUT_RANDOM_SECONDS").unwrap_or(LONGEST);
     let started = Instant::now();
     let ended = loop {
         if child.try_wait().unwrap().is_some() {
             break true;
         }
-        if started.elapsed() > Duration::from_secs(LONGEST) {
+        if started.elapsed() > Duration::from_secs(longest) {
             // It may just have ended.
             let _ = child.kill();
             let _ = child.wait();
@@ -165,7 +169,7 @@ fn run_apart(seed: u64, scratch: &Path) -> (Outcome, String) {
     };
     let text = std::fs::read(&out).unwrap_or_default();
     let text = String::from_utf8_lossy(&text);
-    let _ = std::fs::remove_file(&out);
+    [out, job].iter().for_each(|file| drop(std::fs::remove_file(file)));
     if let Some(line) = text.lines().find_map(|l| l.split_once(MARK)).map(|l| l.1) {
         let told = Outcome::ALL.iter().find_map(|o| Some((o.0, line.strip_prefix(o.1)?.trim())));
         if let Some((outcome, rest)) = told {
@@ -174,7 +178,7 @@ fn run_apart(seed: u64, scratch: &Path) -> (Outcome, String) {
     }
     if !ended {
         let planned = text.lines().find(|l| l.starts_with("planned in")).unwrap_or("not planned");
-        return (Outcome::Slow, format!("{planned}, ended after {LONGEST} s"));
+        return (Outcome::Slow, format!("{planned}, ended after {longest} s"));
     }
     let why = text.lines().skip_while(|l| !l.contains("panicked")).take(2).collect::<Vec<_>>();
     (Outcome::Crashed, why.join(" "))
@@ -211,7 +215,7 @@ fn sweep(jobs: usize, seed: u64) -> Vec<(u64, Outcome)> {
         loop {
             let Some(&seed) = next.lock().unwrap().next() else { return };
             let drawn = drawn(seed, data.as_deref());
-            let (outcome, rest) = run_apart(seed, &scratch);
+            let (outcome, rest) = run_apart(seed, &drawn.text, &scratch);
             told(seed, &drawn, outcome, &rest);
             if matches!(outcome, Outcome::Silent | Outcome::Crashed) {
                 let text = format!("# {seed:#x} {}: {rest}\n{}", outcome.name(), drawn.text);
@@ -235,7 +239,8 @@ fn a_job_that_is_said_to_be_kept_is_kept() {
     if let Ok(path) = var("EVENCUT_RANDOM_JOB") {
         let path = PathBuf::from(path);
         let text = std::fs::read_to_string(&path).unwrap();
-        return alone(&text, path.parent().unwrap(), 1);
+        let seed = number("EVENCUT_RANDOM_ONLY").unwrap_or(SEED);
+        return alone(&text, path.parent().unwrap(), seed);
     }
     if let Some(seed) = number("EVENCUT_RANDOM_ONLY") {
         let drawn = drawn(seed, shared_data().as_deref());

@@ -5,9 +5,9 @@ use evencut_core::geometry::DVec3;
 
 /// Longest piece of a move, cutter radii: pieces are found by boxes.
 const LONGEST: f64 = 0.5;
-/// Largest turn on a piece, rad: what the way of a point bends away from straight, its square times the lever
-/// over 8, is then 0.1 µm on 50 mm.
-const LARGEST_TURN: f64 = 0.004;
+/// Largest turn on a piece, rad: searches along a piece take it for convex, which a bent way of a point is not by
+/// its square times the lever over 8, 1 µm on 10 mm, where there are two lowest places to choose from.
+const LARGEST_TURN: f64 = 0.03;
 /// Pieces in a leaf of the tree.
 const LEAF: usize = 4;
 
