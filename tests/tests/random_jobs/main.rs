@@ -24,9 +24,14 @@ mod reach;
 mod walls;
 
 use draw::{Drawn, drawn};
+use evencut_core::cutter_location::LocateError;
 use evencut_core::job::{self, SurfaceSource};
+use evencut_core::link::DeliverError;
+use evencut_core::plan::PlanError;
+use evencut_core::post::PostError;
 use evencut_core::results::{Input, OutputFile, ResultsError, ResultsOptions, results};
 use evencut_core::verdict::Workpiece;
+use evencut_core::verify::VerifyError;
 use evencut_tests::shared_data;
 use judge::Failure;
 use random::Random;
@@ -58,7 +63,7 @@ enum Outcome {
     Refused,
     /// It was said to be kept, and is not.
     Silent,
-    /// The product fell over.
+    /// The product fell over: it would exit with 1.
     Crashed,
     /// It took too long.
     Slow,
@@ -83,6 +88,18 @@ impl Outcome {
 fn counts(failure: &Failure) -> bool {
     var("EVENCUT_RANDOM_CHECKS")
         .map_or(true, |checks| checks.split(',').any(|c| c == failure.check))
+}
+
+/// Whether the command would exit with 1 and call it a bug.
+fn is_bug(error: &ResultsError) -> bool {
+    match error {
+        ResultsError::Plan(PlanError::Deliver(error)) => {
+            !matches!(error, DeliverError::Locate(LocateError::BelowHorizon { .. }))
+        }
+        ResultsError::Plan(_) | ResultsError::Verify(VerifyError::TooFine { .. }) => false,
+        ResultsError::Post(PostError::Singular { .. } | PostError::Travel { .. }) => false,
+        ResultsError::Post(_) | ResultsError::Program(_) | ResultsError::Verify(_) => true,
+    }
 }
 
 /// Plans and judges one job: the outcome and the rest of its line.
@@ -111,8 +128,7 @@ fn run(text: &str, folder: &Path, seed: u64) -> (Outcome, String) {
         Ok(planned) => planned,
         Err(error) => {
             let text = error.to_string();
-            let is_bug = matches!(error, ResultsError::Program(_));
-            let outcome = if is_bug { Outcome::Crashed } else { Outcome::Refused };
+            let outcome = if is_bug(&error) { Outcome::Crashed } else { Outcome::Refused };
             return (outcome, text.lines().next().unwrap_or_default().to_owned());
         }
     };
@@ -217,7 +233,7 @@ fn sweep(jobs: usize, seed: u64) -> Vec<(u64, Outcome)> {
             let drawn = drawn(seed, data.as_deref());
             let (outcome, rest) = run_apart(seed, &drawn.text, &scratch);
             told(seed, &drawn, outcome, &rest);
-            if matches!(outcome, Outcome::Silent | Outcome::Crashed) {
+            if matches!(outcome, Outcome::Silent | Outcome::Crashed | Outcome::Slow) {
                 let text = format!("# {seed:#x} {}: {rest}\n{}", outcome.name(), drawn.text);
                 std::fs::write(scratch.join(format!("{seed:016x}.toml")), text).unwrap();
             }
@@ -244,6 +260,7 @@ fn a_job_that_is_said_to_be_kept_is_kept() {
     }
     if let Some(seed) = number("EVENCUT_RANDOM_ONLY") {
         let drawn = drawn(seed, shared_data().as_deref());
+        println!("{}", drawn.text);
         return alone(&drawn.text, Path::new(""), seed);
     }
     let jobs = number("EVENCUT_RANDOM_JOBS").map_or(JOBS, |n| n as usize);
