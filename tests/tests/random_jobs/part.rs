@@ -44,6 +44,15 @@ pub struct Rim {
     pub facet: DVec3,
 }
 
+impl Rim {
+    /// Distance of a point, mm.
+    pub fn distance(&self, p: DVec3) -> f64 {
+        let [a, b] = self.ends;
+        let t = (p - a).dot(b - a) / (b - a).length_squared();
+        a.lerp(b, t.clamp(0.0, 1.0)).distance(p)
+    }
+}
+
 /// Normal of a triangle, twice as long as its area.
 pub fn doubled([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)

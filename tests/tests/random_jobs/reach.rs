@@ -9,7 +9,7 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 
 /// Grid places on a cutter radius.
-const PLACES: f64 = 24.0;
+const PLACES: f64 = 16.0;
 /// Rounding of heights, mm.
 const CLEAR: f64 = 1e-7;
 
