@@ -4,10 +4,7 @@
 use evencut_core::compare::{Figures, RegionVariant, judged, planned, with_regions};
 use evencut_core::job::{self, Job};
 use evencut_core::report::Report;
-use std::path::Path;
-
-/// Folder of the data, seen from the repository.
-const DATA: &str = "/../../shared/data";
+use evencut_tests::shared_data;
 
 /// A surface of the shared data and how it is cut with a ball on five axes.
 struct Case {
@@ -60,11 +57,7 @@ const CAMEL: Case = Case {
 /// The job of a case, and the surface's bytes; `None` without the data.
 fn job(case: &Case) -> Option<(Job, Vec<u8>)> {
     let Case { file, surface, diameter, cut, min_area, .. } = case;
-    let path = format!("{}{DATA}/{file}", concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
-    let Ok(bytes) = std::fs::read(Path::new(&path)) else {
-        println!("skipped: no {path}");
-        return None;
-    };
+    let bytes = std::fs::read(shared_data()?.join(file)).unwrap();
     let text = format!(
         "version = 1\n[surface]\nfile = \"{file}\"\n{surface}\n[tool]\nkind = \"ball\"\n\
          diameter = {diameter:?}\n[cut]\n{cut}\nfeed = 1200.0\n[regions]\nmethod = \"distortion\"\n\
