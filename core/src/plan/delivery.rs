@@ -228,12 +228,11 @@ impl Delivery<'_> {
         })
     }
 
-    /// What cutters with a flat bottom may leave, if the job says so. Beside walls they leave what no detour reaches.
+    /// What cutters with a flat bottom may leave, if the job says so.
     fn mend_options(&self) -> Option<MendOptions> {
         let job = self.job;
         let Stepover::Scallop(limit) = job.cut.stepover else { return None };
-        let may_leave = job.tool.kind() != ToolKind::Ball && job.path.boundary == Boundary::Open;
-        may_leave.then(|| MendOptions {
+        (job.tool.kind() != ToolKind::Ball).then(|| MendOptions {
             pass: self.options.pass,
             side_step: job.nominal_side_step(),
             limit: limit + MENDED * job.cut.tolerance,
