@@ -28,6 +28,8 @@ const UNKNOWN_DEPTH: f64 = 0.2;
 const MOST_ABOVE: usize = 4;
 /// Least and largest factor on a mesh's lengths.
 const SCALES: (f64, f64) = (1e-6, 1e6);
+/// Least and largest height of a wall, mm.
+const WALL_HEIGHTS: (f64, f64) = (0.001, 10_000.0);
 /// Deepest stock that is simulated, cutter radii.
 const MOST_RADII: f64 = 20.0;
 
@@ -48,7 +50,7 @@ pub struct Verify {
     #[arg(long, value_name = "FILE")]
     part: Option<PathBuf>,
     /// The boundary of what is machined is a wall: what stands outside of it must not be cut into
-    #[arg(long, requires = "surface")]
+    #[arg(long, requires = "surface", conflicts_with = "job")]
     wall: bool,
     /// How far the wall stands above the edge of what is machined, mm [default: the cutter's diameter, or the
     /// height of the stock if that is more]
@@ -367,8 +369,10 @@ impl Verify {
             ("--stock", options.stock, 0.0),
             ("--mrr-limit", options.mrr_limit.unwrap_or(1.0), f64::MIN_POSITIVE),
             ("--spacing", options.spacing, f64::MIN_POSITIVE),
-            ("--wall-height", self.wall_height.unwrap_or(1.0), f64::MIN_POSITIVE),
         ];
+        if let Some(height) = self.wall_height {
+            in_range("--wall-height", height, WALL_HEIGHTS)?;
+        }
         let deepest = MOST_RADII * options.tool.radius();
         for (name, value) in [("--depth", options.depth), ("--stock", options.stock)] {
             if value > deepest {

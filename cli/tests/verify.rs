@@ -164,6 +164,12 @@ fn bad_arguments_are_named_with_a_remedy() {
     refused(&mesh(["--scale", "-1"]), 2, "--scale is -1; it must be from 0.000001 to 1000000");
     refused(&mesh(["--within", "-5"]), 2, "--within is -5; it must be from 0 to 180");
     refused(&mesh(["--within", "nan"]), 2, "--within is NaN");
+    refused(&mesh(["--wall-height", "3"]), 2, "--wall");
+    refused(&mesh(["--wall", "--wall-height=0"]), 2, "--wall-height is 0; it must be from 0.001");
+    refused(&mesh(["--wall", "--wall-height=nan"]), 2, "--wall-height is NaN");
+    refused(&["out", "--job", "part.toml", "--wall"], 2, "--wall");
+    refused(&mesh(["--part", "no.stl"]), 3, "no.stl");
+    refused(&["out", "--job", "part.toml", "--part", "part.toml"], 3, ".stl");
     refused(&["out", "--tool", "ball:4"], 2, "--surface");
     refused(&["out/toolpath.csv", "--surface", "no.stl", "--tool", "ball:4"], 3, "no.stl");
     refused(&["out/toolpath.csv", "--surface", "part.toml", "--tool", "ball:4"], 3, ".stl");
@@ -290,4 +296,144 @@ fn cusps_and_samples_agree() {
     assert!(cusp <= sample + of(["scallop", "sampling_bound_mm"]), "{cusp} {sample}");
     assert!((cusp / sample - 1.0).abs() < 0.02, "{cusp} {sample}");
     assert!(of(["cusps", "count"]) > 500.0, "{}", v["cusps"]);
+}
+
+/// A straight pass as a program: down at the first point, up at the second.
+fn pass(from: [f64; 3], to: [f64; 2]) -> String {
+    let ([x, y, z], [u, v]) = (from, to);
+    format!(
+        "G17 G21 G40 G49 G54 G80 G90 G94\nS8000 M3\nG0 Z60\nG0 X{x:.4} Y{y:.4}\nG1 Z{z:.4} F600\n\
+         G1 X{u:.4} Y{v:.4}\nG0 Z60\nM5\nM30\n"
+    )
+}
+
+/// Judges a program between walls; gives exit code, the figures and what was told of faults.
+fn between_walls(path: &Path, program: &str, more: &[&str]) -> (i32, serde_json::Value, String) {
+    fs::write(path.join("pass.ngc"), program).unwrap();
+    let mut arguments = vec!["verify", "pass.ngc", "--json", "--surface", "part.obj", "--tool"];
+    arguments.extend(more);
+    let output = evencut(path, &arguments);
+    let (exit, _, errors) = streams(&output);
+    (exit, json(&output.stdout)["verification"].clone(), errors.to_owned())
+}
+
+#[test]
+fn cuts_into_the_wall_around_a_level_plane_are_told() {
+    let path = empty("verify-wall-plane");
+    fs::write(path.join("part.obj"), STRIP).unwrap();
+    for (tool, depth) in [("flat:4", 0.0), ("flat:4", 0.3), ("ball:4", 1.25), ("bull:4:1", 3.5)] {
+        let y = 2.0 - depth;
+        let program = pass([5.0, y, 0.0], [15.0, y]);
+        let (exit, v, errors) = between_walls(&path, &program, &[tool, "--wall"]);
+        let deepest = v["walls"]["deepest_mm"].as_f64().unwrap();
+        assert!((deepest - depth).abs() < 1.5e-3, "{tool}: {deepest}, {depth}");
+        assert_eq!(exit, 5, "{errors}");
+        let sentence = format!("cuts {depth:.2} mm into the wall at (");
+        assert_eq!(errors.contains(&sentence), depth > 0.0, "{errors}");
+        assert_eq!(errors.contains("the tolerance is 0.005 mm"), depth > 0.0, "{errors}");
+        // Nobody asked for a wall.
+        let (_, v, errors) = between_walls(&path, &program, &[tool]);
+        assert!(v["walls"].is_null() && !errors.contains("wall"), "{errors}");
+    }
+    // Over a wall that is no higher.
+    let program = pass([5.0, 0.0, 2.0], [15.0, 0.0]);
+    for (height, deepest) in [("1.9", 0.0), ("2.1", 2.0)] {
+        let more = ["flat:4", "--wall", "--wall-height", height];
+        let (_, v, _) = between_walls(&path, &program, &more);
+        let found = v["walls"]["deepest_mm"].as_f64().unwrap();
+        assert!((found - deepest).abs() < 1.5e-3, "{found}");
+    }
+    let output = evencut(
+        &path,
+        &["verify", "pass.ngc", "--surface", "part.obj", "--tool", "ball:4", "--wall"],
+    );
+    assert!(
+        streams(&output).1.contains("\n  walls     cut 2.00 mm at ("),
+        "{}",
+        streams(&output).1
+    );
+}
+
+#[test]
+fn cuts_into_the_wall_around_a_saddle_are_told() {
+    let path = empty("verify-wall-saddle");
+    let n = 40;
+    let at = |i: usize| 50.0 * i as f64 / n as f64 - 25.0;
+    let mut mesh = String::new();
+    for (j, i) in (0..=n).flat_map(|j| (0..=n).map(move |i| (j, i))) {
+        let (x, y) = (at(i), at(j));
+        mesh += &format!("v {x} {y} {}\n", 4.0 * (x * x - y * y) / 625.0);
+    }
+    for (j, i) in (0..n).flat_map(|j| (0..n).map(move |i| (j, i))) {
+        let a = j * (n + 1) + i + 1;
+        let (b, c, d) = (a + 1, a + n + 2, a + n + 1);
+        mesh += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
+    }
+    fs::write(path.join("part.obj"), mesh).unwrap();
+    for (tool, depth) in [("flat:10", 5.2), ("bull:10:2", 4.4), ("ball:10", 1.4), ("flat:6", 0.05)]
+    {
+        let radius = if tool == "flat:6" { 3.0 } else { 5.0 };
+        let y = -25.0 + radius - depth;
+        let program = pass([-12.0, y, -1.0], [12.0, y]);
+        let (exit, v, errors) =
+            between_walls(&path, &program, &[tool, "--wall", "--spacing", "0.2"]);
+        let deepest = v["walls"]["deepest_mm"].as_f64().unwrap();
+        assert!(exit == 5 && (deepest - depth).abs() < 2e-3, "{tool}: {deepest}, {depth}");
+        let place: Vec<f64> = v["walls"]["deepest_at_mm"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|x| x.as_f64().unwrap())
+            .collect();
+        assert_eq!(place[1], -25.0);
+        assert!(errors.contains("into the wall at ("), "{errors}");
+    }
+}
+
+#[test]
+fn results_are_judged_between_the_walls_of_their_job() {
+    let path = empty("verify-wall-job");
+    fs::write(path.join("part.obj"), STRIP).unwrap();
+    fs::write(path.join("part.toml"), format!("{JOB}[path]\nboundary = \"wall\"\n")).unwrap();
+    let output = evencut(&path, &["plan", "part.toml", "-o", "out"]);
+    assert_eq!(streams(&output).0, 0, "{}", streams(&output).2);
+    let deepest = |v: &serde_json::Value| {
+        v["verification"]["walls"]["deepest_mm"].as_f64().expect("there are walls")
+    };
+    assert!(deepest(&json(&fs::read(path.join("out/report.json")).unwrap())) <= 0.005);
+    assert!(streams(&output).1.contains("walls     none cut (deepest"), "{}", streams(&output).1);
+    let page = fs::read_to_string(path.join("out/report.html")).unwrap();
+    assert!(page.contains("<th>walls</th><td>none cut"));
+    spoil(&path, |_, fields| {
+        let y: f64 = fields[4].parse().unwrap();
+        fields[4] = format!("{:.6}", y - 0.5);
+    });
+    let output = evencut(&path, &["verify", "out", "--json"]);
+    let (exit, _, errors) = streams(&output);
+    assert_eq!(exit, 5, "{errors}");
+    assert!((0.4..0.51).contains(&deepest(&json(&output.stdout))), "{errors}");
+    assert!(errors.contains("mm into the wall at ("), "{errors}");
+}
+
+#[test]
+fn a_further_mesh_of_the_part_is_guarded() {
+    let path = planned("part");
+    // A face across the strip, half as high as the cutter's radius.
+    fs::write(path.join("clamp.obj"), "v 1 0 0\nv 1 10 0\nv 1 10 0.1\nv 1 0 0.1\nf 1 2 3 4\n")
+        .unwrap();
+    for own in [&["--job", "part.toml"][..], &["--surface", "part.obj", "--tool", "ball:4"]] {
+        let judge = |more: &[&str]| {
+            let mut arguments = vec!["verify", "out/toolpath.csv", "--json"];
+            arguments.extend(own);
+            arguments.extend(more);
+            let output = evencut(&path, &arguments);
+            let v = json(&output.stdout);
+            let inputs = v["inputs"].as_array().unwrap().len();
+            (inputs, v["verification"]["gouge_mm"].as_f64().unwrap())
+        };
+        let (inputs, gouge) = judge(&[]);
+        assert!(inputs == 2 && gouge > -0.005, "{gouge}");
+        let (inputs, gouge) = judge(&["--part", "clamp.obj"]);
+        assert!(inputs == 3 && gouge < -0.5, "{gouge}");
+    }
 }

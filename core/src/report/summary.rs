@@ -184,7 +184,7 @@ mod tests {
         report.warnings = vec![report.warnings[0].clone(); 9];
         let text = report.summary();
         assert!(text.lines().count() <= 38);
-        assert!(text.lines().all(|line| line.chars().count() <= 100));
+        assert!(text.lines().all(|line| line.chars().count() <= 104));
         assert!(text.contains("and 5 more"));
     }
 

