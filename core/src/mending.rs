@@ -12,7 +12,7 @@
 //!    as it is at the lowest.
 //! 2. The highest sample gets a detour along those about it that are too high; then the highest of the others.
 
-use crate::cutter_location::{Obstacles, PassOptions, raise_at};
+use crate::cutter_location::{Obstacles, PassOptions, is_in_wall, raise_at};
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
 use crate::geometry::{DVec2, DVec3};
@@ -21,6 +21,7 @@ use crate::parallel;
 use crate::removal::{Columns, Cutter, FeedIndex, Layer, Line};
 use crate::surface::{Surface, SurfacePoint};
 use crate::toolpath::{MoveKind, Toolpath};
+use std::collections::BTreeSet;
 
 /// Distance of samples, side steps. Larger: high places are overlooked; smaller: slower, with its square.
 const SPACING: f64 = 0.04;
@@ -183,6 +184,14 @@ impl<'a> Mender<'a> {
     fn refined(&mut self, path: &Toolpath) -> Vec<f64> {
         let [nearly, more_nearly] = NEARLY.map(|part| part * self.options.limit);
         let mut heights = self.heights(&self.samples, path, nearly);
+        // What the cutter cannot lower, as beside walls, is not looked at more closely.
+        let to_lower: BTreeSet<usize> = self.to_lower(&heights, path).into_iter().collect();
+        let limit = self.options.limit;
+        for (i, height) in heights.iter_mut().enumerate() {
+            if *height > limit && !to_lower.contains(&i) {
+                *height = 0.0;
+            }
+        }
         let mut known = 0;
         for (nearly, enough) in [(nearly, more_nearly), (more_nearly, self.options.limit)] {
             let high = self.samples.iter().zip(&heights).skip(known);
@@ -232,7 +241,12 @@ impl<'a> Mender<'a> {
         let feeds = FeedIndex::new(path, pass.axis);
         let can_be_lowered = parallel::map(threads, &cells, |cell| {
             let Sample { at, normal, flat, .. } = self.samples[cell[0].1];
-            let raise = raise_at(at, normal, feeds.nearest(flat), &pass, self.obstacles);
+            let feed = feeds.nearest(flat);
+            // No detour leads into a wall.
+            if is_in_wall(at, normal, feed, &pass, self.obstacles) {
+                return false;
+            }
+            let raise = raise_at(at, normal, feed, &pass, self.obstacles);
             raise <= limit.max(WORTH * heights[cell[0].1])
         });
         let lowered = cells.iter().zip(can_be_lowered).filter(|(_, can_be)| *can_be);

@@ -11,8 +11,8 @@ mod solid;
 pub use check_mesh::CheckMesh;
 pub use obstacles::{Obstacles, Standing};
 pub use pass::{
-    Contact, Located, LocatedPass, PassOptions, RaisedStretch, facet_error, locate_pass,
-    lowest_off_walls, raise_at,
+    Contact, Located, LocatedPass, PassOptions, RaisedStretch, facet_error, is_in_wall,
+    locate_pass, lowest_off_walls, raise_at,
 };
 pub use ruling::{Pushed, Ruling, Rulings, Stand};
 

@@ -163,11 +163,24 @@ pub fn lowest_off_walls(
     options: &PassOptions,
     obstacles: &Obstacles,
 ) -> Option<Standing> {
+    is_in_wall(contact, normal, feed, options, obstacles).then_some(())?;
     let at = touching(contact, normal, feed, options)?;
-    let stand = obstacles.rulings().stand(&at.tool, at.tip, at.axis, at.reach)?;
-    let probe = Probe::new(options, obstacles);
-    let placed = || probe.placed(at.tip, at.axis);
-    (stand.depth > 0.25 * options.tolerance).then(|| Standing { tip: placed().tip, ..at })
+    let placed = Probe::new(options, obstacles).placed(at.tip, at.axis);
+    Some(Standing { tip: placed.tip, ..at })
+}
+
+/// Whether the cutter stands in a wall where it touches one contact of a path going along `feed`.
+pub fn is_in_wall(
+    contact: DVec3,
+    normal: DVec3,
+    feed: DVec3,
+    options: &PassOptions,
+    obstacles: &Obstacles,
+) -> bool {
+    let rulings = obstacles.rulings();
+    touching(contact, normal, feed, options)
+        .and_then(|at| rulings.stand(&at.tool, at.tip, at.axis, at.reach))
+        .is_some_and(|stand| stand.depth > 0.25 * options.tolerance)
 }
 
 /// The cutter touching a contact of a path going along `feed`, whatever stands in its way; `None` where the surface
@@ -243,7 +256,10 @@ impl<'a> Probe<'a> {
         {
             let below = BELOW * pushed.tip.distance(tip) + self.tolerance;
             let at = self.standing(pushed.tip, axis);
-            let tip = self.obstacles.dropped(at, self.stock, below);
+            // The part's own walls, which it touches, are not to hold it up.
+            let slack = AT_WALL * self.tolerance;
+            let tip = self.obstacles.dropped(at, self.stock - slack, below) + axis * slack;
+            let tip = tip + axis * self.raise(tip, axis).0;
             if self.clears(tip, axis, 0.25 * self.tolerance) {
                 return Placed { tip, raise: 0.0, is_free: true, away: pushed.away };
             }
@@ -417,6 +433,8 @@ fn in_corner(a: &Dense, b: &Dense, probe: &Probe) -> Option<Dense> {
 
 /// Part of the way that a cutter is moved off a wall by which the part may lie lower there: slopes up to 80 degrees.
 const BELOW: f64 = 6.0;
+/// Part of the tolerance that a cutter beside a wall may stand in it: between rulings it is an eighth.
+const AT_WALL: f64 = 0.2;
 /// A corner lies at most so many times as far from the way between its walls as that is long.
 const CORNER: f64 = 4.0;
 /// Times as far as its contact goes the tip, where the cutter turns about it.

@@ -19,8 +19,9 @@ const TOUCH: f64 = 1e-7;
 const AROUND: f64 = 2.1;
 /// Steps of the search along a ruling for the place where a rounded end stands deepest in it.
 const THIRDS: usize = 24;
-/// Two ways out less than this apart (sine) are one.
-const SAME_WAY: f64 = 1e-3;
+/// Two ways out less than this apart (sine) are one: those from neighbouring rulings of a straight wall differ by up to
+/// their distance over the cutter's radius.
+const SAME_WAY: f64 = 0.1;
 
 /// A straight line up a wall.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -101,6 +102,9 @@ impl Rulings {
     ///
     /// Where its axis is behind the nearest wall it stands in it by its radius and the way to the axis.
     pub fn stand(&self, tool: &Tool, tip: DVec3, axis: DVec3, reach: f64) -> Option<Stand> {
+        if self.is_empty() {
+            return None;
+        }
         let query = Query { tool, tip, axis, reach };
         let around = AROUND * tool.radius();
         let mut nearest: Option<(f64, &Ruling, DVec3)> = None;

@@ -109,8 +109,17 @@ impl Delivery<'_> {
             let coverage = Coverage { area: self.surface.area(), ..Coverage::default() };
             return Ok(Finished { toolpath, raised, coverage, removed: None });
         }
-        let coverage = self.coverage(&self.columns(), &toolpath, None);
-        Ok(Finished { toolpath, raised, coverage, removed: None })
+        let columns = &self.columns();
+        let coverage = self.coverage(columns, &toolpath, None);
+        let finished = Finished { toolpath, raised, coverage, removed: None };
+        if self.job.path.boundary == Boundary::Open {
+            return Ok(finished);
+        }
+        self.touched_up(finished, progress, |part, before| {
+            let (toolpath, raised) = joined(before, part.toolpath, part.raised);
+            let coverage = self.coverage(columns, &toolpath, None);
+            Ok(Finished { toolpath, raised, coverage, removed: None })
+        })
     }
 
     /// The path at the nominal feeds, where a flat bottom leaves too much with detours over that.
@@ -139,7 +148,12 @@ impl Delivery<'_> {
             }
         }
         refuse_too_tight(self.job, &delivered.raised)?;
-        Ok(delivered)
+        match delivered.raised.iter().min_by(|a, b| a.raise.total_cmp(&b.raise)) {
+            Some(RaisedStretch { place, raise, .. }) if delivered.toolpath.points.is_empty() => {
+                Err(PlanError::FitsNowhere { place: *place, raise: *raise })
+            }
+            _ => Ok(delivered),
+        }
     }
 
     /// The path at the feeds that keep the removal rate to the limit, with passes over what it leaves.
@@ -150,7 +164,20 @@ impl Delivery<'_> {
     ) -> Result<Finished, PlanError> {
         let columns = &self.columns();
         let delivered = self.mended(flat, progress)?;
-        let mut finished = self.limited_part(columns, delivered, None)?;
+        let finished = self.limited_part(columns, delivered, None)?;
+        self.touched_up(finished, progress, |part, before| {
+            self.limited_part(columns, part, Some(before))
+        })
+    }
+
+    /// The path with passes over what it leaves although the cutter comes there; `add`: appends a part and says what
+    /// is left then.
+    fn touched_up(
+        &self,
+        mut finished: Finished,
+        progress: &mut dyn FnMut(f64),
+        add: impl Fn(Delivered, Finished) -> Result<Finished, PlanError>,
+    ) -> Result<Finished, PlanError> {
         let side_step = self.job.nominal_side_step();
         for _ in 0..TOUCH_UPS {
             let touch_up = TouchUp {
@@ -170,7 +197,7 @@ impl Delivery<'_> {
             let more =
                 deliver(&more, &self.lift, self.obstacles, &self.options, last, &mut *progress)?;
             refuse_too_tight(self.job, &more.raised)?;
-            finished = self.limited_part(columns, more, Some(finished))?;
+            finished = add(more, finished)?;
         }
         Ok(finished)
     }
@@ -186,12 +213,7 @@ impl Delivery<'_> {
         let (rated, removed) = self.rated(columns, &part.toolpath, Feeds::Limited, earlier)?;
         let (toolpath, raised) = match before {
             None => (rated, part.raised),
-            Some(Finished { mut toolpath, mut raised, .. }) => {
-                // A part begins where the one before ends.
-                toolpath.points.extend(rated.points.into_iter().skip(1));
-                raised.extend(part.raised);
-                (toolpath, raised)
-            }
+            Some(before) => joined(before, rated, part.raised),
         };
         let coverage = self.coverage(columns, &toolpath, Some(&removed));
         Ok(Finished { toolpath, raised, coverage, removed: Some(removed) })
@@ -273,6 +295,18 @@ impl Delivery<'_> {
         fill_time(&mut path, &job.tool, &job.machine);
         Ok((path, removed))
     }
+}
+
+/// A path so far with a further part, which begins where the path ends, and where the cutter was raised.
+fn joined(
+    before: Finished,
+    part: Toolpath,
+    more: Vec<RaisedStretch>,
+) -> (Toolpath, Vec<RaisedStretch>) {
+    let Finished { mut toolpath, mut raised, .. } = before;
+    toolpath.points.extend(part.points.into_iter().skip(1));
+    raised.extend(more);
+    (toolpath, raised)
 }
 
 fn refuse_too_tight(job: &Job, raised: &[RaisedStretch]) -> Result<(), PlanError> {

@@ -118,4 +118,16 @@ pub enum PlanError {
         /// Their length, mm.
         length: f64,
     },
+    /// The cutter comes down to the surface nowhere.
+    #[error(
+        "cutter: it fits nowhere on this surface: at ({:.3}, {:.3}, {:.3}) mm the part or its walls hold it up by \
+         {raise:.3} mm; use a smaller cutter, or select what it can reach (surface.select)",
+        place.x, place.y, place.z
+    )]
+    FitsNowhere {
+        /// The place where it comes lowest, mm.
+        place: DVec3,
+        /// Raise there, mm.
+        raise: f64,
+    },
 }
