@@ -19,6 +19,8 @@ const TOUCH: f64 = 1e-7;
 const AROUND: f64 = 2.1;
 /// Steps of the search along a ruling for the place where a rounded end stands deepest in it.
 const THIRDS: usize = 24;
+/// What a rounded end may stand deeper in a ruling than its side does is not looked for below this, mm.
+const NEGLIGIBLE: f64 = 1e-5;
 /// Two ways out less than this apart (sine) are one: those from neighbouring rulings of a straight wall differ by up to
 /// their distance over the cutter's radius.
 const SAME_WAY: f64 = 0.1;
@@ -110,7 +112,10 @@ impl Rulings {
         let mut nearest: Option<(f64, &Ruling, DVec3)> = None;
         let mut worst: Option<(f64, &Ruling, DVec3)> = None;
         for ruling in self.tree.locate_in_envelope_intersecting(self.envelope(&query, around)) {
-            let Some(seen) = query.sees(ruling).filter(|s| s.distance <= around) else { continue };
+            let floor = worst.map_or(f64::NEG_INFINITY, |w| w.0);
+            let Some(seen) = query.sees(ruling, floor).filter(|s| s.distance <= around) else {
+                continue;
+            };
             // Equal ones go by their place, so that the order of the tree does not matter.
             let before = |best: &(f64, &Ruling, DVec3), value: f64| {
                 value == best.0 && place(best.1) <= place(ruling)
@@ -205,8 +210,9 @@ impl Query<'_> {
         across.try_normalize().unwrap_or(any_perpendicular(self.axis))
     }
 
-    /// `None` for a ruling that lies wholly below the tip or above the cutter.
-    fn sees(&self, ruling: &Ruling) -> Option<Seen> {
+    /// `None` for a ruling that lies wholly below the tip or above the cutter; less deep than `floor` the depth beside
+    /// the rounded end does not matter.
+    fn sees(&self, ruling: &Ruling, floor: f64) -> Option<Seen> {
         let (a, b) = (ruling.from - self.tip, ruling.to - self.tip);
         let (low, high) = (a.dot(self.axis), b.dot(self.axis));
         let (foot, top) = (a - self.axis * low, b - self.axis * high);
@@ -236,7 +242,8 @@ impl Query<'_> {
             seen.depth = radius - seen.deepest.length();
         }
         // Beside the rounded end the cutter is slimmer.
-        if radius - distance > seen.depth
+        let known = seen.depth.max(floor - ruling.allowance);
+        if radius - distance > known + NEGLIGIBLE
             && let Some((mut s, mut t)) = between(0.0, round.min(self.reach))
         {
             let at = |part: f64| {
