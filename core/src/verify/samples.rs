@@ -250,8 +250,10 @@ impl Tile {
                 p.sample_rim(inset, &mut rim);
             });
         }
-        out.append(&mut rim);
         arrange(&mut out);
+        // By themselves, so that they change no other block.
+        arrange(&mut rim);
+        out.append(&mut rim);
         out
     }
 }
@@ -281,7 +283,8 @@ impl Patch {
                 self.at(weights)
             };
             let (begin, half) = (mix(1.0, 0.0), mix(0.5, 0.0));
-            let part = (inset / half.position.distance(self.corners[c]).max(inset)).min(1.0 / 3.0);
+            let width = 2.0 * self.area / self.corners[a].distance(self.corners[b]);
+            let part = (inset / width).min(1.0 / 3.0);
             out.extend([begin, half].map(|s| Sample { on_rim: true, ..s }));
             if part > 0.0 {
                 out.push(mix(0.5 * (1.0 - part), part));
