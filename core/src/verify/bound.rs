@@ -128,7 +128,15 @@ mod tests {
     fn both_sides(material: Material) -> Vec<Swept> {
         let sample = |x: f64, z: f64, normal: DVec3| {
             let position = DVec3::new(x, 0.0, z);
-            Sample { position, centroid: position, normal, area: 0.01, machined: true, wall: None }
+            Sample {
+                position,
+                centroid: position,
+                normal,
+                area: 0.01,
+                machined: true,
+                wall: None,
+                on_rim: false,
+            }
         };
         let upper = [-0.1, 0.0, 0.1].map(|x| sample(x, 0.0, DVec3::Z));
         let lower = sample(0.0, -THICKNESS, -DVec3::Z);

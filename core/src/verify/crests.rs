@@ -351,11 +351,7 @@ impl Section<'_> {
     /// The steps that come within a distance of a point, or nearer than that to it.
     fn reaching(&self, point: DVec3, distance: f64) -> Vec<Step> {
         let body = self.survey.body;
-        let reaches = |step: &&Step| {
-            let turned = 2.0 * step.half_turn * point.distance(step.to.tip);
-            let way = 2.0 * step.half_way.length() + turned;
-            body.nearest(&step.to, point).distance < distance + way
-        };
+        let reaches = |step: &&Step| step.may_come_near(body, point, distance);
         self.steps.iter().filter(reaches).copied().collect()
     }
 
@@ -369,6 +365,7 @@ impl Section<'_> {
                 area: 0.0,
                 machined: true,
                 wall: None,
+                on_rim: false,
             }
         };
         let samples = ways.iter().map(sample).collect();

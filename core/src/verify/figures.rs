@@ -189,40 +189,56 @@ pub enum Broken {
     },
 }
 
+/// What the sweep found.
+#[derive(Copy, Clone, Debug)]
+pub(super) struct Found<'a> {
+    /// The samples.
+    pub samples: &'a [Outcome],
+    /// Further places, without area: they count for the largest heights alone.
+    pub further: &'a [Outcome],
+    /// Nothing is higher than this or the largest residual, mm.
+    pub highest: f64,
+}
+
 impl Figures {
     pub(super) fn of(
         path: &Toolpath,
-        samples: &[Outcome],
+        found: Found,
         walls: Option<WallFigures>,
         touches: &[Touch],
         rate: &Rate,
         spacing: f64,
         options: &VerifyOptions,
     ) -> Self {
-        let judged: Vec<&Outcome> = samples.iter().filter(|s| s.machined && !s.too_tight).collect();
+        let Found { samples, further, highest } = found;
+        let judged: Vec<&Outcome> = samples.iter().filter(|s| s.is_judged()).collect();
+        // Those that count for heights.
+        let higher = further.iter().filter(|s| s.is_judged());
+        let heights: Vec<&Outcome> = judged.iter().copied().chain(higher).collect();
+        let everywhere = || samples.iter().chain(further);
         let limit = options.scallop.unwrap_or(f64::INFINITY);
         let deepest = super::DEEPEST * options.tool.radius() * (1.0 - 1e-6) + options.stock;
-        let largest = worst(judged.iter().copied(), |s| s.residual);
+        let largest = worst(heights.iter().copied(), |s| s.residual);
         let [p50, p99] = percentiles(&judged);
         let untouched = judged.iter().filter(|s| s.by.is_none());
         let mut figures = Self {
             area: sum(&judged, |_| 1.0),
             samples: samples.len(),
             spacing,
-            sampling_bound: largest.map_or(0.0, |l| sampling_bound(l.height, spacing, options)),
+            sampling_bound: largest.map_or(0.0, |l| (highest - l.height).max(0.0)),
             largest,
             p99,
             p50,
             mean: sum(&judged, |s| f64::from(s.residual).max(0.0))
                 / sum(&judged, |_| 1.0).max(1e-300),
             above: sum(&judged, |s| f64::from(u8::from(f64::from(s.residual) > limit))),
-            spots: spots(&judged, limit + options.tolerance, options.tool.radius()),
-            by_slope: by_slope(&judged, limit),
-            by_region: by_region(path, &judged, limit),
-            gouge: worst(samples.iter(), |s| -s.residual)
+            spots: spots(&heights, limit + options.tolerance, options.tool.radius()),
+            by_slope: by_slope(&heights, limit),
+            by_region: by_region(path, &heights, limit),
+            gouge: worst(everywhere(), |s| -s.residual)
                 .map(|s| Spot { height: -s.height, ..s })
                 .filter(|s| s.height < 0.0),
-            gouge_is_deeper: samples.iter().any(|s| f64::from(s.residual) <= -deepest),
+            gouge_is_deeper: everywhere().any(|s| f64::from(s.residual) <= -deepest),
             gouged: samples
                 .iter()
                 .filter(|s| f64::from(s.residual) < -options.tolerance)
@@ -288,6 +304,11 @@ impl Outcome {
         DVec3::new(x, y, z)
     }
 
+    /// Whether what is left there is held to the limit.
+    pub(super) fn is_judged(&self) -> bool {
+        self.machined && !self.too_tight && !self.at_wall
+    }
+
     fn spot(&self) -> Spot {
         Spot { place: self.place(), height: f64::from(self.residual), of: self.by }
     }
@@ -304,7 +325,7 @@ impl Band {
 
 /// How far the residual may rise between samples: the steepest the cutter's side can stand to the
 /// surface at the height of the largest residual, over the distance to the next sample.
-fn sampling_bound(height: f64, spacing: f64, options: &VerifyOptions) -> f64 {
+pub(super) fn sampling_bound(height: f64, spacing: f64, options: &VerifyOptions) -> f64 {
     let corner = options.tool.corner_radius();
     let part = if corner > 0.0 { height.max(0.0) / corner } else { 1.0 };
     // The slope of a circle where it stands that high.

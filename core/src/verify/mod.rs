@@ -11,8 +11,9 @@
 //!
 //! Steps: (1) area-uniform samples of the design surface and, for gouges only, of the rest of the
 //! part (`samples`) and of the walls (`walls`); (2) the path as short steps (`motion`); (3) each tile of samples swept by
-//! the steps that reach it (`sweep`), independently of other tiles; (4) figures; (5) sections across
-//! the passes, for the height of every cusp by itself (`crests`).
+//! the steps that reach it (`sweep`), independently of other tiles; (4) where what may stand between samples decides,
+//! a search for the highest place there (`peaks`); (5) figures; (6) sections across the passes, for the height of every
+//! cusp by itself (`crests`).
 //!
 //! Nothing here comes from planning: a path is points and axes, a surface is triangles. It judges
 //! paths made elsewhere alike.
@@ -27,6 +28,7 @@ mod crests;
 mod figures;
 mod lanes;
 mod motion;
+mod peaks;
 mod rate;
 mod samples;
 mod section;
@@ -45,8 +47,10 @@ use crate::tool::Tool;
 use crate::toolpath::{MoveKind, Toolpath};
 use body::Body;
 use motion::Motion;
-use sweep::{Material, SweptTile, Touch};
+use peaks::{Search, Sought};
+use sweep::{Material, Swept, SweptTile, Touch};
 use thiserror::Error;
+use walls::Outline;
 
 /// Samples at most; above, they are put farther apart.
 const MOST_SAMPLES: f64 = 4.0e6;
@@ -156,6 +160,8 @@ pub struct Outcome {
     pub machined: bool,
     /// Whether the plan says that the cutter does not fit there.
     pub too_tight: bool,
+    /// Whether a wall is nearer than the tolerance: its place is known to no more, so nothing need be reached there.
+    pub at_wall: bool,
 }
 
 /// A judged path.
@@ -191,13 +197,15 @@ pub fn verify(
         height: options.stock + options.depth,
         deepest: DEEPEST * options.tool.radius(),
     };
-    let tiles = samples::tiles(design, rest, spacing);
+    let outline = Outline::of(design, rest, options.walls.is_some());
+    let tiles = samples::tiles(design, rest, spacing, &outline.open);
     let mut swept: Vec<SweptTile> = Vec::with_capacity(tiles.len());
     // In groups, so that progress shows.
     for group in tiles.chunks(tiles.len().div_ceil(32).max(8)) {
         progress(swept.len() as f64 / tiles.len() as f64);
         let sweep = |tile: &samples::Tile| {
-            sweep::sweep(tile, tile.samples(spacing), &motion, &body, material)
+            let samples = tile.samples(spacing, options.tolerance.max(0.0));
+            sweep::sweep(tile, samples, &motion, &body, material)
         };
         swept.extend(parallel::map(options.threads, group, sweep));
     }
@@ -205,9 +213,18 @@ pub fn verify(
     let removed = summed(&swept);
     let rate = rate::measure(path, &motion, &removed, options.tool.radius());
     let touches = touches(swept.iter().chain(&on_walls));
-    let samples = outcomes(&swept, options);
+    let outcomes = outcomes(&swept, &outline.walled, options);
+    let walled = &outline.walled;
+    let search =
+        Search { tiles: &tiles, motion: &motion, body: &body, material, spacing, walled, options };
+    let scallops = search.search(Sought::Scallop, &swept, &outcomes);
+    let gouges = search.search(Sought::Gouge, &swept, &outcomes);
+    let all = outcomes.into_iter().flatten();
+    let (samples, mut further): (Vec<Outcome>, Vec<Outcome>) = all.partition(|s| s.area > 0.0);
+    further.extend(scallops.peaks.iter().chain(&gouges.peaks));
+    let found = figures::Found { samples: &samples, further: &further, highest: scallops.highest };
     let walls = WallFigures::of(&on_walls, options);
-    let figures = figures::Figures::of(path, &samples, walls, &touches, &rate, spacing, options);
+    let figures = figures::Figures::of(path, found, walls, &touches, &rate, spacing, options);
     let stock = options.stock;
     let survey = crests::Survey { path, motion: &motion, body: &body, material, stock };
     let crests = survey.crests(design, &samples, options.threads);
@@ -235,9 +252,9 @@ fn on_walls(
     let spacing = wide.max(spacing).max((sheet.facets().area() / MOST_ON_WALLS).sqrt());
     let material = Material { height: 0.0, deepest };
     let nothing = Facets { positions: &[], faces: &[] };
-    let tiles = samples::tiles(nothing, sheet.facets(), spacing);
+    let tiles = samples::tiles(nothing, sheet.facets(), spacing, &[]);
     parallel::map(options.threads, &tiles, |tile: &samples::Tile| {
-        let mut samples = tile.samples(spacing);
+        let mut samples = tile.samples(spacing, 0.0);
         samples.iter_mut().for_each(|s| s.wall = Some(deepest));
         let swept = sweep::sweep(tile, samples, motion, body, material);
         if swept.samples.iter().all(|s| s.by.is_none()) {
@@ -312,31 +329,67 @@ fn touches<'a>(swept: impl Iterator<Item = &'a SweptTile>) -> Vec<Touch> {
     all
 }
 
-fn outcomes(swept: &[SweptTile], options: &VerifyOptions) -> Vec<Outcome> {
-    let mut out = Vec::with_capacity(swept.iter().map(|t| t.samples.len()).sum());
-    for tile in swept {
-        let places = || tile.samples.iter().map(|s| s.sample.position);
-        let (low, high) = samples::bounds(places());
+/// The outcome of every sample, by tile.
+fn outcomes(
+    swept: &[SweptTile],
+    walled: &[[DVec3; 2]],
+    options: &VerifyOptions,
+) -> Vec<Vec<Outcome>> {
+    let of_tile = |tile: &SweptTile| {
+        let (low, high) = samples::bounds(tile.samples.iter().map(|s| s.sample.position));
         let (centre, radius) = (0.5 * (low + high), 0.5 * low.distance(high));
-        let near = |s: &&Sphere| s.centre.distance(centre) < s.radius + radius;
-        let spheres: Vec<&Sphere> = options.too_tight.iter().filter(near).collect();
-        out.extend(tile.samples.iter().map(|s| {
-            let sample = &s.sample;
-            let inside = |b: &&Sphere| b.centre.distance(sample.position) <= b.radius;
-            let allowance = if sample.machined { options.stock } else { 0.0 };
-            Outcome {
-                position: sample.position.as_vec3().to_array(),
-                residual: (s.height - allowance) as f32,
-                area: sample.area as f32,
-                up: sample.normal.dot(options.up) as f32,
-                by: s.by,
-                opened_by: s.opened_by,
-                machined: sample.machined,
-                too_tight: spheres.iter().any(inside),
-            }
-        }));
+        let excused = Excused::near(options, walled, centre, radius);
+        tile.samples.iter().map(|s| excused.outcome(s, options)).collect()
+    };
+    swept.iter().map(of_tile).collect()
+}
+
+/// What excuses samples in a part of space.
+struct Excused<'a> {
+    too_tight: Vec<&'a Sphere>,
+    /// Edges on which walls stand.
+    walled: Vec<[DVec3; 2]>,
+    tolerance: f64,
+}
+
+impl<'a> Excused<'a> {
+    fn near(options: &'a VerifyOptions, walled: &[[DVec3; 2]], centre: DVec3, radius: f64) -> Self {
+        let tolerance = options.tolerance;
+        let is_near = |s: &&Sphere| s.centre.distance(centre) < s.radius + radius;
+        let is_edge_near = |e: &&[DVec3; 2]| distance_to(**e, centre) < radius + tolerance;
+        Self {
+            too_tight: options.too_tight.iter().filter(is_near).collect(),
+            walled: walled.iter().filter(is_edge_near).copied().collect(),
+            tolerance,
+        }
     }
-    out
+
+    fn outcome(&self, s: &Swept, options: &VerifyOptions) -> Outcome {
+        let sample = &s.sample;
+        let inside = |b: &&Sphere| b.centre.distance(sample.position) <= b.radius;
+        let beside = |e: &[DVec3; 2]| distance_to(*e, sample.position) < self.tolerance;
+        // Out of reach by rounding alone, maybe.
+        let is_rim = sample.on_rim && s.by.is_none();
+        let allowance = if sample.machined { options.stock } else { 0.0 };
+        Outcome {
+            position: sample.position.as_vec3().to_array(),
+            residual: (s.height - allowance) as f32,
+            area: sample.area as f32,
+            up: sample.normal.dot(options.up) as f32,
+            by: s.by,
+            opened_by: s.opened_by,
+            machined: sample.machined,
+            too_tight: self.too_tight.iter().any(inside),
+            at_wall: sample.machined && (is_rim || self.walled.iter().any(beside)),
+        }
+    }
+}
+
+/// Distance of a point from an edge.
+fn distance_to([a, b]: [DVec3; 2], point: DVec3) -> f64 {
+    let along = b - a;
+    let part = ((point - a).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+    point.distance(a + along * part)
 }
 
 /// Moves at feed that state none: index and end of each.

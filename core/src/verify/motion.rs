@@ -91,6 +91,13 @@ impl Step {
         let way = 2.0 * self.half_way + turn * touched.dot(at.axis) - at.axis * turn.dot(touched);
         way.dot(near.outward)
     }
+
+    /// Whether the cutter may come within a distance of a point, or nearer than that to it.
+    pub fn may_come_near(&self, body: &Body, point: DVec3, distance: f64) -> bool {
+        let turned = 2.0 * self.half_turn * point.distance(self.to.tip);
+        let way = 2.0 * self.half_way.length() + turned;
+        body.nearest(&self.to, point).distance < distance + way
+    }
 }
 
 impl Motion {

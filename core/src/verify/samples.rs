@@ -6,9 +6,10 @@
 //!
 //! A patch is halved across its longest side until the pieces are as small as the samples are dense; each
 //! piece is a *cell* with a sample near its centroid. Cells tile the surface, so that areas and volumes add
-//! up over any strip of it, which scattered samples would not.
+//! up over any strip of it, which scattered samples would not. On the rim of what is machined, which centroids never
+//! lie on, further samples stand for no area.
 
-use crate::geometry::DVec3;
+use crate::geometry::{DVec3, nearest_on_triangle};
 
 /// Samples a tile. Larger: less to share between threads; smaller: more tiles a move must be tested
 /// against.
@@ -35,14 +36,25 @@ pub struct Facets<'a> {
     pub faces: &'a [[u32; 3]],
 }
 
+/// A side of a facet, from one of its corners to the next.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Side {
+    /// Index of the facet.
+    pub facet: u32,
+    /// The corner.
+    pub corner: u8,
+}
+
 /// A facet or a piece of one.
 #[derive(Copy, Clone, Debug)]
 pub struct Patch {
-    corners: [DVec3; 3],
+    pub(super) corners: [DVec3; 3],
     normals: [DVec3; 3],
     area: f64,
     /// Whether it is to be machined; else it is only an obstacle.
-    machined: bool,
+    pub(super) machined: bool,
+    /// The sides, each from the corner of its number, on the rim of what is machined.
+    rim: [bool; 3],
 }
 
 /// Patches that are judged together.
@@ -71,6 +83,8 @@ pub struct Sample {
     pub machined: bool,
     /// How far behind it lies nothing but the material of a wall, mm; `None` where it is no wall.
     pub wall: Option<f64>,
+    /// Whether it lies on the very rim of what is machined, where no move need come.
+    pub on_rim: bool,
 }
 
 impl Sample {
@@ -126,18 +140,24 @@ fn doubled([a, b, c]: [DVec3; 3]) -> DVec3 {
 }
 
 /// Tiles over a part: `design` is machined, `rest` only stands in the way. Facets without area are
-/// left out. `spacing`: distance of samples, mm.
-pub fn tiles(design: Facets, rest: Facets, spacing: f64) -> Vec<Tile> {
+/// left out. `spacing`: distance of samples, mm. `rim`: sides of facets of the design, in order, on its rim.
+pub fn tiles(design: Facets, rest: Facets, spacing: f64, rim: &[Side]) -> Vec<Tile> {
     let largest = TILE * spacing * spacing;
     let mut patches = Vec::new();
+    let mut sides = rim.iter().peekable();
     for (facets, machined) in [(design, true), (rest, false)] {
-        for (face, normals) in facets.faces.iter().zip(facets.normals()) {
+        for (f, (face, normals)) in facets.faces.iter().zip(facets.normals()).enumerate() {
+            let mut rim = [false; 3];
+            while machined && let Some(side) = sides.next_if(|s| s.facet as usize == f) {
+                rim[usize::from(side.corner)] = true;
+            }
             let corners = facets.corners(face);
             let area = 0.5 * doubled(corners).length();
             if area > 0.0 {
                 // Needles are as bad as large facets: their tile would reach far.
                 let fits = |area: f64, side: f64| area <= 0.25 * largest && side <= largest;
-                split(Patch { corners, normals, area, machined }, &fits, &mut |p| patches.push(p));
+                let patch = Patch { corners, normals, area, machined, rim };
+                split(patch, &fits, &mut |p| patches.push(p));
             }
         }
     }
@@ -157,9 +177,11 @@ fn split(patch: Patch, is_small: &impl Fn(f64, f64) -> bool, out: &mut impl FnMu
     let ([a, b, c], [na, nb, nc]) = (turn(patch.corners), turn(patch.normals));
     let (m, nm) = (0.5 * (a + b), (na + nb).normalize_or(na));
     let area = 0.5 * patch.area;
-    let half = |corners, normals| Patch { corners, normals, area, machined: patch.machined };
-    split(half([a, m, c], [na, nm, nc]), is_small, out);
-    split(half([m, b, c], [nm, nb, nc]), is_small, out);
+    let half =
+        |corners, normals, rim| Patch { corners, normals, area, machined: patch.machined, rim };
+    let [ab, bc, ca] = [0, 1, 2].map(|i| patch.rim[(longest + i) % 3]);
+    split(half([a, m, c], [na, nm, nc], [ab, false, ca]), is_small, out);
+    split(half([m, b, c], [nm, nb, nc], [ab, bc, false]), is_small, out);
 }
 
 /// Halves the patches at the middle of their widest direction until a half fits a tile.
@@ -215,16 +237,23 @@ impl Tile {
         Self { patches, centre, radius }
     }
 
-    /// Its samples, about `spacing` mm apart, in blocks of [`BLOCK`] that lie together.
-    pub fn samples(&self, spacing: f64) -> Vec<Sample> {
-        let mut out = Vec::new();
+    /// Its samples, about `spacing` mm apart, in blocks of [`BLOCK`] that lie together; those on the rim and `inset`
+    /// mm beside it have no area.
+    pub fn samples(&self, spacing: f64, inset: f64) -> Vec<Sample> {
+        let (mut out, mut rim) = (Vec::new(), Vec::new());
         let cell = CELL * spacing * spacing;
         // A needle's cells may be as long as a few squares.
         let fits = |area: f64, side: f64| area <= cell && side <= 9.0 * cell;
         for &patch in &self.patches {
-            split(patch, &fits, &mut |p| out.push(p.sample(out.len())));
+            split(patch, &fits, &mut |p| {
+                out.push(p.sample(out.len()));
+                p.sample_rim(inset, &mut rim);
+            });
         }
         arrange(&mut out);
+        // By themselves, so that they change no other block.
+        arrange(&mut rim);
+        out.append(&mut rim);
         out
     }
 }
@@ -238,15 +267,56 @@ impl Patch {
         }
         let pull = |x: f64| SCATTER * x + (1.0 - SCATTER) / 3.0;
         let (u, v) = (pull(u), pull(v));
-        let mix = |x: &[DVec3; 3]| x[0] * (1.0 - u - v) + x[1] * u + x[2] * v;
+        let centroid = (self.corners[0] + self.corners[1] + self.corners[2]) / 3.0;
+        Sample { centroid, area: self.area, ..self.at([1.0 - u - v, u, v]) }
+    }
+
+    /// Samples without area on the sides that lie on the rim, where these begin and half way, and one beside the latter:
+    /// the rim itself may be just out of reach.
+    fn sample_rim(&self, inset: f64, out: &mut Vec<Sample>) {
+        for i in (0..3).filter(|&i| self.rim[i]) {
+            let [a, b, c] = [i, (i + 1) % 3, (i + 2) % 3];
+            let mix = |from: f64, opposite: f64| {
+                let mut weights = [0.0; 3];
+                (weights[a], weights[c]) = (from, opposite);
+                weights[b] = 1.0 - from - opposite;
+                self.at(weights)
+            };
+            let (begin, half) = (mix(1.0, 0.0), mix(0.5, 0.0));
+            let width = 2.0 * self.area / self.corners[a].distance(self.corners[b]);
+            let part = (inset / width).min(1.0 / 3.0);
+            out.extend([begin, half].map(|s| Sample { on_rim: true, ..s }));
+            if part > 0.0 {
+                out.push(mix(0.5 * (1.0 - part), part));
+            }
+        }
+    }
+
+    /// The sample without area that a mean of the corners gives.
+    fn at(&self, weights: [f64; 3]) -> Sample {
+        let mix = |x: &[DVec3; 3]| x[0] * weights[0] + x[1] * weights[1] + x[2] * weights[2];
+        let position = mix(&self.corners);
         Sample {
-            position: mix(&self.corners),
-            centroid: (self.corners[0] + self.corners[1] + self.corners[2]) / 3.0,
+            position,
+            centroid: position,
             normal: mix(&self.normals).normalize_or(self.normals[0]),
-            area: self.area,
+            area: 0.0,
             machined: self.machined,
             wall: None,
+            on_rim: false,
         }
+    }
+
+    /// The sample without area at its place nearest to a point.
+    pub fn nearest(&self, point: DVec3) -> Sample {
+        self.at(nearest_on_triangle(point, self.corners))
+    }
+
+    /// Whether it may come within a distance of a point.
+    pub fn is_near(&self, point: DVec3, distance: f64) -> bool {
+        let [a, b, c] = self.corners;
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        point.clamp(low, high).distance_squared(point) <= distance * distance
     }
 }
 
@@ -282,8 +352,8 @@ mod tests {
     fn sampled(size: f64, spacing: f64) -> Vec<Sample> {
         let (positions, faces) = square(size);
         let nothing = Facets { positions: &[], faces: &[] };
-        let tiles = tiles(Facets { positions: &positions, faces: &faces }, nothing, spacing);
-        tiles.iter().flat_map(|t| t.samples(spacing)).collect()
+        let tiles = tiles(Facets { positions: &positions, faces: &faces }, nothing, spacing, &[]);
+        tiles.iter().flat_map(|t| t.samples(spacing, 0.0)).collect()
     }
 
     #[test]

@@ -786,3 +786,112 @@ fn the_rest_for_a_smaller_cutter_is_what_stands_above_the_limit() {
     assert_close(v.figures.too_tight.above, 20.0 * width, 0.02);
     assert!(v.figures.too_tight.area > 30.0);
 }
+
+/// Height of the cusp that a ball of 5 mm leaves on a plane.
+fn cusp_on_plane(d: f64) -> f64 {
+    5.0 - (25.0 - 0.25 * d * d).sqrt()
+}
+
+fn within(limit: f64) -> VerifyOptions {
+    VerifyOptions { scallop: Some(limit), tolerance: 1e-4, spacing: 0.16, ..options(5.0, 5.0) }
+}
+
+#[test]
+fn a_crest_between_samples_is_told_to_a_tenth_of_a_micrometre() {
+    // Between two passes, and lying askew to the samples.
+    let (d, turn) = (1.2, 0.3f64);
+    let (c, s) = (math::cos(turn), math::sin(turn));
+    let turned = |x: f64, y: f64| DVec3::new(c * x - s * y, s * x + c * y, 0.0);
+    let part = Part::grid(2, 2, |u, v| turned(20.0 * u, d * (v - 0.5)));
+    let pass = |y: f64| [-8.0, 28.0].map(|x| (turned(x, y), DVec3::Z)).to_vec();
+    let path = path(&[pass(-0.5 * d), pass(0.5 * d)]);
+    let h = cusp_on_plane(d);
+    for (limit, breaks) in [(h - 5e-4, true), (h + 1e-4, false)] {
+        let v = judged(&path, &part, &within(limit));
+        let found = v.figures.largest.unwrap().height;
+        assert!((found - h).abs() < 1e-4, "{found}, expected {h}");
+        assert_eq!(!v.figures.broken.is_empty(), breaks, "{:?}", v.figures.broken);
+        assert!(v.figures.sampling_bound < 3e-4, "{}", v.figures.sampling_bound);
+    }
+    // Far from the limit nothing is sought.
+    let v = judged(&path, &part, &within(2.0 * h));
+    assert!(v.figures.sampling_bound > 1e-3 && v.figures.broken.is_empty());
+}
+
+#[test]
+fn a_cusp_on_the_rim_is_found() {
+    let part = Part::plane(20.0, 20.0);
+    let v = judged(&path(&raster(20.0, &evenly(0.3, 1.0, 20))), &part, &within(0.045));
+    let h = cusp_on_plane(1.4);
+    assert_close(v.figures.largest.unwrap().height, h, 1e-5);
+    let [Broken::Scallop { worst, .. }] = broken(&v)[..] else { panic!("{:?}", v.figures.broken) };
+    assert_eq!(worst.place.y, 20.0);
+    assert!(v.samples.iter().all(|s| s.area > 0.0 && f64::from(s.residual) < h - 1e-4));
+    assert_close(v.figures.area, 400.0, 1e-9);
+}
+
+/// Passes along both sides leave pyramids; one stands alone.
+#[test]
+fn a_single_narrow_peak_is_found() {
+    let (d, wide) = (1.2, 1.3);
+    let ys: Vec<f64> =
+        (0..18).map(|i| d * f64::from(i) + if i > 8 { wide - d } else { 0.0 }).collect();
+    let along = raster(20.0, &ys);
+    let across = along
+        .iter()
+        .map(|pass| pass.iter().map(|&(p, a)| (DVec3::new(p.y, p.x, p.z), a)).collect());
+    let path = path(&along.iter().cloned().chain(across).collect::<Vec<_>>());
+    let part = Part::plane(20.0, 20.0);
+    let one = judged(&path, &part, &within(cusp_on_plane(1.29)));
+    let [Broken::Scallop { worst, .. }] = broken(&one)[..] else {
+        panic!("{:?}", one.figures.broken)
+    };
+    assert!((worst.height - cusp_on_plane(wide)).abs() < 1e-4, "{}", worst.height);
+    let peak = 8.0 * d + 0.5 * wide;
+    assert!(worst.place.distance(DVec3::new(peak, peak, 0.0)) < 0.003, "{}", worst.place);
+    let many = judged(&path, &part, &VerifyOptions { threads: 3, ..within(cusp_on_plane(1.29)) });
+    assert_eq!(one.figures, many.figures);
+}
+
+#[test]
+fn a_gouge_between_samples_is_told() {
+    let mut passes = good();
+    let (a, b) = (passes[17][0], passes[17][1]);
+    let at = |x: f64, z: f64| (DVec3::new(x, a.0.y, z), DVec3::Z);
+    passes[17] = vec![a, at(11.5, 0.0), at(12.04, -0.0105), at(12.6, 0.0), b];
+    let asked = VerifyOptions { spacing: 0.29, tolerance: 0.005, ..strict() };
+    let v = judged(&path(&passes), &Part::plane(20.0, 20.0), &asked);
+    assert!((v.figures.gouge.unwrap().height + 0.0105).abs() < 2e-5, "{:?}", v.figures.gouge);
+    assert!(broken(&v).iter().any(|b| matches!(b, Broken::Gouge { .. })));
+}
+
+/// The edge of a flat end goes along the rim; what is beyond by less than the tolerance is not asked for.
+#[test]
+fn a_rim_that_is_just_reached_is_not_untouched() {
+    let pass = |y: f64| [-8.0, 28.0].map(|x| (DVec3::new(x, y, 0.0), DVec3::Z)).to_vec();
+    let short = |by: f64| {
+        let ys = [5.0 + by, 11.0, 15.0];
+        let path = path(&ys.map(pass));
+        let options = VerifyOptions { scallop: Some(0.01), ..options(5.0, 0.0) };
+        let v = judged(&path, &Part::plane(20.0, 20.0), &options);
+        assert_eq!(v.figures.untouched, (0.0, None));
+        broken(&v).len()
+    };
+    assert_eq!([short(0.0), short(1e-3), short(3e-3)], [0, 0, 1]);
+}
+
+#[test]
+fn nothing_need_be_reached_nearer_to_a_wall_than_the_tolerance() {
+    let pass = |y: f64| [5.2, 14.8].map(|x| (DVec3::new(x, y, 0.0), DVec3::Z)).to_vec();
+    let path = path(&[5.2, 8.0, 12.0, 14.8].map(pass));
+    let corners = [(0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0)];
+    let untouched = |tolerance: f64, walls: Option<Walls>| {
+        let corner = |&(x, y): &(f64, f64)| Sphere { centre: DVec3::new(x, y, 0.0), radius: 5.5 };
+        let too_tight = corners.iter().map(corner).collect();
+        let options = VerifyOptions { too_tight, tolerance, walls, ..options(5.0, 0.0) };
+        judged(&path, &Part::plane(20.0, 20.0), &options).figures.untouched.0
+    };
+    let walls = Some(Walls { height: 3.0, rise: Rise::Up });
+    assert_eq!(untouched(0.21, walls), 0.0);
+    assert!(untouched(0.05, walls) > 3.0 && untouched(0.21, None) > 6.0);
+}

@@ -10,7 +10,7 @@
 //! a corner that juts out, or on a thin wall, the depth of a cut is then the distance from the wall, and what the
 //! cutter does beyond the far side is nothing.
 
-use super::samples::{CREASE, Facets};
+use super::samples::{CREASE, Facets, Side};
 use crate::geometry::{DVec3, nearest_on_triangle};
 use std::collections::BTreeMap;
 
@@ -69,6 +69,34 @@ struct Edge {
     ends: [DVec3; 2],
     /// Unit normal of the machined facet.
     normal: DVec3,
+    /// Which side of it.
+    side: Side,
+}
+
+/// The boundary of what is machined.
+#[derive(Clone, Debug, Default)]
+pub struct Outline {
+    /// The sides at which it is open, in order.
+    pub open: Vec<Side>,
+    /// The ends of the edges on which walls stand, in order.
+    pub walled: Vec<[DVec3; 2]>,
+}
+
+impl Outline {
+    /// `is_walled`: whether walls stand around all of `design`, else only where `rest` rises from it.
+    pub fn of(design: Facets, rest: Facets, is_walled: bool) -> Self {
+        let mut edges = boundary(design);
+        edges.sort_by_key(|e| (undirected(e), key(e.ends[0])));
+        let mut out = Self::default();
+        for (edge, is_own) in edges.iter().zip(own_walls(&edges, rest)) {
+            match is_walled || is_own {
+                true => out.walled.push(edge.ends),
+                false => out.open.push(edge.side),
+            }
+        }
+        out.open.sort_unstable();
+        out
+    }
 }
 
 impl Walls {
@@ -198,23 +226,24 @@ fn undirected(edge: &Edge) -> [Key; 2] {
 
 /// The edges with a facet on one side only.
 fn boundary(design: Facets) -> Vec<Edge> {
-    let mut halves: Vec<([u32; 2], u32, u32)> = Vec::with_capacity(3 * design.faces.len());
+    let mut halves: Vec<([u32; 2], u32, Side)> = Vec::with_capacity(3 * design.faces.len());
     for (f, face) in design.faces.iter().enumerate() {
         for i in 0..3 {
             let (a, b) = (face[i], face[(i + 1) % 3]);
-            halves.push(([a.min(b), a.max(b)], a, f as u32));
+            let side = Side { facet: f as u32, corner: i as u8 };
+            halves.push(([a.min(b), a.max(b)], a, side));
         }
     }
     halves.sort_unstable();
     let single = halves.chunk_by(|a, b| a.0 == b.0).filter(|halves| halves.len() == 1);
     let mut edges: Vec<Edge> = single
         .filter_map(|half| {
-            let (ends, from, f) = half[0];
+            let (ends, from, side) = half[0];
             let to = if ends[0] == from { ends[1] } else { ends[0] };
-            let [a, b, c] = design.corners(&design.faces[f as usize]);
+            let [a, b, c] = design.corners(&design.faces[side.facet as usize]);
             let normal = (b - a).cross(c - a).try_normalize()?;
             let ends = [from, to].map(|v| design.positions[v as usize]);
-            (key(ends[0]) != key(ends[1])).then_some(Edge { ends, normal })
+            (key(ends[0]) != key(ends[1])).then_some(Edge { ends, normal, side })
         })
         .collect();
     // Facets that share positions, but no vertices.
@@ -300,6 +329,21 @@ mod tests {
         }
     }
 
+    #[test]
+    fn outlines_are_open_where_no_wall_rises() {
+        let positions = square(10.0);
+        let design = Facets { positions: &positions, faces: &SQUARE };
+        let side = |facet, corner| Side { facet, corner };
+        let open = Outline::of(design, NOTHING, false);
+        assert_eq!(open.open, [side(0, 0), side(0, 1), side(1, 1), side(1, 2)]);
+        assert_eq!((open.walled.len(), Outline::of(design, NOTHING, true).walled.len()), (0, 4));
+        // It rises from the edge at y = 0.
+        let rest = [positions[0], positions[1], DVec3::new(5.0, 0.0, 4.0)];
+        let rest = Facets { positions: &rest, faces: &[[0, 2, 1]] };
+        let own = Outline::of(design, rest, false);
+        assert_eq!((own.open.len(), own.walled.len()), (3, 1));
+    }
+
     /// With vertices of their own, too.
     #[test]
     fn edges_inside_are_no_boundary() {
@@ -331,7 +375,8 @@ mod tests {
     #[test]
     fn twisted_walls_follow_their_rulings() {
         let on = |x: f64| DVec3::new(x, 0.0, 0.0);
-        let edge = Edge { ends: [on(0.0), on(6.0)], normal: DVec3::Z };
+        let side = Side { facet: 0, corner: 0 };
+        let edge = Edge { ends: [on(0.0), on(6.0)], normal: DVec3::Z, side };
         let tilted = DVec3::new(0.0, math::sin(0.2), math::cos(0.2));
         let rises = [(key(on(0.0)), DVec3::Z), (key(on(6.0)), tilted)].into_iter().collect();
         let sheet = Sheet::over(&[edge], &rises, 10.0);

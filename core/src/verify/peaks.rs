@@ -1,0 +1,302 @@
+//! The highest places between samples, and the deepest.
+//!
+//! Where a sample stands so high that what may stand beside it could break the limit, the surface around it is
+//! searched: on a lattice of half the distance of samples, then on lattices four times as fine around the highest place
+//! found. Each lattice covers what is nearer to that place than to its neighbours on the one before.
+//!
+//! One sample of every block is searched around, the highest first, and so many at most that the search takes a
+//! fraction of the sweep. The places found stand for no area.
+
+use super::body::Body;
+use super::figures::sampling_bound;
+use super::motion::{Motion, Step};
+use super::samples::{BLOCK, Patch, Sample, Tile};
+use super::sweep::{Material, Swept, SweptTile, swept};
+use super::{Excused, Outcome, VerifyOptions};
+use crate::geometry::DVec3;
+use crate::parallel;
+
+/// The last lattice's places are closer than samples by this factor.
+const FINEST: f64 = 128.0;
+/// Half a lattice's width, its places' distances.
+const HALF: i32 = 2;
+/// How many times finer than the one before each lattice is.
+const FINER: f64 = 4.0;
+/// Samples one of which is searched around at most, and how many may be in any case.
+const ONE_OF: usize = 256;
+const AT_LEAST: usize = 512;
+/// The same for gouges, of which there are few, as a part.
+const FOR_GOUGES: usize = 4;
+/// Gouges less deep than this are none, mm.
+const NO_GOUGE: f64 = 1e-6;
+/// Steps farther from a lattice's middle than this are left out, its places' distances: it is as far to its corners and
+/// as much again down a slope of 45 degrees.
+const NEAR: f64 = 6.0;
+/// The highest peaks, along whose ridges others are sought; half the width of the lattice on which these begin, in its
+/// places' distances of a quarter of the samples', and how many of its places are searched around.
+const RIDGES: usize = 24;
+const ALONG: i32 = 4;
+const ON_RIDGE: usize = 12;
+
+/// What is sought.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Sought {
+    /// The largest residual where it is judged.
+    Scallop,
+    /// The deepest gouge anywhere.
+    Gouge,
+}
+
+/// What is searched.
+pub struct Search<'a> {
+    /// Tiles of the part.
+    pub tiles: &'a [Tile],
+    /// The moves.
+    pub motion: &'a Motion,
+    /// The cutter.
+    pub body: &'a Body,
+    /// What is cut.
+    pub material: Material,
+    /// Distance of the samples, mm.
+    pub spacing: f64,
+    /// The edges on which walls stand.
+    pub walled: &'a [[DVec3; 2]],
+    /// What is asked.
+    pub options: &'a VerifyOptions,
+}
+
+/// What was found.
+#[derive(Clone, Debug, Default)]
+pub struct Found {
+    /// Places higher than the sample that was searched around.
+    pub peaks: Vec<Outcome>,
+    /// Nothing is higher than this or the highest place, mm.
+    pub highest: f64,
+}
+
+/// A sample that is searched around.
+struct Start {
+    tile: usize,
+    of: Swept,
+    score: f64,
+    /// What was found there, if it is higher than any sample nearby.
+    peak: Option<Outcome>,
+}
+
+impl Sought {
+    /// How high it is, if that counts.
+    fn score(self, s: &Outcome) -> Option<f64> {
+        match self {
+            Self::Scallop => s.is_judged().then_some(f64::from(s.residual)),
+            Self::Gouge => Some(-f64::from(s.residual)),
+        }
+    }
+}
+
+impl Search<'_> {
+    /// Searches around the samples that were swept. `outcomes`: the same, by tile.
+    pub fn search(&self, sought: Sought, swept: &[SweptTile], outcomes: &[Vec<Outcome>]) -> Found {
+        let scores = outcomes.iter().flatten().filter_map(|s| sought.score(s));
+        let least = scores.fold(self.most(sought), f64::max);
+        let mut found = Found { peaks: Vec::new(), highest: f64::NEG_INFINITY };
+        let mut starts = Vec::new();
+        let mut count = 0;
+        for (tile, (swept, outcomes)) in swept.iter().zip(outcomes).enumerate() {
+            count += outcomes.len();
+            for (swept, outcomes) in swept.samples.chunks(BLOCK).zip(outcomes.chunks(BLOCK)) {
+                let scored = swept.iter().zip(outcomes);
+                let scored = scored.filter_map(|(s, o)| Some((sought.score(o)?, s)));
+                let Some((score, of)) = scored.reduce(|a, b| if b.0 > a.0 { b } else { a }) else {
+                    continue;
+                };
+                let most = score + self.bound(sought, score, self.spacing);
+                let is_gouge = sought == Sought::Gouge && score > NO_GOUGE;
+                // The next sample is up to half a diagonal away.
+                let beside = self.bound(sought, score, core::f64::consts::SQRT_2 * self.spacing);
+                if score + beside > least
+                    && of.by.is_some()
+                    && (is_gouge || sought == Sought::Scallop)
+                {
+                    starts.push(Start { tile, of: *of, score, peak: None });
+                } else {
+                    found.highest = found.highest.max(most);
+                }
+            }
+        }
+        starts.sort_by(|a, b| b.score.total_cmp(&a.score));
+        let part = if sought == Sought::Gouge { FOR_GOUGES } else { 1 };
+        let most = (count / ONE_OF).max(AT_LEAST) / part;
+        for start in starts.drain(most.min(starts.len())..) {
+            let most = start.score + self.bound(sought, start.score, self.spacing);
+            found.highest = found.highest.max(most);
+        }
+        starts.sort_by_key(|s| s.tile);
+        let groups: Vec<&[Start]> = starts.chunk_by(|a, b| a.tile == b.tile).collect();
+        let climbed = parallel::map(self.options.threads, &groups, |group: &&[Start]| {
+            self.around_tile(sought, group, least, false)
+        });
+        let mut tops = Vec::new();
+        for (peak, most) in climbed.into_iter().flatten() {
+            found.highest = found.highest.max(most);
+            tops.push(peak);
+        }
+        // The highest on a ridge may be a step aside of where its ridge was met best.
+        tops.sort_by(|a, b| b.score.total_cmp(&a.score));
+        let least = tops.first().map_or(least, |t| t.score);
+        let ridges: Vec<&[Start]> = tops.chunks(1).take(RIDGES).collect();
+        let along = parallel::map(self.options.threads, &ridges, |group: &&[Start]| {
+            self.around_tile(sought, group, least, true)
+        });
+        tops.extend(along.into_iter().flatten().map(|(peak, _)| peak));
+        found.peaks.extend(tops.iter().filter_map(|t| t.peak));
+        found
+    }
+
+    /// What may not be exceeded.
+    fn most(&self, sought: Sought) -> f64 {
+        let tolerance = self.options.tolerance;
+        match sought {
+            Sought::Scallop => {
+                self.options.scallop.map_or(f64::INFINITY, |limit| limit + tolerance)
+            }
+            Sought::Gouge => tolerance,
+        }
+    }
+
+    /// How much higher it may be beside a place, with places `spacing` mm apart.
+    fn bound(&self, sought: Sought, score: f64, spacing: f64) -> f64 {
+        let slope = sampling_bound(score, spacing, self.options);
+        let corner = self.options.tool.corner_radius();
+        match sought {
+            // The bottom of a gouge is as round as the cutter.
+            Sought::Gouge if corner > 0.0 => slope.min(spacing * spacing / (8.0 * corner)),
+            _ => slope,
+        }
+    }
+
+    /// The peaks beside some samples of a tile, each with what nothing beside it exceeds; or those along their ridges.
+    fn around_tile(
+        &self,
+        sought: Sought,
+        starts: &[Start],
+        least: f64,
+        is_ridge: bool,
+    ) -> Vec<(Start, f64)> {
+        let tile = &self.tiles[starts[0].tile];
+        let reach = 2.0 * self.spacing;
+        let near = |t: &&Tile| t.centre.distance(tile.centre) <= t.radius + tile.radius + reach;
+        let tiles: Vec<&Tile> = self.tiles.iter().filter(near).collect();
+        let excused = Excused::near(self.options, self.walled, tile.centre, tile.radius + reach);
+        let mut out = Vec::new();
+        for start in starts {
+            let around = self.around(start, &tiles);
+            if !is_ridge {
+                out.push(self.climb(sought, start, &around, &excused, least, 0.5 * self.spacing));
+                continue;
+            }
+            let places = lattice(&start.of.sample, ALONG, 0.25 * self.spacing, &around.patches);
+            let swept = swept(places, &around.steps, self.body, self.material);
+            let started = |of: Swept| {
+                let outcome = excused.outcome(&of, self.options);
+                let score = sought.score(&outcome).filter(|_| of.by.is_some())?;
+                Some(Start { tile: start.tile, of, score, peak: Some(outcome) })
+            };
+            let mut places: Vec<Start> = swept.into_iter().filter_map(started).collect();
+            places.sort_by(|a, b| b.score.total_cmp(&a.score));
+            let climb = |p| self.climb(sought, p, &around, &excused, least, 0.125 * self.spacing);
+            out.extend(places.iter().take(ON_RIDGE).map(climb));
+        }
+        out
+    }
+
+    /// What is around a sample.
+    fn around<'t>(&self, start: &Start, tiles: &[&'t Tile]) -> Around<'t> {
+        let origin = start.of.sample;
+        // The ridge's places are searched around, too.
+        let wide = 3.0 * self.spacing;
+        let patches = tiles
+            .iter()
+            .filter(|t| t.centre.distance(origin.position) <= t.radius + wide)
+            .flat_map(|t| &t.patches)
+            .filter(|p| p.machined == origin.machined && p.is_near(origin.position, wide))
+            .collect();
+        let mut steps = Vec::new();
+        let reach = wide + self.material.height.max(self.material.deepest);
+        self.motion.near(self.body, origin.position, reach, &mut |step| steps.push(*step));
+        Around { patches, steps }
+    }
+
+    /// Climbs from a start, by lattices of which the first has places `widest` mm apart.
+    fn climb(
+        &self,
+        sought: Sought,
+        start: &Start,
+        around: &Around,
+        excused: &Excused,
+        least: f64,
+        widest: f64,
+    ) -> (Start, f64) {
+        let Self { body, material, .. } = *self;
+        let mut steps = around.steps.clone();
+        let (mut best, mut score) = (start.of, start.score);
+        let finest = self.spacing / FINEST;
+        let mut apart = FINER * widest;
+        while apart > 1.5 * finest {
+            apart /= FINER;
+            let top = best.sample.position + best.sample.normal * best.height;
+            steps.retain(|step: &Step| step.may_come_near(body, top, NEAR * apart));
+            let places = lattice(&best.sample, HALF, apart, &around.patches);
+            for s in swept(places, &steps, body, material) {
+                let outcome = excused.outcome(&s, self.options);
+                if s.by.is_some()
+                    && let Some(found) = sought.score(&outcome)
+                    && found > score
+                {
+                    (best, score) = (s, found);
+                }
+            }
+            if score + self.bound(sought, score, apart) <= least {
+                break;
+            }
+        }
+        // With every step, in case a steep slope hid one.
+        let mut peak = start.peak;
+        for s in swept(vec![best.sample], &around.steps, body, material) {
+            let outcome = excused.outcome(&s, self.options);
+            let found = sought.score(&outcome).unwrap_or(start.score);
+            score = found.max(start.score);
+            if found > start.score {
+                (peak, best) = (Some(outcome), s);
+            }
+        }
+        let most = score + self.bound(sought, score, apart);
+        (Start { tile: start.tile, of: best, score, peak }, most)
+    }
+}
+
+/// What is around a start.
+struct Around<'a> {
+    patches: Vec<&'a Patch>,
+    /// Every step that reaches it.
+    steps: Vec<Step>,
+}
+
+/// Places on a lattice around a sample, on the patches.
+fn lattice(middle: &Sample, half: i32, apart: f64, patches: &[&Patch]) -> Vec<Sample> {
+    let (u, v) = middle.normal.any_orthonormal_pair();
+    let mut out = Vec::with_capacity(((2 * half + 1) * (2 * half + 1)) as usize);
+    for j in -half..=half {
+        for i in -half..=half {
+            let point = middle.position + (u * f64::from(i) + v * f64::from(j)) * apart;
+            let on = patches.iter().filter(|p| p.is_near(point, 2.0 * apart)).map(|p| {
+                let sample = p.nearest(point);
+                (sample.position.distance_squared(point), sample)
+            });
+            // The other side of a thin sheet is another place.
+            let on = on.filter(|s| s.1.normal.dot(middle.normal) > 0.0);
+            let nearest = on.reduce(|a, b| if b.0 < a.0 { b } else { a });
+            out.extend(nearest.filter(|_| (i, j) != (0, 0)).map(|s| s.1));
+        }
+    }
+    out
+}
