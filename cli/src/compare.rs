@@ -8,8 +8,10 @@ use evencut_core::compare::{
     RegionVariant, Row, Variant, judged, planned, to_csv, to_svg, to_text,
 };
 use evencut_core::job::{self, Faults, Job, Pattern};
+use evencut_core::plan::Files;
 use evencut_core::results::ResultsError;
 
+use crate::input::Contents;
 use crate::plan::Failed;
 use crate::{Exit, Streams, failure, input};
 
@@ -82,17 +84,12 @@ impl Compare {
         let source = input::read_job(&self.job)
             .map_err(|fault| failed(Exit::BadJob, &Faults(vec![fault]), b""))?;
         let job = job::read(&source).map_err(|faults| failed(Exit::BadJob, &faults, &source))?.job;
-        let file = match input::surface_path(&self.job, &job) {
-            None => None,
-            Some(path) => Some(
-                input::read_surface(&path, &source)
-                    .map_err(|fault| failed(Exit::BadSurface, &Faults(vec![fault]), &source))?,
-            ),
-        };
+        let contents = Contents::of_job(&self.job, &job, &source)
+            .map_err(|fault| failed(Exit::BadSurface, &Faults(vec![fault]), &source))?;
         let (mut rows, mut exits) = (Vec::new(), Vec::new());
         for variant in self.variants() {
             streams.message(&format!("planning {}\n", variant.name()));
-            let (row, exit) = self.row(&job, file.as_deref(), variant, &source);
+            let (row, exit) = self.row(&job, contents.files(), variant, &source);
             rows.push(row);
             exits.push(exit);
         }
@@ -111,11 +108,11 @@ impl Compare {
         }
     }
 
-    fn row(&self, job: &Job, file: Option<&[u8]>, variant: Variant, source: &[u8]) -> (Row, Exit) {
+    fn row(&self, job: &Job, files: Files, variant: Variant, source: &[u8]) -> (Row, Exit) {
         let job = variant.of(job);
         let threads = self.threads.map_or(1, std::num::NonZeroUsize::get);
         let begun = Instant::now();
-        let plan = planned(&job, file, threads);
+        let plan = planned(&job, files, threads);
         let seconds = begun.elapsed().as_secs_f64();
         let figures = plan.and_then(|plan| judged(&job, &plan, threads));
         let told = |error: ResultsError| {

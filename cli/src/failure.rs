@@ -72,7 +72,9 @@ pub fn explain(error: &ResultsError, job_source: &[u8], surface: Option<&str>) -
 fn of_plan(error: &PlanError) -> Failure {
     match error {
         PlanError::NoFile(_) => BUG,
+        PlanError::NoWallFile(_) => BUG,
         PlanError::UnknownFormat(_) | PlanError::Read(_) => bad_surface(SOURCE, Hint::None),
+        PlanError::WallFile(_) => bad_surface(&["path.wall_file"], Hint::None),
         PlanError::Surface(error) => bad_surface(surface_keys(error), Hint::Inspect),
         PlanError::Smooth(error) => of_smooth(error),
         PlanError::Flatten(_) => bad_surface(SOURCE, Hint::Inspect),

@@ -5,10 +5,15 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use evencut_core::job::{Fault, Job, SurfaceSource};
+use evencut_core::plan::Files;
 use toml::de::DeTable;
 
 /// Longest job file that is read, bytes: enough for `job::read` to see that it is too much.
 const LONGEST_JOB: u64 = (1 << 20) + 1;
+
+/// Keys that name files.
+const SURFACE_KEY: &str = "surface.file";
+const WALL_KEY: &str = "path.wall_file";
 
 /// Whether a path means standard input.
 pub fn is_standard_input(path: &Path) -> bool {
@@ -45,22 +50,78 @@ pub fn surface_path(job_path: &Path, job: &Job) -> Option<PathBuf> {
     Some(job_path.parent().unwrap_or(Path::new("")).join(file))
 }
 
+/// Where the mesh beside the surface of a job is; `None` where it names none.
+pub fn wall_path(job_path: &Path, job: &Job) -> Option<PathBuf> {
+    let file = job.path.wall_file.as_ref()?;
+    Some(job_path.parent().unwrap_or(Path::new("")).join(file))
+}
+
+/// Contents of the files that a job names.
+#[derive(Clone, Debug, Default)]
+pub struct Contents {
+    /// The surface's place and content.
+    pub surface: Option<(PathBuf, Vec<u8>)>,
+    /// Those of the mesh beside it.
+    pub wall: Option<(PathBuf, Vec<u8>)>,
+}
+
+impl Contents {
+    /// Reads the files at these places, or tells what keeps one from being read.
+    pub fn read(
+        surface: Option<PathBuf>,
+        wall: Option<PathBuf>,
+        job_source: &[u8],
+    ) -> Result<Self, Fault> {
+        let read = |path: Option<PathBuf>, key: &str| match path {
+            None => Ok(None),
+            Some(path) => read_named(&path, key, job_source).map(|bytes| Some((path, bytes))),
+        };
+        let surface = read(surface, SURFACE_KEY)?;
+        Ok(Self { surface, wall: read(wall, WALL_KEY)? })
+    }
+
+    /// Reads what a job names, relative to where the job is.
+    pub fn of_job(job_path: &Path, job: &Job, job_source: &[u8]) -> Result<Self, Fault> {
+        Self::read(surface_path(job_path, job), wall_path(job_path, job), job_source)
+    }
+
+    /// The contents.
+    pub fn files(&self) -> Files<'_> {
+        let bytes = |file: &Option<(PathBuf, Vec<u8>)>| file.as_ref().map(|(_, b)| &b[..]);
+        Files { surface: bytes(&self.surface), wall: bytes(&self.wall) }
+    }
+}
+
 /// The surface file at `path` is not there, pointing at the place of `surface.file` in the job.
 pub fn no_surface(path: &Path, job_source: &[u8]) -> Fault {
-    let message = format!("surface: there is no file {}", shown(path));
-    let mut fault = fault(message, place(job_source, "surface.file"));
+    not_there(path, SURFACE_KEY, job_source)
+}
+
+/// The mesh beside the surface is not there, pointing at the place of `path.wall_file` in the job.
+pub fn no_wall(path: &Path, job_source: &[u8]) -> Fault {
+    not_there(path, WALL_KEY, job_source)
+}
+
+fn not_there(path: &Path, key: &str, job_source: &[u8]) -> Fault {
+    let message = format!("{}: there is no file {}", what(key), shown(path));
+    let mut fault = fault(message, place(job_source, key));
     fault.help.push("paths in a job file are relative to the job file".into());
     fault
 }
 
-/// The bytes of the surface file at `path`, or what keeps it from being read.
-pub fn read_surface(path: &Path, job_source: &[u8]) -> Result<Vec<u8>, Fault> {
+/// What the file of a key holds.
+fn what(key: &str) -> &'static str {
+    if key == WALL_KEY { "walls" } else { "surface" }
+}
+
+/// The bytes of the file at `path`, which that key names, or what keeps it from being read.
+fn read_named(path: &Path, key: &str, job_source: &[u8]) -> Result<Vec<u8>, Fault> {
     if !path.exists() {
-        return Err(no_surface(path, job_source));
+        return Err(not_there(path, key, job_source));
     }
     std::fs::read(path).map_err(|error| {
-        let message = format!("surface: {}: {error}", shown(path));
-        fault(message, place(job_source, "surface.file"))
+        let message = format!("{}: {}: {error}", what(key), shown(path));
+        fault(message, place(job_source, key))
     })
 }
 

@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use evencut_core::job::{self, Faults, Job, Severity, SurfaceSource};
+use evencut_core::job::{self, Faults, Job, Severity};
 use evencut_core::plan::Stage;
 use evencut_core::results::{Input, OutputFile, Results, ResultsOptions, results};
 
+use crate::input::Contents;
 use crate::output::{self, OutputError, ResultDirectory};
 use crate::progress::Progress;
 use crate::{Exit, Streams, failure, input};
@@ -38,7 +39,7 @@ pub struct Plan {
 struct Read {
     job: Job,
     source: Vec<u8>,
-    surface: Option<(PathBuf, Vec<u8>)>,
+    contents: Contents,
 }
 
 /// Why there are no results: the exit code and the messages.
@@ -79,7 +80,7 @@ impl Plan {
         }
     }
 
-    /// Reads the job and the surface it names; warnings are shown.
+    /// Reads the job and the files it names; warnings are shown.
     fn read(&self, streams: &mut Streams<'_>) -> Result<Read, Failed> {
         let source = input::read_job(&self.job)
             .map_err(|fault| self.failed(Exit::BadJob, &Faults(vec![fault]), b""))?;
@@ -90,16 +91,9 @@ impl Plan {
             streams.message(&resolved.warnings.render_as(Severity::Warning, &name, &source));
         }
         let job = resolved.job;
-        let surface = match input::surface_path(&self.job, &job) {
-            None => None,
-            Some(path) => {
-                let bytes = input::read_surface(&path, &source).map_err(|fault| {
-                    self.failed(Exit::BadSurface, &Faults(vec![fault]), &source)
-                })?;
-                Some((path, bytes))
-            }
-        };
-        Ok(Read { job, source, surface })
+        let contents = Contents::of_job(&self.job, &job, &source)
+            .map_err(|fault| self.failed(Exit::BadSurface, &Faults(vec![fault]), &source))?;
+        Ok(Read { job, source, contents })
     }
 
     fn threads(&self) -> usize {
@@ -108,20 +102,15 @@ impl Plan {
     }
 
     fn results(&self, read: &Read) -> Result<Results, Failed> {
-        let Read { job, source, surface } = read;
-        let surface_name = surface.as_ref().map(|(path, _)| input::shown(path));
-        // The report names the surface as the job does, wherever the job lies.
-        let named = match &job.surface.source {
-            SurfaceSource::File(file) => file.as_str(),
-            SurfaceSource::Analytic(_) => "",
-        };
+        let Read { job, source, contents } = read;
+        let surface_name = contents.surface.as_ref().map(|(path, _)| input::shown(path));
         let job_name = self.job.file_name().unwrap_or_default().to_string_lossy();
         let mut progress =
             if self.quiet { Progress::hidden() } else { Progress::on_standard_error() };
         results(
             job,
             Input { name: &job_name, bytes: source },
-            surface.as_ref().map(|(_, bytes)| Input { name: named, bytes }),
+            contents.files(),
             ResultsOptions { threads: self.threads(), verify: !self.no_verify },
             &mut |stage, part| progress.report(words(stage), part),
         )

@@ -6,13 +6,14 @@ use clap::{ArgGroup, Args, ValueEnum};
 use evencut_core::gcode::{CheckOptions, Kinematics};
 use evencut_core::job::{self, Faults, Job, SurfaceSource};
 use evencut_core::report::FileRecord;
-use evencut_core::results::{Input, verify_options};
+use evencut_core::results::{Input, named_files, verify_options};
 use evencut_core::tool::Tool;
 use evencut_core::verdict::{
     Mismatch, ProgramRules, ReadPath, UP, Verdict, VerdictError, Workpiece, verdict,
 };
 use evencut_core::verify::{Rise, Sphere, VerifyError, VerifyOptions, Walls};
 
+use crate::input::Contents;
 use crate::output::{self, ResultDirectory};
 use crate::plan::{Failed, broken, of_output};
 use crate::progress::Progress;
@@ -142,7 +143,7 @@ struct Subject {
     workpiece: Workpiece,
     options: VerifyOptions,
     rules: ProgramRules,
-    /// Names and contents of the surface's file and the part's, where there are such.
+    /// Names and contents of the files that the job names and of the part's, where there are such.
     meshes: Vec<(String, Vec<u8>)>,
 }
 
@@ -164,7 +165,9 @@ impl Verify {
         }
         let (file, too_tight) = self.path_file(streams)?;
         let mut subject = match (&self.job, &self.surface) {
-            (Some(job), _) => self.of_job(job, |job_file| input::surface_path(job, job_file))?,
+            (Some(job), _) => self.of_job(job, |read| {
+                (input::surface_path(job, read), input::wall_path(job, read))
+            })?,
             (None, Some(surface)) => self.of_mesh(surface)?,
             (None, None) => self.of_results()?,
         };
@@ -247,18 +250,20 @@ impl Verify {
                            holds the job it was made with\n";
             return Err(Failed(Exit::BadJob, message.into()));
         }
-        self.of_job(&job, |read| surface_of_results(&self.path, read)).map_err(|failed| {
-            let no_surface = failed.0 == Exit::BadSurface;
+        let found = |name: &str| input_of_results(&self.path, name);
+        let paths = |read: &Job| (surface_name(read).map(found), wall_name(read).map(found));
+        self.of_job(&job, paths).map_err(|failed| {
+            let no_file = failed.0 == Exit::BadSurface;
             let help = "help: the job of these results is somewhere else: name it with --job\n";
-            Failed(failed.0, failed.1 + if no_surface { help } else { "" })
+            Failed(failed.0, failed.1 + if no_file { help } else { "" })
         })
     }
 
-    /// By a job whose surface's file `surface_path` tells.
+    /// By a job; `paths` tells where its surface's file is and that of the mesh beside.
     fn of_job(
         &self,
         path: &Path,
-        surface_path: impl Fn(&Job) -> Option<PathBuf>,
+        paths: impl Fn(&Job) -> (Option<PathBuf>, Option<PathBuf>),
     ) -> Result<Subject, Failed> {
         let failed = |exit, faults: Faults, source: &[u8]| {
             Failed(exit, faults.render(&input::name(path), source))
@@ -266,24 +271,17 @@ impl Verify {
         let source = input::read_job(path)
             .map_err(|fault| failed(Exit::BadJob, Faults(vec![fault]), b""))?;
         let job = job::read(&source).map_err(|faults| failed(Exit::BadJob, faults, &source))?.job;
-        let surface = match surface_path(&job) {
-            None => None,
-            Some(file) => Some(
-                input::read_surface(&file, &source)
-                    .map_err(|fault| failed(Exit::BadSurface, Faults(vec![fault]), &source))?,
-            ),
-        };
-        let (workpiece, cusp_limit) = Workpiece::of_job(&job, surface.as_deref())
+        let (surface, wall) = paths(&job);
+        let contents = Contents::read(surface, wall, &source)
+            .map_err(|fault| failed(Exit::BadSurface, Faults(vec![fault]), &source))?;
+        let (workpiece, cusp_limit) = Workpiece::of_job(&job, contents.files())
             .map_err(|error| Failed::file(Exit::BadSurface, error, path))?;
-        let name = match &job.surface.source {
-            SurfaceSource::File(name) => name.clone(),
-            SurfaceSource::Analytic(_) => String::new(),
-        };
+        let meshes = named_files(&job, contents.files());
         Ok(Subject {
             options: verify_options(&job, cusp_limit, self.threads()),
             rules: rules_of(&job),
             workpiece,
-            meshes: surface.map(|bytes| (name, bytes)).into_iter().collect(),
+            meshes: meshes.iter().map(|m| (m.name.to_owned(), m.bytes.to_owned())).collect(),
         })
     }
 
@@ -481,15 +479,24 @@ fn in_range(name: &str, value: f64, (least, most): (f64, f64)) -> Result<(), Fai
     Err(Failed(Exit::BadJob, message))
 }
 
-/// The file of the surface that results in a directory were made from: under its name in the job from
-/// that directory, one above it or the current one, with the content that the report recorded. The job's
+fn surface_name(job: &Job) -> Option<&str> {
+    match &job.surface.source {
+        SurfaceSource::File(name) => Some(name),
+        SurfaceSource::Analytic(_) => None,
+    }
+}
+
+fn wall_name(job: &Job) -> Option<&str> {
+    job.path.wall_file.as_deref()
+}
+
+/// A file that results in a directory were made from: under its name in the job from that directory, one above it or the current one, with the content that the report recorded. The job's
 /// own place where there is none, so that its absence is told.
-fn surface_of_results(directory: &Path, job: &Job) -> Option<PathBuf> {
-    let SurfaceSource::File(name) = &job.surface.source else { return None };
+fn input_of_results(directory: &Path, name: &str) -> PathBuf {
     let report = std::fs::read(directory.join("report.json")).ok();
     let report: Option<serde_json::Value> = report.and_then(|r| serde_json::from_slice(&r).ok());
     let inputs = report.and_then(|r| r["inputs"].as_array().cloned()).unwrap_or_default();
-    let recorded = inputs.iter().find(|input| input["name"] == name.as_str());
+    let recorded = inputs.iter().find(|input| input["name"] == name);
     let sha256 = recorded.and_then(|input| input["sha256"].as_str());
     let absolute = std::fs::canonicalize(directory).unwrap_or_default();
     let above = absolute.ancestors().take(MOST_ABOVE).map(Path::to_owned);
@@ -498,7 +505,7 @@ fn surface_of_results(directory: &Path, job: &Job) -> Option<PathBuf> {
         let content = std::fs::read(file).ok();
         content.is_some_and(|c| Some(FileRecord::of(name, &c).sha256.as_str()) == sha256)
     };
-    Some(places.into_iter().find(is_it).unwrap_or_else(|| directory.join(name)))
+    places.into_iter().find(is_it).unwrap_or_else(|| directory.join(name))
 }
 
 /// A program of results in a directory.

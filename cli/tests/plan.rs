@@ -241,3 +241,50 @@ fn a_comparison_of_failures_ends_as_one_of_them_does() {
     fs::write(directory.join("dome.toml"), DOME).unwrap();
     assert_eq!(streams(&compared("dome.toml")).0, 0);
 }
+
+/// A box as OBJ that stands on the strip's edge.
+const CLAMP: &str = "v 8 -5 -3\nv 12 -5 -3\nv 12 2 -3\nv 8 2 -3\nv 8 -5 9\nv 12 -5 9\nv 12 2 9\nv 8 2 9\n\
+                     f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+const CLAMPED: &str = "[path]\nwall_file = \"clamp.obj\"\n";
+
+#[test]
+fn a_mesh_beside_the_surface_that_cannot_be_used_is_refused_with_its_place() {
+    let directory = empty("plan-clamp-bad");
+    write_mesh_job(&directory, STRIP, CLAMPED);
+    let place = "part.toml:10:13";
+    assert_refused(&directory, 3, &["there is no file clamp.obj", place]);
+    for (mesh, found) in [("", "no faces"), ("clamp", "obj"), ("v 0 0 0\nf 1 1 1\n", "area")] {
+        fs::write(directory.join("clamp.obj"), mesh).unwrap();
+        assert_refused(&directory, 3, &["path.wall_file", found, place]);
+    }
+    write_mesh_job(&directory, STRIP, "[path]\nwall_file = \"clamp.step\"\n");
+    assert_refused(&directory, 2, &["path.wall_file", "stl, obj, ply, off"]);
+}
+
+#[test]
+fn a_clamp_is_kept_clear_of_and_a_path_that_does_not_know_it_cuts_it() {
+    let directory = empty("plan-clamp");
+    write_mesh_job(&directory, STRIP, "");
+    assert_eq!(streams(&evencut(&directory, &["plan", "part.toml", "-o", "bare"])).0, 0);
+    write_mesh_job(&directory, STRIP, CLAMPED);
+    fs::write(directory.join("clamp.obj"), CLAMP).unwrap();
+    let output = evencut(&directory, &["plan", "part.toml", "-o", "clamped"]);
+    assert_eq!(streams(&output).0, 0, "{}", streams(&output).2);
+    let report = fs::read(directory.join("clamped/report.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_slice(&report).unwrap();
+    assert_eq!(report["inputs"][2]["name"], "clamp.obj");
+    assert!(report["verification"]["rest_mm2"].as_f64().unwrap() > 8.0);
+    // The results know their clamp; an earlier path cuts it, however it is named.
+    let verify = |arguments: &[&str]| {
+        let output = evencut(&directory, arguments);
+        let (code, _, messages) = streams(&output);
+        (code, messages.to_owned())
+    };
+    assert_eq!(verify(&["verify", "clamped"]).0, 0);
+    let surface = ["--surface", "part.obj", "--tool", "ball:4", "--part", "clamp.obj"];
+    for more in [&["--job", "part.toml"][..], &surface] {
+        let (code, messages) = verify(&[&["verify", "bare/toolpath.csv"][..], more].concat());
+        assert_eq!(code, 5, "{messages}");
+        assert!(messages.contains("cut"), "{messages}");
+    }
+}

@@ -10,7 +10,7 @@ use evencut_core::job::{
 use evencut_core::level_set::{
     ClosingOptions, FieldTerrain, PassField, PassMesh, close, passes, ring_levels, strip_metric,
 };
-use evencut_core::plan::plan;
+use evencut_core::plan::{Files, plan};
 use evencut_core::region::Region;
 use evencut_core::surface::{AnalyticSurface, Surface, build};
 use std::hint::black_box;
@@ -111,7 +111,9 @@ fn whole(c: &mut Criterion) {
         let job = job(control, 0.6);
         for threads in [1, 2] {
             group.bench_function(format!("{control}, threads {threads}"), |b| {
-                b.iter(|| plan(&job, None, threads, &mut |_, _| {}).map(|p| p.passes).ok());
+                b.iter(|| {
+                    plan(&job, Files::default(), threads, &mut |_, _| {}).map(|p| p.passes).ok()
+                });
             });
         }
     }

@@ -7,7 +7,7 @@
 use crate::job::{
     Compensation, DistortionOptions, Division, FirstPass, ForceControl, Job, Pattern, TensorOptions,
 };
-use crate::plan::{Planned, Stage, plan};
+use crate::plan::{Files, Planned, Stage, plan};
 use crate::preview::{Bars, comparison};
 use crate::report::{CuspFigures, Lines, Report, VerificationFigures};
 use crate::results::{ResultsError, judge, report};
@@ -142,12 +142,12 @@ pub fn with_regions(job: &Job, variant: RegionVariant) -> Job {
     job
 }
 
-/// Plans a job for the table. `file`: as for [`plan`].
+/// Plans a job for the table. `files`: as for [`plan`].
 ///
 /// # Errors
 /// As [`plan`].
-pub fn planned(job: &Job, file: Option<&[u8]>, threads: usize) -> Result<Planned, ResultsError> {
-    Ok(plan(job, file, threads, &mut |_: Stage, _| {})?)
+pub fn planned(job: &Job, files: Files, threads: usize) -> Result<Planned, ResultsError> {
+    Ok(plan(job, files, threads, &mut |_: Stage, _| {})?)
 }
 
 /// Judges a plan.

@@ -10,8 +10,8 @@ use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, FlattenError, Locator, Quality, abf, bff};
 use crate::geometry::DVec3;
 use crate::job::{
-    AnalyticKind, AnalyticOptions, AnalyticParameters, Division, FlattenMethod, Job, Pattern,
-    Start, Stepover, SurfaceSource,
+    AnalyticKind, AnalyticOptions, AnalyticParameters, Boundary, Division, FlattenMethod, Job,
+    Pattern, Start, Stepover, SurfaceSource,
 };
 use crate::level_set::{ClosingReport, PassMesh, StripMetric};
 use crate::lift::Lift;
@@ -25,7 +25,9 @@ use crate::removal::{self, Coverage};
 use crate::step::{SmoothFormat, smooth};
 use crate::strip_width::Strip;
 use crate::strips::{Strips, part_of_strip, strip};
-use crate::surface::{AnalyticSurface, Built, CurvatureField, Part, Surface, Warning, build};
+use crate::surface::{
+    AnalyticSurface, Built, CurvatureField, Part, Surface, Warning, build, build_beside,
+};
 use crate::tool::ToolKind;
 use crate::toolpath::Toolpath;
 use crate::walls::Clearance;
@@ -62,6 +64,22 @@ pub enum Stage {
     Verify,
     /// Writing program, tables, pictures and report.
     Write,
+}
+
+/// Contents of the files that a job names.
+#[derive(Copy, Clone, Debug, Default)]
+pub struct Files<'a> {
+    /// Of the surface's file; `None` for a formula.
+    pub surface: Option<&'a [u8]>,
+    /// Of the mesh beside it, `path.wall_file`; `None` where there is none.
+    pub wall: Option<&'a [u8]>,
+}
+
+impl<'a> Files<'a> {
+    /// Those of a job that names a surface at most.
+    pub fn of_surface(surface: Option<&'a [u8]>) -> Self {
+        Self { surface, wall: None }
+    }
 }
 
 /// A plan and what is known about it.
@@ -101,7 +119,7 @@ pub struct Planned {
     pub raised: Vec<RaisedStretch>,
     /// What the path leaves.
     pub coverage: Coverage,
-    /// Facets of the part that are not machined.
+    /// Facets of the part that are not machined, and of the mesh beside the surface.
     pub rest: Part,
     /// Height of the cusps that are meant to stay, mm: the job's, or what the side step leaves at
     /// worst.
@@ -144,8 +162,8 @@ impl Tightest {
     }
 }
 
-/// Plans a job. `file`: the bytes of the surface file, if the job names one; `threads`: how many to
-/// use, which changes nothing but the time.
+/// Plans a job. `files`: the contents of those that it names; `threads`: how many to use, which changes nothing but
+/// the time.
 ///
 /// `progress` is called with the stage and the part of it that is done.
 ///
@@ -153,11 +171,11 @@ impl Tightest {
 /// [`PlanError`]: what cannot be planned, where, and what to change.
 pub fn plan(
     job: &Job,
-    file: Option<&[u8]>,
+    files: Files,
     threads: usize,
     progress: &mut dyn FnMut(Stage, f64),
 ) -> Result<Planned, PlanError> {
-    plan_showing(job, file, threads, progress, &mut |_| {})
+    plan_showing(job, files, threads, progress, &mut |_| {})
 }
 
 /// A path before it is delivered: where it runs, but not yet where the cutter stands and how fast, nor
@@ -181,13 +199,14 @@ pub struct Sketch<'a> {
 /// As [`plan`].
 pub fn plan_showing(
     job: &Job,
-    file: Option<&[u8]>,
+    files: Files,
     threads: usize,
     progress: &mut dyn FnMut(Stage, f64),
     sketched: &mut dyn FnMut(Sketch),
 ) -> Result<Planned, PlanError> {
     progress(Stage::Surface, 0.0);
-    let Built { surface, part, warnings, .. } = load(job, file)?;
+    let Built { surface, part, warnings, .. } = load(job, files)?;
+    let beside = load_beside(job, files)?;
     refuse_too_far(job, &part)?;
     refuse_curve_away(job, &surface)?;
     progress(Stage::Flatten, 0.0);
@@ -204,11 +223,13 @@ pub fn plan_showing(
     let grounds = regions::grounds(regions.as_ref(), &surface, &chart, metrics, threads)?;
     let floor = grounds.iter().map(Ground::length_floor).sum::<f64>() / creases;
     let fine: Vec<Locator> = grounds.iter().map(Ground::locator).collect();
-    let rest = part.without(&surface);
-    let walls = delivery::walls(job, &surface, &rest);
+    let mut rest = part.without(&surface);
+    let walls = delivery::walls(job, &surface, &rest, beside.as_ref());
+    if let Some(beside) = &beside {
+        rest.add(beside);
+    }
     let options = deliver_options(job, rapid_plane(&part, walls.corners(), job), threads);
     let obstacles = walls.obstacles(CheckMesh::new(part.positions, part.faces));
-    let has_walls = !obstacles.rulings().is_empty();
     let clearance =
         Clearance { surface: &surface, chart: &locator, obstacles: &obstacles, pass: options.pass };
     let tolerance = ring_tolerance(job, &chart);
@@ -218,7 +239,8 @@ pub fn plan_showing(
         chart: &locator,
         tolerance,
         tilted: tilted(job),
-        clearance: has_walls.then_some(clearance),
+        // What stands on an open surface is no place to begin from.
+        clearance: (job.path.boundary == Boundary::Wall).then_some(clearance),
         threads,
     };
     let layouts = regions::lay_out(&grounds, &fine, &layout_options)?;
@@ -304,10 +326,10 @@ fn cut(
 }
 
 /// The surface of a job and the part it belongs to.
-pub(crate) fn load(job: &Job, file: Option<&[u8]>) -> Result<Built, PlanError> {
+pub(crate) fn load(job: &Job, files: Files) -> Result<Built, PlanError> {
     let soup = match &job.surface.source {
         SurfaceSource::File(name) => {
-            let bytes = file.ok_or_else(|| PlanError::NoFile(name.clone()))?;
+            let bytes = files.surface.ok_or_else(|| PlanError::NoFile(name.clone()))?;
             let chord = chord(job);
             match SmoothFormat::from_name(name) {
                 Some(format) => return Ok(smooth(bytes, format, &job.surface, chord)?),
@@ -323,6 +345,18 @@ pub(crate) fn load(job: &Job, file: Option<&[u8]>) -> Result<Built, PlanError> {
         }
     };
     Ok(build(soup, &job.surface)?)
+}
+
+/// The mesh that stands beside the surface of a job, if it names one.
+pub(crate) fn load_beside(job: &Job, files: Files) -> Result<Option<Part>, PlanError> {
+    let Some(name) = &job.path.wall_file else { return Ok(None) };
+    let bytes = files.wall.ok_or_else(|| PlanError::NoWallFile(name.clone()))?;
+    let part = || -> Result<Part, PlanError> {
+        let format =
+            MeshFormat::from_name(name).ok_or_else(|| PlanError::UnknownFormat(name.clone()))?;
+        Ok(build_beside(read(bytes, format)?, &job.surface)?)
+    };
+    part().map(Some).map_err(|error| PlanError::WallFile(Box::new(error)))
 }
 
 /// Largest distance between a smooth surface and the facets that are made of it, mm.

@@ -4,9 +4,9 @@ use crate::feed::machine_time;
 use crate::flatten::{Chart, Locator};
 use crate::gcode::{self, GcodeError};
 use crate::geometry::DVec3;
-use crate::job::{Boundary, FlattenMethod, ForceControl, Job, Pattern, Picture};
+use crate::job::{Boundary, FlattenMethod, ForceControl, Job, Pattern, Picture, SurfaceSource};
 use crate::machine::{Axes, Machine};
-use crate::plan::{PlanError, Planned, Sketch, Stage, plan_showing};
+use crate::plan::{Files, PlanError, Planned, Sketch, Stage, plan_showing};
 use crate::post::{PostError, ProgramOptions, program};
 use crate::preview::{
     Drawn, Linked, flat_map, mrr_chart, rate_map, regions_map, residual_map, surface_view,
@@ -116,12 +116,12 @@ pub struct Watch<'a> {
 pub fn linked_results(
     job: &Job,
     job_file: Input,
-    surface_file: Option<Input>,
+    files: Files,
     options: ResultsOptions,
     watch: Watch,
 ) -> Result<(Results, Linked), ResultsError> {
     let Watch { progress, show } = watch;
-    let inputs = Inputs { job, job_file, surface_file };
+    let inputs = Inputs { job, job_file, files };
     let mut on_sketch = |sketch: Sketch| show(sketched(job, &sketch));
     let planned = inputs.plan(options.threads, progress, &mut on_sketch)?;
     let written = Written::of(&inputs, &planned)?;
@@ -135,30 +135,43 @@ pub fn linked_results(
 
 /// Plans a job and writes all files it asks for.
 ///
-/// `job_file`: the job as read; `surface_file`: the mesh it names, if it names one. A path that breaks
-/// a limit is a result too: the report's `verification` says so.
+/// `job_file`: the job as read; `files`: the contents of those it names. A path that breaks a limit is a result too:
+/// the report's `verification` says so.
 ///
 /// # Errors
 /// [`ResultsError`]; nothing is half done.
 pub fn results(
     job: &Job,
     job_file: Input,
-    surface_file: Option<Input>,
+    files: Files,
     options: ResultsOptions,
     progress: &mut dyn FnMut(Stage, f64),
 ) -> Result<Results, ResultsError> {
-    let inputs = Inputs { job, job_file, surface_file };
+    let inputs = Inputs { job, job_file, files };
     let planned = inputs.plan(options.threads, progress, &mut |_| {})?;
     let written = Written::of(&inputs, &planned)?;
     let judged = inputs.judge(&planned, options, progress)?;
     Ok(written.finish(&inputs, &planned, judged.as_ref(), progress))
 }
 
+/// The files that a job names, under the names that it gives them, as far as they are there.
+pub fn named_files<'a>(job: &'a Job, files: Files<'a>) -> Vec<Input<'a>> {
+    let surface = match &job.surface.source {
+        SurfaceSource::File(name) => Some(name.as_str()),
+        SurfaceSource::Analytic(_) => None,
+    };
+    let named = [(surface, files.surface), (job.path.wall_file.as_deref(), files.wall)];
+    let input = |(name, bytes): (Option<&'a str>, Option<&'a [u8]>)| {
+        Some(Input { name: name?, bytes: bytes? })
+    };
+    named.into_iter().filter_map(input).collect()
+}
+
 /// What results are made of.
 struct Inputs<'a> {
     job: &'a Job,
     job_file: Input<'a>,
-    surface_file: Option<Input<'a>>,
+    files: Files<'a>,
 }
 
 type Judged = (Verification, VerifyOptions);
@@ -170,7 +183,7 @@ impl Inputs<'_> {
         progress: &mut dyn FnMut(Stage, f64),
         sketched: &mut dyn FnMut(Sketch),
     ) -> Result<Planned, PlanError> {
-        plan_showing(self.job, self.surface_file.map(|f| f.bytes), threads, progress, sketched)
+        plan_showing(self.job, self.files, threads, progress, sketched)
     }
 
     fn judge(
@@ -185,8 +198,9 @@ impl Inputs<'_> {
     }
 
     fn records(&self) -> Vec<FileRecord> {
-        let files = [Some(self.job_file), self.surface_file];
-        files.into_iter().flatten().map(|f| FileRecord::of(f.name, f.bytes)).collect()
+        let named = named_files(self.job, self.files);
+        let all = core::iter::once(self.job_file).chain(named);
+        all.map(|f| FileRecord::of(f.name, f.bytes)).collect()
     }
 }
 

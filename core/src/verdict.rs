@@ -4,7 +4,7 @@ use crate::gcode::{self, CheckOptions, Finding, GcodeError, Kinematics};
 use crate::geometry::{DVec3, math};
 use crate::job::Job;
 use crate::mesh::{MeshFormat, ReadError, Repaired, Repairs, read, repair};
-use crate::plan::{PlanError, cusp_limit, load};
+use crate::plan::{Files, PlanError, cusp_limit, load, load_beside};
 use crate::preview::{rate_map, residual_map};
 use crate::report::{FORMAT, FileRecord, Lines, VerificationFigures, VerificationReport, Versions};
 use crate::results::{Input, OutputFile};
@@ -144,18 +144,23 @@ fn bounds(places: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
 }
 
 impl Workpiece {
-    /// The part of a job: what it selects is machined. Also gives the height of the cusps that the
+    /// The part of a job: what it selects is machined, and what stands beside it is guarded. Also gives the height of the cusps that the
     /// job means to leave, mm.
     ///
     /// # Errors
     /// [`VerdictError`] where the surface cannot be read or used.
-    pub fn of_job(job: &Job, file: Option<&[u8]>) -> Result<(Self, f64), VerdictError> {
-        let built = load(job, file).map_err(|error| VerdictError::Surface(Box::new(error)))?;
+    pub fn of_job(job: &Job, files: Files) -> Result<(Self, f64), VerdictError> {
+        let failed = |error| VerdictError::Surface(Box::new(error));
+        let built = load(job, files).map_err(failed)?;
+        let beside = load_beside(job, files).map_err(failed)?;
         let (positions, faces) = built.surface.triangles();
         let design = Part { positions: positions.to_vec(), faces };
         let curvature = built.surface.curvature(job.surface.curvature_radius);
         let cusps = cusp_limit(job, &built.surface, &curvature);
-        let rest = built.part.without(&built.surface);
+        let mut rest = built.part.without(&built.surface);
+        if let Some(beside) = &beside {
+            rest.add(beside);
+        }
         Ok((Self { rest, design, mended: None }, cusps))
     }
 
@@ -187,9 +192,7 @@ impl Workpiece {
     /// [`VerdictError`] where the file cannot be read.
     pub fn guard(&mut self, file: Input, scale: f64) -> Result<(), VerdictError> {
         let mesh = mended(file, scale)?.mesh;
-        let first = self.rest.positions.len() as u32;
-        self.rest.positions.extend(mesh.positions);
-        self.rest.faces.extend(mesh.faces.iter().map(|f| f.map(|v| v + first)));
+        self.rest.add(&Part { positions: mesh.positions, faces: mesh.faces });
         Ok(())
     }
 

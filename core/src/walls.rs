@@ -2,9 +2,11 @@
 //!
 //! - *Own wall*: a face of the part that meets the boundary and rises there.
 //! - *Swept wall*: elsewhere the boundary's edge moved up along the tool axis or along the surface's normal.
+//! - *Mesh beside*: what the job says stands there, wherever its boundary.
 //!
 //! Steps: (1) each side of the boundary has an own wall or gets a swept one. (2) Own walls go on over the part's
-//! steep faces. (3) Both are ruled: swept ones as they were swept, own ones straight up their facets.
+//! steep faces. (3) Both are ruled: swept ones as they were swept, own ones straight up their facets, as are the
+//! steep ones of a mesh beside.
 
 use crate::cutter_location::{
     CheckMesh, Obstacles, PassOptions, Ruling, Stand, ToolAxis, tip, tool_axis,
@@ -55,7 +57,7 @@ impl WallOptions {
 /// Walls beside a surface.
 #[derive(Clone, Debug, Default)]
 pub struct Walls {
-    /// `#V` positions of the swept ones, mm.
+    /// `#V` positions of the swept ones and of meshes beside, mm.
     positions: Vec<DVec3>,
     /// Their facets, `#F` triples.
     faces: Vec<[u32; 3]>,
@@ -92,12 +94,50 @@ impl Walls {
         }
         out.sweep(surface, &swept, options);
         for (face, up) in steep.spread(own) {
-            out.rule_facet(steep.corners(face), up, options);
+            out.rule_facet(steep.corners(face), up, options, true);
         }
         out
     }
 
-    /// Corners of the swept ones, mm.
+    /// Adds all of a mesh that stands beside a surface. Only what is within `near` mm of the surface, as the tool
+    /// sees it, is ruled.
+    pub fn add(&mut self, mesh: &Part, surface: &Surface, options: &WallOptions, near: f64) {
+        let first = self.positions.len() as u32;
+        self.positions.extend(&mesh.positions);
+        self.faces.extend(mesh.faces.iter().map(|f| f.map(|v| v + first)));
+        let up = match options.sweep {
+            Sweep::Axis(axis) => axis,
+            Sweep::Normal => {
+                surface.vertex_normals().iter().copied().sum::<DVec3>().normalize_or(DVec3::Z)
+            }
+        };
+        let across = |p: DVec3| match options.sweep {
+            Sweep::Axis(axis) => p.reject_from(axis),
+            Sweep::Normal => p,
+        };
+        let bounds = |places: &mut dyn Iterator<Item = DVec3>| {
+            places.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)))
+        };
+        let (low, high) = bounds(&mut surface.positions().iter().map(|&p| across(p)));
+        let is_near = |corners: &[DVec3; 3]| {
+            let (l, h) = bounds(&mut corners.iter().map(|&p| across(p)));
+            l.cmple(high + near).all() && h.cmpge(low - near).all()
+        };
+        let corners = |f: &[u32; 3]| f.map(|v| mesh.positions[v as usize]);
+        let is_steep = |corners: &[DVec3; 3]| face_normal(*corners).dot(up).abs() <= STEEP;
+        let ruled: Vec<[DVec3; 3]> =
+            mesh.faces.iter().map(corners).filter(|c| is_steep(c) && is_near(c)).collect();
+        let width = |c: &[DVec3; 3]| (c[1] - c[0]).length().max((c[2] - c[0]).length());
+        let all: f64 = ruled.iter().map(width).sum();
+        let options = WallOptions {
+            stock: 0.0,
+            spacing: options.spacing.max(all / MOST_RULINGS),
+            ..*options
+        };
+        ruled.into_iter().for_each(|corners| self.rule_facet(corners, up, &options, false));
+    }
+
+    /// Corners of the swept ones and of meshes beside, mm.
     pub fn corners(&self) -> &[DVec3] {
         &self.positions
     }
@@ -130,13 +170,19 @@ impl Walls {
                     _ => side.inward,
                 };
                 let (from, to) = (from.lerp(to, t), tops[0].lerp(tops[1], t));
-                self.rulings.push(Ruling { from, to, inward, allowance: 0.0 });
+                self.rulings.push(Ruling { from, to, inward, allowance: 0.0, clears_behind: true });
             }
         }
     }
 
     /// Rulings straight up a facet.
-    fn rule_facet(&mut self, corners: [DVec3; 3], up: DVec3, options: &WallOptions) {
+    fn rule_facet(
+        &mut self,
+        corners: [DVec3; 3],
+        up: DVec3,
+        options: &WallOptions,
+        clears_behind: bool,
+    ) {
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
         let Some(steepest) = up.reject_from(normal).try_normalize() else { return };
         let across = normal.cross(steepest);
@@ -159,8 +205,15 @@ impl Walls {
                 let higher = p.dot(steepest) > high.dot(steepest);
                 Some((if lower { p } else { low }, if higher { p } else { high }))
             });
-            if let Some((from, to)) = ends {
-                self.rulings.push(Ruling { from, to, inward: normal, allowance: options.stock });
+            // What a mere corner of a facet would tell, its neighbours tell better.
+            if let Some((from, to)) = ends.filter(|(from, to)| clears_behind || from != to) {
+                self.rulings.push(Ruling {
+                    from,
+                    to,
+                    inward: normal,
+                    allowance: options.stock,
+                    clears_behind,
+                });
             }
         }
     }

@@ -4,6 +4,7 @@ use evencut_core::compare::{Figures, judged, planned, with_pattern};
 use evencut_core::job::{
     self, FirstPass, ForceControl, Job, MrrLimit, Pattern, RingOrder, SurfaceSource,
 };
+use evencut_core::plan::Files;
 use evencut_tests::shared_data;
 use std::path::Path;
 
@@ -38,7 +39,8 @@ fn measured_as_is(name: &str, job: &Job) -> Figures {
         SurfaceSource::File(file) => Some(std::fs::read(Path::new(PATCHES).join(file)).unwrap()),
         SurfaceSource::Analytic(_) => None,
     };
-    let plan = planned(job, file.as_deref(), 2).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let plan = planned(job, Files::of_surface(file.as_deref()), 2)
+        .unwrap_or_else(|error| panic!("{name}: {error}"));
     let figures = judged(job, &plan, 2).unwrap_or_else(|error| panic!("{name}: {error}"));
     let v = figures.report.verification.as_ref().unwrap();
     let cusps = v.cusps.as_ref().unwrap();

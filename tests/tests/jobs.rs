@@ -5,7 +5,7 @@ use evencut_core::geometry::DVec3;
 use evencut_core::job::{self, ForceControl, Job, Stepover, SurfaceSource};
 use evencut_core::link::DeliverError;
 use evencut_core::machine::Axes;
-use evencut_core::plan::{PlanError, plan};
+use evencut_core::plan::{Files, PlanError, plan};
 use evencut_core::report::Report;
 use evencut_core::results::{Input, Results, ResultsOptions, results};
 use evencut_core::toolpath::{MoveKind, Toolpath};
@@ -40,14 +40,14 @@ fn planned(path: &Path, threads: usize) -> (Job, Results) {
     let file = match &job.surface.source {
         SurfaceSource::File(name) => {
             let bytes = std::fs::read(path.parent().unwrap().join(name)).unwrap();
-            Some((name.clone(), bytes))
+            Some(bytes)
         }
         SurfaceSource::Analytic(_) => None,
     };
-    let surface = file.as_ref().map(|(name, bytes)| Input { name, bytes });
+    let files = Files::of_surface(file.as_deref());
     let input = Input { name: "job.toml", bytes: &source };
     let results =
-        results(&job, input, surface, ResultsOptions { threads, verify: true }, &mut |_, _| {})
+        results(&job, input, files, ResultsOptions { threads, verify: true }, &mut |_, _| {})
             .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     (job, results)
 }
@@ -209,7 +209,7 @@ fn nasty_files_are_planned_or_refused() {
     for file in files {
         let name = file.file_name().unwrap().to_string_lossy().to_lowercase();
         let bytes = std::fs::read(&file).unwrap();
-        match plan(&bare_job(&name), Some(&bytes), 2, &mut |_, _| {}) {
+        match plan(&bare_job(&name), Files::of_surface(Some(&bytes)), 2, &mut |_, _| {}) {
             Ok(plan) => {
                 planned += 1;
                 let peak = plan.toolpath.points.iter().map(|p| p.mrr).fold(0.0, f64::max);

@@ -3,6 +3,7 @@
 
 use evencut_core::compare::{Figures, RegionVariant, judged, planned, with_regions};
 use evencut_core::job::{self, Job};
+use evencut_core::plan::Files;
 use evencut_core::report::Report;
 use evencut_tests::shared_data;
 
@@ -71,7 +72,8 @@ fn job(case: &Case) -> Option<(Job, Vec<u8>)> {
 
 fn measured(name: &str, job: &Job, bytes: &[u8], variant: RegionVariant) -> Figures {
     let job = with_regions(job, variant);
-    let plan = planned(&job, Some(bytes), 2).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let plan = planned(&job, Files::of_surface(Some(bytes)), 2)
+        .unwrap_or_else(|error| panic!("{name}: {error}"));
     judged(&job, &plan, 2).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
@@ -135,7 +137,7 @@ fn a_camels_muzzle_maps_evenly_and_keeps_the_limit() {
 fn the_border_of_a_bump_shows_nothing() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../jobs/bump.toml");
     let job = job::read(&std::fs::read(path).unwrap()).unwrap().job;
-    let plan = planned(&job, None, 2).unwrap();
+    let plan = planned(&job, Files::default(), 2).unwrap();
     let report = judged(&job, &plan, 2).unwrap().report;
     told("bump", &report);
     let r = report.regions.as_ref().unwrap();

@@ -8,6 +8,7 @@ use evencut_core::job::{
     self, Component, Division, Job, Pattern, Start, SurfaceOptions, TensorOptions,
 };
 use evencut_core::nurbs::{MeshOptions, NurbsParts, NurbsSurface, Trim, mesh};
+use evencut_core::plan::Files;
 use evencut_core::regions::tensor::{Kind, Topology, topology};
 use evencut_core::step::{SmoothFormat, smooth};
 use evencut_core::surface::{Surface, build, build_parametric};
@@ -224,7 +225,8 @@ fn table(job: &Job, bytes: &[u8]) -> (Vec<Measured>, f64) {
         (job.path.pattern, job.path.start) = (way.pattern, way.start);
         job.regions.division = way.division;
         let clock = std::time::Instant::now();
-        let plan = planned(&job, Some(bytes), 2).unwrap_or_else(|e| panic!("{}: {e}", way.name));
+        let plan = planned(&job, Files::of_surface(Some(bytes)), 2)
+            .unwrap_or_else(|e| panic!("{}: {e}", way.name));
         let seconds = clock.elapsed().as_secs_f64();
         let report = judged(&job, &plan, 2).unwrap().report;
         let verification = report.verification.as_ref().unwrap();

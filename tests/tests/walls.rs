@@ -6,7 +6,11 @@ use std::fmt::Write;
 
 use evencut_core::compare::{Figures, judged, planned};
 use evencut_core::geometry::math::{cos, sin};
-use evencut_core::job::{self, Job};
+use evencut_core::job::{self, Boundary, Job};
+use evencut_core::plan::Files;
+use evencut_core::results::verify_options;
+use evencut_core::verdict::Workpiece;
+use evencut_core::verify::verify;
 
 /// Height of the cusps, mm.
 const SCALLOP: f64 = 0.05;
@@ -58,7 +62,8 @@ const OFF: &str = "[force]\ncontrol = \"off\"\n";
 
 /// The job's path as the judge sees it, which must touch the wall at most and not cut in.
 fn judgement(name: &str, job: &Job, file: Option<&[u8]>) -> Figures {
-    let plan = planned(job, file, 2).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let plan =
+        planned(job, Files::of_surface(file), 2).unwrap_or_else(|error| panic!("{name}: {error}"));
     let figures = judged(job, &plan, 2).unwrap_or_else(|error| panic!("{name}: {error}"));
     let v = figures.report.verification.as_ref().unwrap();
     let walls = v.walls.as_ref();
@@ -236,8 +241,60 @@ fn the_walls_of_a_pocket_are_the_part_s_own_faces() {
 #[test]
 fn a_cutter_too_wide_for_the_room_is_refused_with_what_fits() {
     let wide = Cutter { radius: 14.0, ..CUTTERS[0] };
-    let error = planned(&wide.job(FILE, OFF), Some(&plate((25, 10), |_, _| true)), 2).unwrap_err();
+    let plate = plate((25, 10), |_, _| true);
+    let error = planned(&wide.job(FILE, OFF), Files::of_surface(Some(&plate)), 2).unwrap_err();
     let message = error.to_string();
     assert!(message.contains("does not fit between the walls"), "{message}");
     assert!(message.contains("room for"), "{message}");
+}
+
+/// A box from `low` to `high` as OBJ, outward.
+fn block(low: [f64; 3], high: [f64; 3]) -> Vec<u8> {
+    let mut text = String::new();
+    for z in [low[2], high[2]] {
+        for (x, y) in [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])] {
+            writeln!(text, "v {x} {y} {z}").unwrap();
+        }
+    }
+    text.push_str("f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
+    text.into_bytes()
+}
+
+/// A clamp at one edge of a plate, whose boundary is open: nothing of it is cut, and beside it stays what the cutter
+/// cannot reach.
+#[test]
+fn a_clamp_on_an_open_plate_is_kept_clear_of() {
+    let clamp = block([-30.0, -10.0, -5.0], [-15.0, 10.0, 12.0]);
+    let plane = "[surface.analytic]\nkind = \"plane\"\nsize = 50.0\nresolution = 2.0";
+    for cutter in [&CUTTERS[0], &CUTTERS[2]] {
+        let mut job = cutter.job(plane, OFF);
+        job.path.boundary = Boundary::Open;
+        let without = planned(&job, Files::default(), 2).unwrap();
+        job.path.wall_file = Some("clamp.obj".into());
+        let files = Files { surface: None, wall: Some(&clamp) };
+        let plan = planned(&job, files, 2).unwrap();
+        let found = judged(&job, &plan, 2).unwrap();
+        let v = found.verification().unwrap();
+        let lacks = cutter.radius - cutter.covers();
+        let expected = 200.0 + 40.0 * lacks + FRAC_PI_2 * lacks * lacks;
+        let name = format!("clamp {}", cutter.kind);
+        println!(
+            "{name:16} gouge {:6.2} µm, rest {:8.3} of {expected:8.3} mm², {} mm of {} mm, {} retracts",
+            1e3 * v.gouge_mm,
+            v.rest_mm2,
+            plan.toolpath.statistics().length.total(),
+            without.toolpath.statistics().length.total(),
+            found.report.passes.retracts,
+        );
+        assert!(v.passed, "{name}: {:?}", v.broken);
+        assert!((v.rest_mm2 - expected).abs() <= 0.03 * expected, "{name}: {}", v.rest_mm2);
+
+        // The path that knows nothing of the clamp cuts it.
+        let (guarded, _) = Workpiece::of_job(&job, files).unwrap();
+        let options = verify_options(&job, without.cusp_limit, 2);
+        let (design, rest) = (guarded.design(), guarded.rest());
+        let found = verify(&without.toolpath, design, rest, &options, &mut |_| {}).unwrap();
+        let gouge = found.figures.gouge.unwrap();
+        assert!(gouge.height < -1.0, "{name}: {gouge:?}");
+    }
 }

@@ -123,6 +123,7 @@ fn examples(project: &Path, folder: &Path) -> Result<(), String> {
         if let evencut_core::job::SurfaceSource::File(file) = resolved.job.surface.source {
             files.push(file.into());
         }
+        files.extend(resolved.job.path.wall_file.map(PathBuf::from));
         for file in &files {
             copy(&project.join("jobs").join(file), &folder.join("examples").join(file))?;
         }

@@ -24,6 +24,8 @@ const NEGLIGIBLE: f64 = 1e-5;
 /// Two ways out less than this apart (sine) are one: those from neighbouring rulings of a straight wall differ by up to
 /// their distance over the cutter's radius.
 const SAME_WAY: f64 = 0.1;
+/// Rulings less than this apart, across the axis, are one line, mm.
+const SAME_LINE: f64 = 1e-9;
 
 /// A straight line up a wall.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -36,6 +38,8 @@ pub struct Ruling {
     pub inward: DVec3,
     /// Allowance on the wall, mm.
     pub allowance: f64,
+    /// Whether a cutter whose axis is behind the wall is moved out before it; else it has no place there.
+    pub clears_behind: bool,
 }
 
 impl RTreeObject for Ruling {
@@ -53,6 +57,8 @@ pub struct Stand {
     pub depth: f64,
     /// Unit way out of that, across the axis.
     pub away: DVec3,
+    /// Whether its axis is behind a wall from where it is not moved out.
+    pub is_lost: bool,
 }
 
 /// A cutter pushed off walls.
@@ -110,6 +116,8 @@ impl Rulings {
         let query = Query { tool, tip, axis, reach };
         let around = AROUND * tool.radius();
         let mut nearest: Option<(f64, &Ruling, DVec3)> = None;
+        // Of all that meet in the nearest line, as at a corner: their mean tells on which side the cutter stands.
+        let mut out = DVec3::ZERO;
         let mut worst: Option<(f64, &Ruling, DVec3)> = None;
         for ruling in self.tree.locate_in_envelope_intersecting(self.envelope(&query, around)) {
             let floor = worst.map_or(f64::NEG_INFINITY, |w| w.0);
@@ -120,6 +128,12 @@ impl Rulings {
             let before = |best: &(f64, &Ruling, DVec3), value: f64| {
                 value == best.0 && place(best.1) <= place(ruling)
             };
+            let is_same = |n: &(f64, &Ruling, DVec3)| n.2.distance(seen.across) <= SAME_LINE;
+            match nearest.as_ref().filter(|n| is_same(n)) {
+                Some(_) => out += ruling.inward,
+                None if nearest.is_none_or(|n| seen.distance < n.0) => out = ruling.inward,
+                None => {}
+            }
             if nearest
                 .is_none_or(|n| seen.distance < n.0 || seen.distance == n.0 && !before(&n, n.0))
             {
@@ -131,13 +145,14 @@ impl Rulings {
         }
         let (distance, ruling, across) = nearest?;
         let inward = query.inward(ruling);
-        if across.dot(inward) > 0.0 {
+        if across.dot(out.reject_from(axis)) > 0.0 {
             let depth = tool.radius() + ruling.allowance + distance;
-            return Some(Stand { depth, away: across.try_normalize().unwrap_or(inward) });
+            let away = across.try_normalize().unwrap_or(inward);
+            return Some(Stand { depth, away, is_lost: !ruling.clears_behind });
         }
         let (depth, ruling, across) = worst?;
         let away = (-across).try_normalize().unwrap_or(query.inward(ruling));
-        Some(Stand { depth, away })
+        Some(Stand { depth, away, is_lost: false })
     }
 
     /// The cutter moved across its axis until it stands in no wall; `None` where it does not fit between them.
@@ -147,7 +162,10 @@ impl Rulings {
         let mut before: Option<(DVec3, f64)> = None;
         for _ in 0..MOST_STEPS {
             let stand = self.stand(tool, pushed.tip, axis, reach).filter(|s| s.depth > TOUCH);
-            let Some(Stand { depth, away }) = stand else { return Some(pushed) };
+            let Some(Stand { depth, away, is_lost }) = stand else { return Some(pushed) };
+            if is_lost {
+                return None;
+            }
             let out = pushed.tip + away * depth;
             let plane = (away, away.dot(out));
             let both = before.and_then(|b| touching_both(out, b, plane, axis));
@@ -288,7 +306,13 @@ mod tests {
             let count = (a.distance(b) / 0.05).ceil() as u32;
             out.extend((0..=count).map(|i| {
                 let from = a.lerp(b, f64::from(i) / f64::from(count));
-                Ruling { from, to: from + DVec3::Z * HIGH, inward, allowance: 0.0 }
+                Ruling {
+                    from,
+                    to: from + DVec3::Z * HIGH,
+                    inward,
+                    allowance: 0.0,
+                    clears_behind: true,
+                }
             }));
         }
         out

@@ -362,6 +362,12 @@ pub struct PathTable {
     /// How far a wall stands above the edge of the surface; with `boundary = "wall"`.
     #[schemars(extend("x-unit" = "mm", "x-default" = "the tool diameter, or the stock's height if that is more", "minimum" = 1e-3, "maximum" = 1e4))]
     pub wall_height: Option<f64>,
+    /// Mesh (stl, obj, ply or off) of what stands beside the surface and must not be cut into, such as clamps, with
+    /// any `boundary`; the path is relative to the job file. It has the coordinates of the surface's file and is
+    /// placed as that is, by `surface.units`, `scale`, `rotate` and `translate`; beside a formula or a STEP file its
+    /// lengths are mm.
+    #[schemars(extend("x-default" = "nothing stands there", "minLength" = 1, "maxLength" = 4096))]
+    pub wall_file: Option<String>,
 }
 
 /// `[force]`.

@@ -127,6 +127,7 @@ fn path_table(path: &PathOptions) -> PathTable {
         links: Some(path.links),
         boundary: Some(path.boundary),
         wall_height: (path.boundary == Boundary::Wall).then_some(path.wall_height),
+        wall_file: path.wall_file.clone(),
     }
 }
 

@@ -105,7 +105,7 @@ impl Delivery<'_> {
     ) -> Result<Finished, PlanError> {
         let Delivered { toolpath, raised } = self.mended(flat, progress)?;
         // Beside walls stays what the cutter cannot enter.
-        if raised.is_empty() && self.job.path.boundary == Boundary::Open {
+        if raised.is_empty() && self.obstacles.rulings().is_empty() {
             let coverage = Coverage { area: self.surface.area(), ..Coverage::default() };
             return Ok(Finished { toolpath, raised, coverage, removed: None });
         }
@@ -243,6 +243,7 @@ impl Delivery<'_> {
             obstacles: self.obstacles,
             path,
             rim: (!self.obstacles.rulings().is_empty()).then(|| self.rim()),
+            follows_walls: self.job.path.boundary == Boundary::Wall,
             // Columns stand on facets, below the smooth surface by the chord error.
             cusp: self.cusp_limit + self.chord(),
             cell: self.job.nominal_side_step(),
@@ -353,11 +354,8 @@ pub fn rapid_plane(part: &Part, walls: &[DVec3], job: &Job) -> f64 {
     (top(&part.positions) + stock).max(top(walls)) + job.machine.clearance
 }
 
-/// The walls along a job's surface; none at an open boundary.
-pub fn walls(job: &Job, surface: &Surface, rest: &Part) -> Walls {
-    if job.path.boundary == Boundary::Open {
-        return Walls::default();
-    }
+/// The walls along a job's surface, none at an open boundary, and what stands `beside` it.
+pub fn walls(job: &Job, surface: &Surface, rest: &Part, beside: Option<&Part>) -> Walls {
     let options = WallOptions {
         sweep: match axis_rule(job) {
             ToolAxis::Fixed(axis) => Sweep::Axis(axis),
@@ -367,5 +365,12 @@ pub fn walls(job: &Job, surface: &Surface, rest: &Part) -> Walls {
         stock: job.cut.stock,
         spacing: WallOptions::spacing(job.tool.radius(), job.cut.tolerance),
     };
-    Walls::beside(surface, rest, &options)
+    let mut walls = match job.path.boundary {
+        Boundary::Open => Walls::default(),
+        Boundary::Wall => Walls::beside(surface, rest, &options),
+    };
+    if let Some(mesh) = beside {
+        walls.add(mesh, surface, &options, 4.0 * job.tool.radius());
+    }
+    walls
 }

@@ -26,6 +26,12 @@ pub enum PlanError {
     /// The file cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
+    /// The mesh beside the surface was not given.
+    #[error("walls: the job names the file {0:?} in path.wall_file, but it was not given")]
+    NoWallFile(String),
+    /// Nothing can be made of the mesh beside the surface.
+    #[error("walls: path.wall_file: {0}")]
+    WallFile(Box<PlanError>),
     /// The NURBS surface or the STEP file cannot be used.
     #[error(transparent)]
     Smooth(#[from] SmoothError),

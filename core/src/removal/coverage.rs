@@ -53,6 +53,9 @@ pub struct Access<'a> {
     pub path: &'a Toolpath,
     /// Columns close to walls, which those of the layer may miss; `None` without walls.
     pub rim: Option<Columns>,
+    /// Whether passes run along the walls. Where they end at them instead, what is left within reach of a wall is
+    /// its doing.
+    pub follows_walls: bool,
     /// Height over the allowance that may stay, mm.
     pub cusp: f64,
     /// Size of the cells that too tight places are gathered in, mm.
@@ -140,7 +143,7 @@ fn fits(left: &[Left], access: &Access) -> Vec<bool> {
         let Line { foot, normal } = l.column.line;
         let feed = feeds.nearest(l.flat);
         match lowest_off_walls(foot, normal, feed, &pass, obstacles) {
-            Some(at) => at.contains(foot + normal * allowed),
+            Some(at) => access.follows_walls && at.contains(foot + normal * allowed),
             None => raise_at(foot, normal, feed, &pass, obstacles) <= pass.tolerance,
         }
     })

@@ -44,6 +44,13 @@ pub struct Part {
 }
 
 impl Part {
+    /// Adds the faces of another.
+    pub fn add(&mut self, other: &Self) {
+        let first = self.positions.len() as u32;
+        self.positions.extend(&other.positions);
+        self.faces.extend(other.faces.iter().map(|f| f.map(|v| v + first)));
+    }
+
     /// The faces that are not of `surface`, which was picked from this part.
     pub fn without(&self, surface: &Surface) -> Self {
         let picked = surface.connectivity().faces();
@@ -342,6 +349,21 @@ pub fn build_parametric(
         check_normals(&built.surface)?;
     }
     Ok(built)
+}
+
+/// A mesh in the coordinates of the surface's file, placed as that is, repaired and turned outward; nothing of it is
+/// machined.
+///
+/// # Errors
+/// [`SurfaceError`] when no face of it has an area, or it is broken.
+pub fn build_beside(soup: TriangleSoup, options: &SurfaceOptions) -> Result<Part, SurfaceError> {
+    check_indices(&soup)?;
+    let faces = soup.faces.len();
+    let mesh = repair(place(soup, options)?).mesh;
+    if mesh.faces.is_empty() {
+        return Err(SurfaceError::NoArea { faces });
+    }
+    Ok(Part { positions: mesh.positions, faces: mesh.faces })
 }
 
 /// Rotation and scale of `options`; the translation comes after.

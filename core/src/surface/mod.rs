@@ -10,7 +10,9 @@ mod shape;
 mod warning;
 
 pub use analytic::{AnalyticSurface, Domain};
-pub use build::{Built, Fault, Part, SurfaceError, build, build_parametric, placement};
+pub use build::{
+    Built, Fault, Part, SurfaceError, build, build_beside, build_parametric, placement,
+};
 pub use curvature::CurvatureField;
 pub use inspect::{Facing, Inspection};
 pub use parametrisation::Parametrisation;

@@ -6,6 +6,7 @@
 use std::cell::RefCell;
 
 use evencut_core::job::{self, SurfaceSource};
+use evencut_core::plan::Files;
 use evencut_core::results::{Input, OutputFile, ResultsOptions, results};
 
 thread_local! {
@@ -50,14 +51,14 @@ fn files(blocks: &[Vec<u8>]) -> Result<Vec<OutputFile>, String> {
     let name = std::str::from_utf8(name).map_err(|e| e.to_string())?;
     let job = job::read(source).map_err(|faults| faults.render(name, source))?.job;
     let surface = match &job.surface.source {
-        SurfaceSource::File(name) => Some(Input { name, bytes: surface }),
+        SurfaceSource::File(_) => Some(&surface[..]),
         SurfaceSource::Analytic(_) => None,
     };
     let job_file = Input { name, bytes: source };
     let results = results(
         &job,
         job_file,
-        surface,
+        Files::of_surface(surface),
         ResultsOptions { threads: 1, verify: true },
         &mut |_, _| {},
     )

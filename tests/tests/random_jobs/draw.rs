@@ -3,6 +3,7 @@
 use crate::part::Mesh;
 use crate::random::Random;
 use evencut_core::job;
+use evencut_core::plan::Files;
 use evencut_core::verdict::Workpiece;
 use std::fmt::Write;
 use std::path::Path;
@@ -174,7 +175,9 @@ fn real_surface(r: &mut Random, text: &mut String, data: &Path, extent: f64, fiv
         );
         // Most turns show the tool nothing, or the back.
         let part = job::read(probe.as_bytes()).ok().and_then(|resolved| {
-            Workpiece::of_job(&resolved.job, Some(&bytes)).ok().map(|(part, _)| part)
+            Workpiece::of_job(&resolved.job, Files::of_surface(Some(&bytes)))
+                .ok()
+                .map(|(part, _)| part)
         });
         if part.is_some_and(|part| Mesh::new(&part.design).area() > LEAST * extent * extent) {
             break;

@@ -569,7 +569,8 @@ mod tests {
     fn report_of(job: &Job) -> Report {
         let input = evencut_core::results::Input { name: "plane.toml", bytes: b"" };
         let options = evencut_core::results::ResultsOptions { threads: 1, verify: false };
-        evencut_core::results::results(job, input, None, options, &mut |_, _| {}).unwrap().report
+        let files = evencut_core::plan::Files::default();
+        evencut_core::results::results(job, input, files, options, &mut |_, _| {}).unwrap().report
     }
 
     /// Passes 1 mm apart leave `5 - sqrt(25 - 0.25)` = 25.06 µm.

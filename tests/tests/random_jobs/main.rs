@@ -27,7 +27,7 @@ use draw::{Drawn, drawn};
 use evencut_core::cutter_location::LocateError;
 use evencut_core::job::{self, SurfaceSource};
 use evencut_core::link::DeliverError;
-use evencut_core::plan::PlanError;
+use evencut_core::plan::{Files, PlanError};
 use evencut_core::post::PostError;
 use evencut_core::results::{Input, OutputFile, ResultsError, ResultsOptions, results};
 use evencut_core::verdict::Workpiece;
@@ -115,16 +115,14 @@ fn run(text: &str, folder: &Path, seed: u64) -> (Outcome, String) {
     };
     let job = resolved.job;
     let bytes = match &job.surface.source {
-        SurfaceSource::File(file) => {
-            Some((file.clone(), std::fs::read(folder.join(file)).unwrap()))
-        }
+        SurfaceSource::File(file) => Some(std::fs::read(folder.join(file)).unwrap()),
         SurfaceSource::Analytic(_) => None,
     };
-    let surface = bytes.as_ref().map(|(name, bytes)| Input { name, bytes });
+    let files = Files::of_surface(bytes.as_deref());
     let input = Input { name: "job.toml", bytes: text.as_bytes() };
     let options = ResultsOptions { threads: 1, verify: true };
     let started = Instant::now();
-    let planned = match results(&job, input, surface, options, &mut |_, _| {}) {
+    let planned = match results(&job, input, files, options, &mut |_, _| {}) {
         Ok(planned) => planned,
         Err(error) => {
             let text = error.to_string();
@@ -142,8 +140,7 @@ fn run(text: &str, folder: &Path, seed: u64) -> (Outcome, String) {
     let is_table = |f: &&OutputFile| f.name == "toolpath.csv";
     let table = planned.files.iter().find(is_table).unwrap();
     let table = std::str::from_utf8(&table.bytes).unwrap();
-    let bytes = bytes.as_ref().map(|(_, bytes)| &bytes[..]);
-    let (part, _) = Workpiece::of_job(&job, bytes).unwrap();
+    let (part, _) = Workpiece::of_job(&job, files).unwrap();
     let started = Instant::now();
     let found = judge::judged(&job, table, &part, report, seed);
     let judging = started.elapsed().as_secs_f64();

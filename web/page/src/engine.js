@@ -112,12 +112,12 @@ export class Engine {
   }
 
   /** Plans in a worker of its own, whose memory is given back at the end. */
-  async plan(name, source, surface, on) {
+  async plan(name, source, [surface, wall], on) {
     this.cancel();
     const hand = new Hand(await this.#parts);
     this.#planning = hand;
     try {
-      return await hand.call("plan", [name, source, surface], on);
+      return await hand.call("plan", [name, source, surface, wall], on);
     } finally {
       hand.end(CANCELLED);
       if (this.#planning === hand) this.#planning = null;

@@ -106,7 +106,7 @@ async function check() {
   checked = found;
   editor.show(found.faults);
   showFaults(found.faults);
-  showSurface(found.surface);
+  showSurface(found.surface, found.wall);
   const bad = found.faults.some((fault) => fault.severity === "error");
   $("plan").disabled = bad;
   document.body.dataset.checked = bad ? "bad" : "good";
@@ -136,12 +136,17 @@ function faultItem(fault) {
   return make("li", { className: fault.severity }, button);
 }
 
-function showSurface(name) {
-  const given = name && surfaces.given(name);
-  const known = given ? bytes(given.length) : name && surfaces.isExample(name) ? "example" : "not here yet: drop the file on this page";
-  const said = name
-    ? [make("span", {}, "Surface "), make("b", {}, name), make("span", {}, ` ${known}`)]
-    : [make("span", {}, checked?.name ? "Surface by formula" : " ")];
+/** What is known of a file that the job names. */
+function known(name) {
+  const given = surfaces.given(name);
+  if (given) return bytes(given.length);
+  return surfaces.isExample(name) ? "example" : "not here yet: drop the file on this page";
+}
+
+function showSurface(name, wall) {
+  const named = (what, file) => [make("span", {}, what), make("b", {}, file), make("span", {}, ` ${known(file)}`)];
+  const said = name ? named("Surface ", name) : [make("span", {}, checked?.name ? "Surface by formula" : " ")];
+  if (wall) said.push(...named(", beside it ", wall));
   const { count } = surfaces;
   const forget = make("button", { type: "button", id: "forget", className: "quiet small", title: "Surfaces that you gave are kept in this browser. This removes them." },
     count === 1 ? "Forget the kept surface" : `Forget ${count} kept surfaces`);
@@ -174,9 +179,10 @@ async function plan() {
     if (run === own) present(own, part, name, text, part.report ? "planned" : "laid");
   };
   try {
-    const surface = found.surface ? await surfaces.bytes(found.surface) : null;
+    const held = async (file) => (file ? await surfaces.bytes(file) : null) ?? undefined;
+    const files = [await held(found.surface), await held(found.wall)];
     if (run !== own) return;
-    const whole = await engine.plan(name, text, surface ?? undefined, { progress, early });
+    const whole = await engine.plan(name, text, files, { progress, early });
     if (run !== own) return;
     present(own, whole, name, text, "judged");
     say(`Planned and simulated. ${$("figures").innerText.replaceAll("\n", " ")}`);
@@ -363,7 +369,8 @@ async function take(list, afresh = false) {
 async function surfaceAlone(meshes, open, troubles, actions, afresh) {
   const found = await check();
   const wanted = found?.surface;
-  if (wanted && meshes.some(({ name }) => base(wanted) === name) && !surfaces.isExample(wanted)) return;
+  const isGiven = (file) => file && meshes.some(({ name }) => base(file) === name) && !surfaces.isExample(file);
+  if (isGiven(wanted) || isGiven(found?.wall)) return;
   // A job that can be read has no other error than that its surface is not here.
   const waits = wanted ? found.faults.find((fault) => fault.severity === "error") : null;
   const [mesh] = meshes;

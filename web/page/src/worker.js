@@ -24,7 +24,7 @@ const calls = {
   plan: planned,
 };
 
-function planned(id, name, source, surface) {
+function planned(id, name, source, surface, wall) {
   let last = 0;
   const start = performance.now();
   const report = (stage, part) => {
@@ -38,7 +38,7 @@ function planned(id, name, source, surface) {
     const early = taken(made, seconds());
     postMessage({ id, early }, buffers(early));
   };
-  return taken(plan(name, source, surface, report, show), seconds());
+  return taken(plan(name, source, surface, wall, report, show), seconds());
 }
 
 /** What the page needs of a plan, which is freed. */

@@ -11,20 +11,26 @@ pub fn check(source: &str, surfaces: &[String]) -> Value {
         Err(faults) => {
             let faults: Vec<Value> =
                 faults.0.iter().map(|fault| as_json(fault, Severity::Error, source)).collect();
-            json!({ "faults": faults, "surface": null, "name": null })
+            json!({ "faults": faults, "surface": null, "wall": null, "name": null })
         }
         Ok(resolved) => {
             let surface = match &resolved.job.surface.source {
                 SurfaceSource::File(file) => Some(file.as_str()),
                 SurfaceSource::Analytic(_) => None,
             };
-            let missing = surface.filter(|file| !surfaces.iter().any(|held| is_called(file, held)));
-            let missing = missing.map(|file| input::no_surface(Path::new(file), source.as_bytes()));
+            let wall = resolved.job.path.wall_file.as_deref();
+            let is_missing = |file: &&str| !surfaces.iter().any(|held| is_called(file, held));
+            let told = |of: fn(&Path, &[u8]) -> Fault| {
+                move |file: &str| of(Path::new(file), source.as_bytes())
+            };
+            let no_surface = surface.filter(is_missing).map(told(input::no_surface));
+            let no_wall = wall.filter(is_missing).map(told(input::no_wall));
+            let missing: Vec<Fault> = no_surface.into_iter().chain(no_wall).collect();
             let errors = missing.iter().map(|fault| as_json(fault, Severity::Error, source));
             let warnings =
                 resolved.warnings.0.iter().map(|f| as_json(f, Severity::Warning, source));
             let faults: Vec<Value> = errors.chain(warnings).collect();
-            json!({ "faults": faults, "surface": surface, "name": resolved.job.name })
+            json!({ "faults": faults, "surface": surface, "wall": wall, "name": resolved.job.name })
         }
     }
 }
@@ -77,7 +83,19 @@ mod tests {
     #[test]
     fn a_job_whose_surface_is_there_is_good() {
         let found = check(JOB, &["a.stl".into()]);
-        assert_eq!(found, json!({ "faults": [], "surface": "a.stl", "name": "Größe 📏" }));
+        assert_eq!(
+            found,
+            json!({ "faults": [], "surface": "a.stl", "wall": null, "name": "Größe 📏" })
+        );
+    }
+
+    #[test]
+    fn a_mesh_beside_the_surface_that_is_not_there_is_named() {
+        let job = format!("{JOB}[path]\nwall_file = \"clamp.stl\"\n");
+        let found = check(&job, &["a.stl".into()]);
+        let message = found["faults"][0]["message"].as_str().unwrap();
+        assert!(message.contains("clamp.stl") && found["wall"] == "clamp.stl", "{message}");
+        assert_eq!(check(&job, &["a.stl".into(), "clamp.stl".into()])["faults"], json!([]));
     }
 
     #[test]

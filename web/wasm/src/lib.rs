@@ -38,10 +38,10 @@ pub fn schema() -> String {
     job::schema()
 }
 
-/// What is wrong with a job, as JSON: `faults`, the name of the `surface` file, if any, and the
-/// `name` of the job; both null where the job cannot be read.
+/// What is wrong with a job, as JSON: `faults`, the names of the `surface` file and of the `wall` file, if any, and the
+/// `name` of the job; all null where the job cannot be read.
 ///
-/// `surfaces`: names of the surface files that are there.
+/// `surfaces`: names of the meshes that are there.
 #[wasm_bindgen]
 pub fn check(source: &str, surfaces: Vec<String>) -> String {
     fault::check(source, &surfaces).to_string()

@@ -3,6 +3,7 @@
 use evencut_cli::failure;
 use evencut_cli::plan::words;
 use evencut_core::job::{self, Job, Severity, SurfaceSource};
+use evencut_core::plan::Files;
 use evencut_core::preview::Linked;
 use evencut_core::report::Report;
 use evencut_core::results::{
@@ -28,7 +29,8 @@ pub struct Plan {
 
 /// Plans a job.
 ///
-/// `name`: the job file's; `surface`: content of the surface file that it names, if it names one.
+/// `name`: the job file's; `surface`: content of the surface file that it names, if it names one; `wall`: that of the
+/// mesh beside it.
 /// `progress` is called with a stage in words and the part of it that is done; `show` with the
 /// [`Plan`] as far as it is there: once the path is laid, and once it is planned but not judged.
 ///
@@ -39,6 +41,7 @@ pub fn plan(
     name: &str,
     source: &str,
     surface: Option<Vec<u8>>,
+    wall: Option<Vec<u8>>,
     progress: &Function,
     show: &Function,
 ) -> Result<Plan, String> {
@@ -52,7 +55,7 @@ pub fn plan(
         SurfaceSource::File(file) => Some(file.as_str()),
         SurfaceSource::Analytic(_) => None,
     };
-    let surface = file.zip(surface.as_deref()).map(|(name, bytes)| Input { name, bytes });
+    let files = Files { surface: surface.as_deref(), wall: wall.as_deref() };
     // A page that cannot show what is there so far still wants the plan.
     let mut report = |stage, part: f64| {
         let _ = progress.call2(&JsValue::NULL, &words(stage).into(), &part.into());
@@ -63,7 +66,7 @@ pub fn plan(
             show.call1(&JsValue::NULL, &Plan { files, report, linked, job: job.clone() }.into());
     };
     let watch = Watch { progress: &mut report, show: &mut show };
-    let made = linked_results(&job, Input { name, bytes }, surface, OPTIONS, watch);
+    let made = linked_results(&job, Input { name, bytes }, files, OPTIONS, watch);
     match made {
         Ok((Results { files, report }, linked)) => {
             Ok(Plan { files, report: Some(report), linked, job })

@@ -9,7 +9,7 @@ mod surface;
 
 pub(super) use surface::{is_step, uses};
 
-use surface::kind_name;
+use surface::{MESH_FORMATS, kind_name};
 
 use super::document::{Document, Places};
 use super::fault::{Fault, Faults};
@@ -247,7 +247,11 @@ impl Resolver<'_> {
             links: table.links.unwrap_or(Links::Surface),
             boundary,
             wall_height: self.length(table.wall_height, 0.0),
+            wall_file: table.wall_file.clone(),
         };
+        if let Some(file) = &path.wall_file {
+            self.check_file("path.wall_file", file, &MESH_FORMATS);
+        }
         self.check_path(&path);
         path
     }

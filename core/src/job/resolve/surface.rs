@@ -11,6 +11,8 @@ use crate::job::{
 
 /// Formats by the ending of the file's name.
 const FORMATS: [&str; 7] = ["stl", "obj", "ply", "off", "json", "step", "stp"];
+/// Those of meshes.
+pub(super) const MESH_FORMATS: [&str; 4] = ["stl", "obj", "ply", "off"];
 
 /// Largest number of mesh edges along a surface given by a formula: four million vertices.
 const LARGEST_GRID: f64 = 2000.0;
@@ -83,7 +85,7 @@ impl Resolver<'_> {
         }
         match (&table.file, &table.analytic) {
             (Some(file), _) => {
-                self.check_file(file);
+                self.check_file("surface.file", file, &FORMATS);
                 Some(SurfaceSource::File(file.clone()))
             }
             (None, Some(analytic)) => self.analytic(analytic).map(SurfaceSource::Analytic),
@@ -97,15 +99,13 @@ impl Resolver<'_> {
         }
     }
 
-    fn check_file(&mut self, file: &str) {
-        let ending = file.rsplit_once('.').map(|(_, e)| e.to_ascii_lowercase());
-        let known = ending.as_deref().is_some_and(|e| FORMATS.contains(&e));
+    pub(super) fn check_file(&mut self, key: &str, file: &str, formats: &[&str]) {
         if file.chars().any(char::is_control) {
-            self.fault("surface.file", "contains a control character", "give the file's name");
-        } else if !known {
+            self.fault(key, "contains a control character", "give the file's name");
+        } else if !ends_in(file, formats) {
             let message = format!("{file:?} does not end in the name of a known format");
-            let help = format!("available: {}", FORMATS.join(", "));
-            self.fault("surface.file", message, help);
+            let help = format!("available: {}", formats.join(", "));
+            self.fault(key, message, help);
         }
     }
 
