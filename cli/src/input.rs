@@ -87,8 +87,10 @@ impl Contents {
 
     /// The contents.
     pub fn files(&self) -> Files<'_> {
-        let bytes = |file: &Option<(PathBuf, Vec<u8>)>| file.as_ref().map(|(_, b)| &b[..]);
-        Files { surface: bytes(&self.surface), wall: bytes(&self.wall) }
+        Files {
+            surface: self.surface.as_ref().map(|(_, bytes)| &bytes[..]),
+            wall: self.wall.as_ref().map(|(_, bytes)| &bytes[..]),
+        }
     }
 }
 
