@@ -3,7 +3,9 @@
 use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use evencut_core::cutter_location::{CheckMesh, Contact, PassOptions, ToolAxis, locate_pass, tip};
+use evencut_core::cutter_location::{
+    CheckMesh, Contact, Obstacles, PassOptions, ToolAxis, locate_pass, tip,
+};
 use evencut_core::geometry::DVec3;
 use evencut_core::geometry::math::{cos, sin};
 use evencut_core::tool::Tool;
@@ -53,6 +55,7 @@ fn pass() -> Vec<Contact> {
 
 fn cutters(criterion: &mut Criterion) {
     let (mesh, contacts) = (part(316), pass());
+    let obstacles = Obstacles::of_part(mesh.clone());
     for (name, corner) in [("ball", 5.0), ("flat", 0.0), ("bull", 1.0)] {
         let tool = Tool::new(5.0, corner).expect("a cutter of radius 5 mm");
         let mut group = criterion.benchmark_group(name);
@@ -71,7 +74,7 @@ fn cutters(criterion: &mut Criterion) {
                 reach: 40.0,
             };
             group.bench_function(format!("pass/{kind}"), |b| {
-                b.iter(|| locate_pass(black_box(&contacts), &options, &mesh))
+                b.iter(|| locate_pass(black_box(&contacts), &options, &obstacles))
             });
         }
         group.finish();
