@@ -64,6 +64,9 @@ const DEEPEST_IN_WALL: f64 = 2.0;
 const MOST_ON_WALLS: f64 = 1.0e6;
 /// Samples of a wall on a cutter radius at least.
 const WALL_SAMPLES_PER_RADIUS: f64 = 8.0;
+/// Distance from the rim of the samples beside it, at least, cutter radii: a sharp edge that goes along them is seen
+/// at places a twentieth of the radius apart, between which it lies back by a third of this.
+const BESIDE_RIM: f64 = 1e-3;
 /// A rapid that takes less than this touches nothing, mm.
 const GRAZE: f64 = 1e-4;
 
@@ -197,6 +200,7 @@ pub fn verify(
         height: options.stock + options.depth,
         deepest: DEEPEST * options.tool.radius(),
     };
+    let inset = options.tolerance.max(BESIDE_RIM * options.tool.radius());
     let outline = Outline::of(design, rest, options.walls.is_some());
     let tiles = samples::tiles(design, rest, spacing, &outline.open);
     let mut swept: Vec<SweptTile> = Vec::with_capacity(tiles.len());
@@ -204,7 +208,7 @@ pub fn verify(
     for group in tiles.chunks(tiles.len().div_ceil(32).max(8)) {
         progress(swept.len() as f64 / tiles.len() as f64);
         let sweep = |tile: &samples::Tile| {
-            let samples = tile.samples(spacing, options.tolerance.max(0.0));
+            let samples = tile.samples(spacing, inset);
             sweep::sweep(tile, samples, &motion, &body, material)
         };
         swept.extend(parallel::map(options.threads, group, sweep));

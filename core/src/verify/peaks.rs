@@ -23,8 +23,8 @@ const HALF: i32 = 2;
 /// How many times finer than the one before each lattice is.
 const FINER: f64 = 4.0;
 /// Samples one of which is searched around at most, and how many may be in any case.
-const ONE_OF: usize = 256;
-const AT_LEAST: usize = 512;
+const ONE_OF: usize = 512;
+const AT_LEAST: usize = 384;
 /// The same for gouges, of which there are few, as a part.
 const FOR_GOUGES: usize = 4;
 /// Gouges less deep than this are none, mm.
@@ -34,7 +34,7 @@ const NO_GOUGE: f64 = 1e-6;
 const NEAR: f64 = 6.0;
 /// The highest peaks, along whose ridges others are sought; half the width of the lattice on which these begin, in its
 /// places' distances of a quarter of the samples', and how many of its places are searched around.
-const RIDGES: usize = 24;
+const RIDGES: usize = 12;
 const ALONG: i32 = 4;
 const ON_RIDGE: usize = 12;
 
