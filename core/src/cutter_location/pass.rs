@@ -293,6 +293,12 @@ impl<'a> Probe<'a> {
         longest.min((24.0 * rounding * self.tolerance).sqrt())
     }
 
+    /// Whether the way between two places leads from the cut up onto what stands beside the surface: the cut is to
+    /// reach as far as the foot of that.
+    fn is_ramp(&self, a: &Dense, b: &Dense) -> bool {
+        !self.obstacles.rulings().is_empty() && (a.raise - b.raise).abs() > self.tool.radius()
+    }
+
     /// Whether the cutter in the middle between two places penetrates by less than a quarter of the tolerance
     /// for certain, because it does nothing there.
     ///
@@ -453,6 +459,15 @@ fn between(a: &Dense, b: &Dense, probe: &Probe, depth: u32, out: &mut Vec<Dense>
     }
     let mut middle = midpoint(a, b);
     let across = (step - middle.axis * step.dot(middle.axis)).length();
+    if depth > 0 && across >= 0.25 * probe.tolerance && probe.is_ramp(a, b) {
+        let Placed { tip, raise, is_free, away } =
+            probe.placed(middle.tip - middle.axis * middle.raise, middle.axis);
+        middle = Dense { tip, raise, is_free, away, ..middle };
+        between(a, &middle, probe, depth - 1, out);
+        out.push(middle);
+        between(&middle, b, probe, depth - 1, out);
+        return true;
+    }
     let clear = probe.clears(middle.tip, middle.axis, 0.25 * probe.tolerance);
     if clear && (is_short || depth == 0) {
         return false;
