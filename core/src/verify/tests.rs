@@ -85,6 +85,7 @@ fn options(radius: f64, corner: f64) -> VerifyOptions {
         spacing: 0.1,
         up: DVec3::Z,
         too_tight: Vec::new(),
+        closely: true,
         walls: None,
         threads: 1,
     }
