@@ -412,26 +412,47 @@ fn dense_path(
             is_free,
             away,
         };
-        if let Some(&before) = dense.last() {
-            let corner = in_corner(&before, &point, probe);
-            if let Some(corner) = &corner {
-                between(&before, corner, probe, DEEPEST, &mut dense);
-                dense.push(*corner);
+        if let Some(corner) = point.away.and_then(|_| in_corner(&dense, &point, probe)) {
+            let first = dense.iter().rposition(|d| d.away.is_some()).map_or(0, |i| i + 1);
+            let rest = dense.split_off(first);
+            if let Some(&before) = dense.last() {
+                between(&before, &corner, probe, DEEPEST, &mut dense);
             }
-            between(corner.as_ref().unwrap_or(&before), &point, probe, DEEPEST, &mut dense);
+            // What cut the corner goes into it.
+            let Dense { tip, axis, raise, is_free, away, .. } = corner;
+            dense.extend(rest.into_iter().map(|d| Dense { tip, axis, raise, is_free, away, ..d }));
+            dense.push(corner);
+        }
+        if let Some(&before) = dense.last() {
+            between(&before, &point, probe, DEEPEST, &mut dense);
         }
         dense.push(point);
     }
     dense
 }
 
-/// The point in the corner of two walls between points that touch one each, if the way through it is not straight.
-fn in_corner(a: &Dense, b: &Dense, probe: &Probe) -> Option<Dense> {
+/// The point in the corner of two walls, where the way from the last point that touches one to `b`, which touches the
+/// other, cuts that corner.
+fn in_corner(dense: &[Dense], b: &Dense, probe: &Probe) -> Option<Dense> {
+    let last = dense.iter().rposition(|d| d.away.is_some())?;
+    let a = &dense[last];
     let middle = midpoint(a, b);
     let corner = corner((a.tip, a.away?), (b.tip, b.away?), middle.axis)?;
+    let leads_to =
+        |from: &Dense, to: &Dense| to.away.is_some_and(|out| (corner - from.tip).dot(out) < 0.0);
+    if !leads_to(a, b) || !leads_to(b, a) {
+        return None;
+    }
     let far = corner.distance(middle.tip);
-    let is_there = far > 0.25 * probe.tolerance && far < CORNER * a.tip.distance(b.tip);
-    let placed = is_there.then(|| probe.placed(corner, middle.axis))?;
+    if far <= 0.25 * probe.tolerance || far >= CORNER * a.tip.distance(b.tip) {
+        return None;
+    }
+    let way = |from: DVec3, places: &mut dyn Iterator<Item = DVec3>| {
+        places.fold((0.0, from), |(length, from), to| (length + from.distance(to), to)).0
+    };
+    let there = way(a.tip, &mut [corner, b.tip].into_iter());
+    let now = way(a.tip, &mut dense[last + 1..].iter().chain([b]).map(|d| d.tip));
+    let placed = (now <= there + probe.tolerance).then(|| probe.placed(corner, middle.axis))?;
     let Placed { tip, raise, is_free, away } = placed;
     let is_low = raise <= a.raise.max(b.raise);
     is_low.then_some(Dense { tip, raise, is_free, away: away.or(a.away), ..middle })
