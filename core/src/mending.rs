@@ -14,26 +14,21 @@
 
 use crate::cutter_location::{Obstacles, PassOptions, is_in_wall, raise_at};
 use crate::flat_path::FlatPoint;
-use crate::flatten::{Chart, Locator};
-use crate::geometry::{DVec2, DVec3};
-use crate::mesh::{FaceId, VertexId};
+use crate::geometry::DVec2;
 use crate::parallel;
 use crate::removal::{Columns, Cutter, FeedIndex, Layer, Line};
-use crate::surface::{Surface, SurfacePoint};
+use crate::tool::ToolKind;
 use crate::toolpath::{MoveKind, Toolpath};
 use std::collections::BTreeSet;
 
-/// Distance of samples, side steps. Larger: high places are overlooked; smaller: slower, with its square.
-const SPACING: f64 = 0.04;
+mod samples;
+
+pub use samples::Places;
+use samples::{Ball, LEVELS, Sample};
+
 /// Parts of the limit from which on there are more samples about one, and still more about each of those: between
 /// samples of a sharp cusp as high as the limit none is lower.
-const NEARLY: [f64; 2] = [0.85, 0.95];
-/// More samples along and across each of those.
-const FINER: u32 = 3;
-/// Part of the place of one that those take: no detour comes to what lies on the boundary itself.
-const INNER: f64 = 0.9;
-/// How much denser samples are beside the boundary, where places are small.
-const RIM: f64 = 4.0;
+const NEARLY: [f64; LEVELS as usize] = [0.85, 0.95];
 /// How far beside the highest sample, side steps, others belong to its detour, and how far ahead and behind.
 const GROUP: [f64; 2] = [0.25, 1.5];
 /// Part of a height that a detour is worth which lowers it to that where the cutter does not fit.
@@ -44,15 +39,20 @@ const CELL: f64 = 0.1;
 const SWEPT: f64 = 0.4;
 /// How far a detour goes on ahead of the last sample, side steps: the edge of the strip lags.
 const AHEAD: f64 = 0.05;
+/// How far inside of the boundary detours along it go, side steps.
+const INSIDE: f64 = 0.15;
+/// Detours over a place after which it is left: something holds the cutter up.
+const TRIES: u8 = 3;
+/// How often all places are looked at, at most.
+const LOOKS: u32 = 3;
+/// Steps toward higher places at most.
+const CLIMBS: usize = 8;
 /// Part of the way to the boundary that a detour goes on at most. More: rounding leads it outside.
 const WITHIN: f64 = 0.98;
 /// Heights that are told apart, limits: what is higher is as high.
 const TOLD: f64 = 10.0;
 /// Most detours. More: it is not single places that are too high.
 const MOST_DETOURS: usize = 2000;
-/// Most samples; larger surfaces get fewer.
-const MOST_SAMPLES: f64 = 2e6;
-
 /// What is to be kept.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct MendOptions {
@@ -62,159 +62,144 @@ pub struct MendOptions {
     pub side_step: f64,
     /// What is higher is gone over again, mm.
     pub limit: f64,
+    /// What is lower than this, mm, does not come near the limit again.
+    pub close: f64,
     /// How far behind the contact the edge of the strip is, mm: by that detours go on beyond the boundary.
     pub lag: f64,
+    /// Whether passes are to cover the surface up to its boundary: no wall stands there.
+    pub has_open_rim: bool,
     /// Threads to use; the detours do not depend on it.
     pub threads: usize,
 }
 
-/// A place of the surface.
-#[derive(Copy, Clone)]
-struct Sample {
-    at: DVec3,
-    normal: DVec3,
-    flat: DVec2,
-    /// mm per flat mm.
-    scale: f64,
-    /// How far apart samples are here, mm.
-    spacing: f64,
-}
-
-/// The samples of a surface.
+/// What looks at a path and lays detours.
 pub struct Mender<'a> {
     options: MendOptions,
-    surface: &'a Surface,
-    chart: &'a Chart,
-    locator: &'a Locator<'a>,
+    places: Places<'a>,
     obstacles: &'a Obstacles,
-    /// Those that were not low enough, or all before that is known.
+    /// Those that were nearly too high.
     samples: Vec<Sample>,
-    is_fresh: bool,
+    /// Whether detours were laid since all places were looked at.
+    is_changed: bool,
+    /// How often all were.
+    looks: u32,
 }
 
 impl<'a> Mender<'a> {
-    /// For a surface and its chart; `locator`: over its flat faces; `obstacles`: the part.
-    pub fn new(
-        surface: &'a Surface,
-        chart: &'a Chart,
-        locator: &'a Locator<'a>,
-        obstacles: &'a Obstacles,
-        options: MendOptions,
-    ) -> Self {
-        let samples = Vec::new();
-        let mut mender =
-            Self { options, surface, chart, locator, obstacles, samples, is_fresh: true };
-        mender.spread();
-        mender
+    /// For the places of a surface; `obstacles`: the part.
+    pub fn new(places: Places<'a>, obstacles: &'a Obstacles, options: MendOptions) -> Self {
+        Self { options, places, obstacles, samples: Vec::new(), is_changed: true, looks: 0 }
     }
 
-    /// Samples evenly over all faces.
-    fn spread(&mut self) {
-        let asked = self.options.side_step * SPACING;
-        let share = (asked * asked).max(self.surface.area() / MOST_SAMPLES);
-        let mut due = 0.0;
-        for face_id in self.faces_by_place() {
-            let face = self.surface.connectivity().face(face_id);
-            let [a, b, c] = self.surface.corners(face_id);
-            let area = 0.5 * (b - a).cross(c - a).length();
-            let is_rim = face.iter().any(|v| self.surface.connectivity().is_boundary(*v));
-            let share = if is_rim { share / RIM } else { share };
-            let n = (area / share).sqrt().ceil().clamp(1.0, 1e3) as usize;
-            for weights in thirds(n) {
-                due += area / (n * n) as f64;
-                if due >= share {
-                    due -= share;
-                    let place = SurfacePoint { face: face_id, weights };
-                    self.samples.push(self.sample(place, share.sqrt()));
-                }
+    /// All places to be looked at.
+    fn all(&self, flat: &[FlatPoint]) -> Vec<Sample> {
+        let MendOptions { pass, limit, .. } = self.options;
+        let mut all = match pass.tool.kind() {
+            ToolKind::Ball => {
+                let ball = Ball { radius: pass.tool.radius(), stock: pass.stock, limit };
+                self.places.beside_passes(flat, &ball)
             }
-        }
-    }
-
-    /// The faces in the order of a curve that fills squares of the chart one after the other (Morton 1966): where faces are
-    /// smaller than samples are apart, every so many of them in turn leave no gaps.
-    fn faces_by_place(&self) -> Vec<FaceId> {
-        let uv = self.chart.uv();
-        let fold = |f: fn(DVec2, DVec2) -> DVec2| uv.iter().copied().reduce(f).unwrap_or_default();
-        let (low, high) = (fold(DVec2::min), fold(DVec2::max));
-        let cells = f64::from(u16::MAX) / (high - low).max_element().max(f64::MIN_POSITIVE);
-        // The bits of a number, every other one.
-        let spread = |x: f64| (0..16).fold(0u32, |bits, i| bits | (x as u32 >> i & 1) << (2 * i));
-        let key = |face: &[VertexId; 3]| {
-            let middle = face.iter().map(|v| uv[v.index()]).sum::<DVec2>() / 3.0;
-            let cell = (middle - low) * cells;
-            spread(cell.x) | spread(cell.y) << 1
+            _ => self.places.over_faces(),
         };
-        let faces = self.surface.connectivity().faces().iter().enumerate();
-        let mut keyed: Vec<(u32, u32)> = faces.map(|(f, face)| (key(face), f as u32)).collect();
-        keyed.sort_unstable();
-        keyed.into_iter().map(|(_, f)| FaceId(f)).collect()
-    }
-
-    /// A sample on a face.
-    fn sample(&self, SurfacePoint { face, weights }: SurfacePoint, spacing: f64) -> Sample {
-        let corners = self.surface.corners(face);
-        let vertices = self.surface.connectivity().face(face);
-        let normals = vertices.map(|v| self.surface.vertex_normals()[v.index()]);
-        let uv = vertices.map(|v| self.chart.uv()[v.index()]);
-        let [a, b, c] = corners;
-        let area = (b - a).cross(c - a).length();
-        let flat = (uv[1] - uv[0]).perp_dot(uv[2] - uv[0]).abs();
-        Sample {
-            at: (0..3).map(|i| corners[i] * weights[i]).sum(),
-            normal: (0..3).map(|i| normals[i] * weights[i]).sum::<DVec3>().normalize_or_zero(),
-            flat: (0..3).map(|i| uv[i] * weights[i]).sum(),
-            scale: (area / flat).sqrt(),
-            spacing,
+        if self.options.has_open_rim {
+            all.extend(self.places.on_rim());
         }
-    }
-
-    /// Samples about one, closer to each other.
-    fn about(&self, sample: &Sample) -> impl Iterator<Item = Sample> {
-        let (spacing, of_one) = (sample.spacing, 1.0 / f64::from(FINER));
-        let (middle, side) = (sample.flat, spacing / sample.scale);
-        let offset = move |i: u32| INNER * ((f64::from(i) + 0.5) * of_one - 0.5);
-        let places = (0..FINER * FINER)
-            .map(move |i| middle + DVec2::new(offset(i % FINER), offset(i / FINER)) * side);
-        places
-            .filter_map(move |p| Some(self.sample(self.locator.locate(p).ok()?, spacing * of_one)))
+        all
     }
 
     /// The heights of all samples, with more of them where it is nearly too high.
     fn refined(&mut self, path: &Toolpath) -> Vec<f64> {
-        let [nearly, more_nearly] = NEARLY.map(|part| part * self.options.limit);
-        let mut heights = self.heights(&self.samples, path, nearly);
-        // What the cutter cannot lower, as beside walls, is not looked at more closely.
-        let to_lower: BTreeSet<usize> = self.to_lower(&heights, path).into_iter().collect();
         let limit = self.options.limit;
-        for (i, height) in heights.iter_mut().enumerate() {
-            if *height > limit && !to_lower.contains(&i) {
-                *height = 0.0;
-            }
-        }
+        let enough =
+            |level: u8| NEARLY.get(usize::from(level)).map_or(self.options.close, |n| n * limit);
+        let mut heights = self.heights(&self.samples, path, enough(0));
         let mut known = 0;
-        for (nearly, enough) in [(nearly, more_nearly), (more_nearly, self.options.limit)] {
-            let high = self.samples.iter().zip(&heights).skip(known);
-            let high = high.filter(|(_, height)| **height > nearly);
-            let more: Vec<Sample> = high.flat_map(|(sample, _)| self.about(sample)).collect();
+        while known < self.samples.len() {
+            // What is too high is gone over anyway.
+            let mut more = Vec::new();
+            for (i, height) in heights.iter().enumerate().skip(known) {
+                let Sample { level, .. } = self.samples[i];
+                if level < LEVELS && (enough(level)..=limit).contains(height) {
+                    more.extend(self.places.about(&self.samples[i]));
+                    self.samples[i].level = LEVELS;
+                }
+            }
             known = self.samples.len();
-            heights.extend(self.heights(&more, path, enough));
+            heights.extend(self.heights(&more, path, enough(LEVELS)));
             self.samples.extend(more);
         }
         heights
     }
 
+    /// The heights of all samples, and which are too high and can be lowered.
+    fn high(&mut self, path: &Toolpath) -> (Vec<f64>, Vec<usize>) {
+        let mut heights = self.refined(path);
+        let mut high = self.to_lower(&heights, path);
+        if high.is_empty() {
+            self.climb(&mut heights, path);
+            high = self.to_lower(&heights, path);
+        }
+        (heights, high)
+    }
+
+    /// From what nearly is too high on to what is higher beside it: samples leave gaps, and peaks of a flat end's edge
+    /// are narrow.
+    fn climb(&mut self, heights: &mut Vec<f64>, path: &Toolpath) {
+        let MendOptions { limit, close, .. } = self.options;
+        let is_nearly =
+            |i: &usize| (close..=limit).contains(&heights[*i]) && !self.samples[*i].is_climbed;
+        let nearly = self.by_cell((0..heights.len()).filter(is_nearly), heights);
+        let mut front: Vec<usize> = nearly.iter().map(|cell| cell[0]).collect();
+        for _ in 0..CLIMBS {
+            let beside: Vec<Vec<Sample>> =
+                front.iter().map(|&i| self.places.beside(&self.samples[i])).collect();
+            front.iter().for_each(|&i| self.samples[i].is_climbed = true);
+            let found = self.heights(&beside.concat(), path, close);
+            let mut next = Vec::new();
+            let mut known = 0;
+            for (&from, beside) in front.iter().zip(beside) {
+                let of = &found[known..known + beside.len()];
+                known += beside.len();
+                let highest = beside.into_iter().zip(of).max_by(|a, b| a.1.total_cmp(b.1));
+                let Some((sample, &height)) = highest.filter(|h| *h.1 > heights[from]) else {
+                    continue;
+                };
+                if height <= limit {
+                    next.push(self.samples.len());
+                }
+                self.samples.push(sample);
+                heights.push(height);
+            }
+            front = next;
+        }
+    }
+
     /// The flat path with detours over what the path that it became leaves too high; `None` where nothing is.
     ///
-    /// What is low enough is forgotten: detours only take more.
+    /// What is low enough is forgotten: detours only take more, but for what thinning out of points leaves free.
     pub fn mended(&mut self, flat: &[FlatPoint], path: &Toolpath) -> Option<Vec<FlatPoint>> {
-        let heights = match core::mem::take(&mut self.is_fresh) {
-            true => self.refined(path),
-            false => self.heights(&self.samples, path, self.options.limit),
-        };
-        let mut high = self.to_lower(&heights, path);
+        let (mut heights, mut high) = self.high(path);
+        // What was low enough once may have been spoiled by detours.
+        while high.is_empty() && self.is_changed && self.looks < LOOKS {
+            self.samples = self.all(flat);
+            (self.is_changed, self.looks) = (false, self.looks + 1);
+            (heights, high) = self.high(path);
+        }
+        self.is_changed |= !high.is_empty();
         high.sort_by(|&a, &b| heights[b].total_cmp(&heights[a]));
-        let still: Vec<Sample> = high.iter().map(|&i| self.samples[i]).collect();
+        let limit = self.options.limit;
+        let lowerable: BTreeSet<usize> = high.iter().copied().collect();
+        let is_left = |i: &usize| match heights[*i] > limit {
+            true => lowerable.contains(i),
+            false => heights[*i] > self.options.close,
+        };
+        let left: Vec<Sample> = (0..heights.len())
+            .filter(is_left)
+            .map(|i| Sample {
+                detours: self.samples[i].detours + u8::from(heights[i] > limit),
+                ..self.samples[i]
+            })
+            .collect();
         let mut detours: Vec<Detour> = Vec::new();
         while let Some(&worst) = high.first() {
             let Some((from, heading)) = nearest(flat, self.samples[worst].flat) else { break };
@@ -223,39 +208,51 @@ impl<'a> Mender<'a> {
             }
             detours.push(self.detour(&mut high, from, heading));
         }
-        self.samples = still;
+        self.samples = left;
         (!detours.is_empty()).then(|| with_detours(flat, detours))
     }
 
     /// The samples that are too high and can be lowered: where the cutter, if it is to touch there, comes low
     /// enough, or much lower than it did. The highest of a cell stands for all of it.
     fn to_lower(&self, heights: &[f64], path: &Toolpath) -> Vec<usize> {
-        let MendOptions { pass, side_step, limit, threads, .. } = self.options;
-        let cell = |i: usize| {
-            (self.samples[i].at / (CELL * side_step)).to_array().map(|x| x.floor() as i64)
-        };
-        let high = (0..heights.len()).filter(|&i| heights[i] > limit);
-        let mut high: Vec<([i64; 3], usize)> = high.map(|i| (cell(i), i)).collect();
-        high.sort_by(|a, b| a.0.cmp(&b.0).then(heights[b.1].total_cmp(&heights[a.1])));
-        let cells: Vec<&[([i64; 3], usize)]> = high.chunk_by(|a, b| a.0 == b.0).collect();
+        let MendOptions { pass, limit, threads, .. } = self.options;
+        let is_worth = |i: &usize| heights[*i] > limit && self.samples[*i].detours < TRIES;
+        let cells = self.by_cell((0..heights.len()).filter(is_worth), heights);
         let feeds = FeedIndex::new(path, pass.axis);
         let can_be_lowered = parallel::map(threads, &cells, |cell| {
-            let Sample { at, normal, flat, .. } = self.samples[cell[0].1];
+            let Sample { at, normal, flat, .. } = self.samples[cell[0]];
             let feed = feeds.nearest(flat);
             // No detour leads into a wall.
             if is_in_wall(at, normal, feed, &pass, self.obstacles) {
                 return false;
             }
             let raise = raise_at(at, normal, feed, &pass, self.obstacles);
-            raise <= limit.max(WORTH * heights[cell[0].1])
+            raise <= limit.max(WORTH * heights[cell[0]])
         });
         let lowered = cells.iter().zip(can_be_lowered).filter(|(_, can_be)| *can_be);
-        lowered.flat_map(|(cell, _)| cell.iter().map(|c| c.1)).collect()
+        lowered.flat_map(|(cell, _)| cell).copied().collect()
+    }
+
+    /// Samples by the cells in which they lie, the highest of each first.
+    fn by_cell(&self, some: impl Iterator<Item = usize>, heights: &[f64]) -> Vec<Vec<usize>> {
+        let side = CELL * self.options.side_step;
+        let cell = |i: usize| (self.samples[i].at / side).to_array().map(|x| x.floor() as i64);
+        let mut keyed: Vec<([i64; 3], usize)> = some.map(|i| (cell(i), i)).collect();
+        keyed.sort_by(|a, b| a.0.cmp(&b.0).then(heights[b.1].total_cmp(&heights[a.1])));
+        let cells = keyed.chunk_by(|a, b| a.0 == b.0);
+        cells.map(|cell| cell.iter().map(|c| c.1).collect()).collect()
     }
 
     /// Along the samples about the first one, which, and all beside, are done with.
     fn detour(&self, high: &mut Vec<usize>, from: usize, heading: DVec2) -> Detour {
-        let Sample { flat: origin, scale, .. } = self.samples[high[0]];
+        let worst = high[0];
+        let sample = &self.samples[worst];
+        // Where that was in vain, over the very place.
+        let origin = match sample.detours {
+            0 => self.places.inside(sample, INSIDE),
+            _ => sample.flat,
+        };
+        let scale = sample.scale;
         let steps = scale / self.options.side_step;
         let place = |i: usize| {
             let way = (self.samples[i].flat - origin) * steps;
@@ -265,40 +262,45 @@ impl<'a> Mender<'a> {
         let group = high.iter().map(|&i| place(i));
         let group = group.filter(|(along, across)| along.abs() <= ahead && *across <= beside);
         let (rear, front) = group.fold((0.0f64, 0.0f64), |(r, f), (a, _)| (r.min(a), f.max(a)));
-        let front = front + AHEAD;
-        let is_left = |(along, across): (f64, f64)| along < rear || along > front || across > SWEPT;
-        high.retain(|&i| is_left(place(i)));
         let at = |along: f64| origin + heading * (along / steps);
-        let (front, is_at_boundary) = self.within(origin, at(front));
+        let (end, is_at_boundary) = self.within(origin, at(front + AHEAD));
         let overrun = if is_at_boundary { self.options.lag } else { 0.0 };
+        let ahead = (end - origin).dot(heading);
         // Beyond the boundary it goes on as before, so that there is to be as much before.
-        let before = (front - origin).dot(heading) - overrun / scale;
-        let (rear, _) = self.within(origin, at(rear.min(before * steps)));
+        let before = ahead - overrun / scale;
+        let (begin, _) = self.within(origin, at(rear.min(before * steps)));
+        let (rear, front) = ((begin - origin).dot(heading) * steps, ahead * steps);
+        let is_left = |(along, across): (f64, f64)| {
+            along < rear - AHEAD || along > front + AHEAD || across > SWEPT
+        };
+        high.retain(|&i| i != worst && is_left(place(i)));
+        let (rear, front) = (begin, end);
         Detour { from, heading, rear, front, overrun }
     }
 
     /// The end of the straight flat way from a place of the chart, or where it is still on the chart, and whether
     /// it leaves it.
     fn within(&self, from: DVec2, to: DVec2) -> (DVec2, bool) {
-        let Ok(start) = self.locator.locate(from) else { return (from, true) };
-        match self.locator.walk(start.face, from, to, |_, _| {}) {
+        let Ok(start) = self.places.locator.locate(from) else { return (from, true) };
+        match self.places.locator.walk(start.face, from, to, |_, _| {}) {
             Ok(_) => (to, false),
             Err(outside) => (from.lerp(outside.uv, WITHIN), true),
         }
     }
 
-    /// The height that a path leaves on every sample, mm: exact above `enough`, elsewhere not below what is left.
+    /// The height that a path leaves above the allowance on every sample, mm: exact above `enough`, elsewhere not below what is left.
     fn heights(&self, samples: &[Sample], path: &Toolpath, enough: f64) -> Vec<f64> {
         let MendOptions { pass, limit, threads, .. } = self.options;
         let cutter = Cutter { tool: pass.tool, length: pass.reach };
-        let layer = Layer { stock: 0.0, depth: TOLD * limit };
+        let layer = Layer { stock: pass.stock, depth: TOLD * limit };
         let line = |s: &Sample| (Line { foot: s.at, normal: s.normal }, s.flat);
         let lines: Vec<(Line, DVec2)> = samples.iter().map(line).collect();
         let (columns, ids) = Columns::on(&lines, layer.top());
         let path = near_links(path, cutter.tool.radius());
-        let left = columns.remains(&path, cutter, layer, enough, threads);
+        let left = columns.remains(&path, cutter, layer, pass.stock + enough, threads);
         let mut heights = vec![0.0; lines.len()];
-        ids.iter().zip(left.heights()).for_each(|(id, height)| heights[*id as usize] = height);
+        let above = ids.iter().zip(left.heights()).map(|(id, height)| (*id, height - pass.stock));
+        above.for_each(|(id, height)| heights[id as usize] = height);
         heights
     }
 }
@@ -313,20 +315,6 @@ fn near_links(path: &Toolpath, radius: f64) -> Toolpath {
         }
     }
     path
-}
-
-/// Weights of the corners at the middles of the `n²` equal parts of a triangle.
-fn thirds(n: usize) -> impl Iterator<Item = [f64; 3]> {
-    let weights = move |i: usize, j: usize, part: f64| {
-        let (u, v) = ((i as f64 + part) / n as f64, (j as f64 + part) / n as f64);
-        [1.0 - u - v, u, v]
-    };
-    (0..n).flat_map(move |i| {
-        (0..n - i).flat_map(move |j| {
-            let down = (i + j + 1 < n).then(|| weights(i, j, 2.0 / 3.0));
-            core::iter::once(weights(i, j, 1.0 / 3.0)).chain(down)
-        })
-    })
 }
 
 /// The point of a pass nearest to a flat place, by index, and the way that the cutter faces or goes there.
@@ -377,6 +365,8 @@ fn with_detours(flat: &[FlatPoint], mut detours: Vec<Detour>) -> Vec<FlatPoint> 
 mod tests {
     use super::*;
     use crate::cutter_location::{CheckMesh, ToolAxis};
+    use crate::flatten::{Chart, Locator};
+    use crate::geometry::DVec3;
     use crate::geometry::math::{cos, sin};
     use crate::job::{Component, Selection, SurfaceOptions, SurfaceSource};
     use crate::surface::{AnalyticSurface, build};
@@ -448,6 +438,7 @@ mod tests {
         let flat = surface.positions().iter().map(|p| p.truncate()).collect();
         let chart = Chart::new(&surface, flat);
         let locator = Locator::new(surface.connectivity(), chart.uv());
+        let places = Places { surface: &surface, chart: &chart, locator: &locator, side_step };
         let limit = 0.5 * (lag(0.5 * side_step) + lag(side_step));
         let behind = lag(0.5 * side_step) / sin(LEAD);
         let options = MendOptions {
@@ -461,7 +452,9 @@ mod tests {
             },
             side_step,
             limit,
+            close: limit,
             lag: behind,
+            has_open_rim: true,
             threads: 2,
         };
         let check = |roof: Option<f64>| {
@@ -477,7 +470,7 @@ mod tests {
             ))
         };
         let mended = |ys: &[f64], obstacles: &Obstacles| {
-            let mut mender = Mender::new(&surface, &chart, &locator, obstacles, options);
+            let mut mender = Mender::new(places, obstacles, options);
             let mut flat = passes(ys);
             let mut rounds = 0;
             loop {

@@ -6,17 +6,16 @@ use crate::feed::fill_time;
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
 use crate::geometry::DVec3;
-use crate::job::{Boundary, ForceControl, Job, Stepover, TooTight};
+use crate::job::{Boundary, ForceControl, Job, TooTight};
 use crate::lift::Lift;
 use crate::link::{self, DeliverOptions, Delivered, TouchUp, deliver};
 use crate::machine::Axes;
-use crate::mending::{MendOptions, Mender};
+use crate::mending::{MendOptions, Mender, Places};
 use crate::regions::JointTerrain;
 use crate::removal::{
     self, Access, Columns, Coverage, Cutter, Feeds, Layer, Limit, TooSlow, rated,
 };
 use crate::surface::{Part, Surface};
-use crate::tool::ToolKind;
 use crate::toolpath::Toolpath;
 use crate::walls::{Sweep, WallOptions, Walls};
 
@@ -25,10 +24,12 @@ const TOUCH_UPS: usize = 4;
 /// A move that would have to be slower than this part of the feed means that the limit cannot be
 /// kept.
 pub const SLOWEST: f64 = 0.005;
-/// Most rounds of detours over what is too high; few need more than three.
-const MENDS: usize = 10;
+/// Most rounds of detours over what is too high; few need more than four.
+const MENDS: usize = 20;
 /// Part of the tolerance above the limit from which on a place is too high: samples may miss the highest.
-const MENDED: f64 = 0.7;
+const MENDED: f64 = 0.5;
+/// The same from which on a place may be too high once further detours have changed which points the path keeps.
+const CLOSE: f64 = 0.0;
 
 /// A delivered path, and what it leaves.
 pub struct Finished {
@@ -122,7 +123,7 @@ impl Delivery<'_> {
         })
     }
 
-    /// The path at the nominal feeds, where a flat bottom leaves too much with detours over that.
+    /// The path at the nominal feeds, with detours over what it leaves too high.
     fn mended(
         &self,
         flat: &[FlatPoint],
@@ -130,22 +131,19 @@ impl Delivery<'_> {
     ) -> Result<Delivered, PlanError> {
         let mut delivered =
             deliver(flat, &self.lift, self.obstacles, &self.options, None, &mut *progress)?;
-        if let Some(options) = self.mend_options() {
-            let mut mender =
-                Mender::new(self.surface, self.chart, self.locator, self.obstacles, options);
-            let mut flat = flat.to_vec();
-            for _ in 0..MENDS {
-                let Some(mended) = mender.mended(&flat, &delivered.toolpath) else { break };
-                flat = mended;
-                delivered = deliver(
-                    &flat,
-                    &self.lift,
-                    self.obstacles,
-                    &self.options,
-                    None,
-                    &mut *progress,
-                )?;
-            }
+        let places = Places {
+            surface: self.surface,
+            chart: self.chart,
+            locator: self.locator,
+            side_step: self.job.nominal_side_step(),
+        };
+        let mut mender = Mender::new(places, self.obstacles, self.mend_options());
+        let mut flat = flat.to_vec();
+        for _ in 0..MENDS {
+            let Some(mended) = mender.mended(&flat, &delivered.toolpath) else { break };
+            flat = mended;
+            delivered =
+                deliver(&flat, &self.lift, self.obstacles, &self.options, None, &mut *progress)?;
         }
         refuse_too_tight(self.job, &delivered.raised)?;
         match delivered.raised.iter().min_by(|a, b| a.raise.total_cmp(&b.raise)) {
@@ -251,17 +249,18 @@ impl Delivery<'_> {
         })
     }
 
-    /// What cutters with a flat bottom may leave, if the job says so.
-    fn mend_options(&self) -> Option<MendOptions> {
+    /// What the path may leave.
+    fn mend_options(&self) -> MendOptions {
         let job = self.job;
-        let Stepover::Scallop(limit) = job.cut.stepover else { return None };
-        (job.tool.kind() != ToolKind::Ball).then(|| MendOptions {
+        MendOptions {
             pass: self.options.pass,
             side_step: job.nominal_side_step(),
-            limit: limit + MENDED * job.cut.tolerance,
+            limit: self.cusp_limit + MENDED * job.cut.tolerance,
+            close: self.cusp_limit + CLOSE * job.cut.tolerance,
             lag: tilted(job).map_or(0.0, |strip| strip.lag(0.5 * job.nominal_side_step())),
+            has_open_rim: job.path.boundary == Boundary::Open,
             threads: self.threads,
-        })
+        }
     }
 
     /// How far the facets may be off a smooth surface, mm.
