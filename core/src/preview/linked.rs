@@ -311,7 +311,6 @@ mod tests {
             spacing: 0.5,
             up: DVec3::Z,
             too_tight: Vec::new(),
-            closely: true,
             walls: None,
             threads: 1,
         };

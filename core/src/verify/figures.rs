@@ -196,8 +196,8 @@ pub(super) struct Found<'a> {
     pub samples: &'a [Outcome],
     /// Further places, without area: they count for the largest heights alone.
     pub further: &'a [Outcome],
-    /// Nothing is higher than this or the largest residual, mm, where that was searched for.
-    pub highest: Option<f64>,
+    /// Nothing is higher than this or the largest residual, mm.
+    pub highest: f64,
 }
 
 impl Figures {
@@ -225,10 +225,7 @@ impl Figures {
             area: sum(&judged, |_| 1.0),
             samples: samples.len(),
             spacing,
-            sampling_bound: largest.map_or(0.0, |l| match highest {
-                Some(highest) => (highest - l.height).max(0.0),
-                None => sampling_bound(l.height, spacing, options),
-            }),
+            sampling_bound: largest.map_or(0.0, |l| (highest - l.height).max(0.0)),
             largest,
             p99,
             p50,

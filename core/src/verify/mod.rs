@@ -97,9 +97,6 @@ pub struct VerifyOptions {
     pub too_tight: Vec<Sphere>,
     /// The walls around what is machined; `None` where its boundary is open.
     pub walls: Option<Walls>,
-    /// Whether the rim is judged, too, and places are searched for between samples where the limit could be broken.
-    /// Slower by a fifth.
-    pub closely: bool,
     /// Threads to use; the result does not depend on it.
     pub threads: usize,
 }
@@ -205,8 +202,7 @@ pub fn verify(
     };
     let inset = options.tolerance.max(BESIDE_RIM * options.tool.radius());
     let outline = Outline::of(design, rest, options.walls.is_some());
-    let rim: &[_] = if options.closely { &outline.open } else { &[] };
-    let tiles = samples::tiles(design, rest, spacing, rim);
+    let tiles = samples::tiles(design, rest, spacing, &outline.open);
     let mut swept: Vec<SweptTile> = Vec::with_capacity(tiles.len());
     // In groups, so that progress shows.
     for group in tiles.chunks(tiles.len().div_ceil(32).max(8)) {
@@ -225,13 +221,12 @@ pub fn verify(
     let walled = &outline.walled;
     let search =
         Search { tiles: &tiles, motion: &motion, body: &body, material, spacing, walled, options };
-    let sought = |what: Sought| options.closely.then(|| search.search(what, &swept, &outcomes));
-    let (scallops, gouges) = (sought(Sought::Scallop), sought(Sought::Gouge));
+    let [scallops, gouges] =
+        [Sought::Scallop, Sought::Gouge].map(|what| search.search(what, &swept, &outcomes));
     let all = outcomes.into_iter().flatten();
     let (samples, mut further): (Vec<Outcome>, Vec<Outcome>) = all.partition(|s| s.area > 0.0);
-    further.extend(scallops.iter().chain(&gouges).flat_map(|found| &found.peaks));
-    let highest = scallops.map(|found| found.highest);
-    let found = figures::Found { samples: &samples, further: &further, highest };
+    further.extend([&scallops, &gouges].into_iter().flat_map(|found| &found.peaks));
+    let found = figures::Found { samples: &samples, further: &further, highest: scallops.highest };
     let walls = WallFigures::of(&on_walls, options);
     let figures = figures::Figures::of(path, found, walls, &touches, &rate, spacing, options);
     let stock = options.stock;

@@ -85,7 +85,6 @@ fn options(radius: f64, corner: f64) -> VerifyOptions {
         spacing: 0.1,
         up: DVec3::Z,
         too_tight: Vec::new(),
-        closely: true,
         walls: None,
         threads: 1,
     }
@@ -814,7 +813,7 @@ fn a_crest_between_samples_is_told_to_a_tenth_of_a_micrometre() {
         assert_eq!(!v.figures.broken.is_empty(), breaks, "{:?}", v.figures.broken);
         assert!(v.figures.sampling_bound < 3e-4, "{}", v.figures.sampling_bound);
     }
-    // Far from the limit nothing is sought.
+    // Far from the limit nothing is searched for.
     let v = judged(&path, &part, &within(2.0 * h));
     assert!(v.figures.sampling_bound > 1e-3 && v.figures.broken.is_empty());
 }
