@@ -11,6 +11,8 @@
 //! 1. The cutter goes straight from each point of the path to the next; the samples that it covers are as high
 //!    as it is at the lowest.
 //! 2. The highest sample gets a detour along those about it that are too high; then the highest of the others.
+//! 3. Where none is too high any more, higher places beside those that nearly are get looked for; and then all places once
+//!    more, as detours may have spoiled some.
 
 use crate::cutter_location::{Obstacles, PassOptions, is_in_wall, raise_at};
 use crate::flat_path::FlatPoint;
@@ -29,6 +31,8 @@ use samples::{Ball, LEVELS, Sample};
 /// Parts of the limit from which on there are more samples about one, and still more about each of those: between
 /// samples of a sharp cusp as high as the limit none is lower.
 const NEARLY: [f64; LEVELS as usize] = [0.85, 0.95];
+/// Part of the limit by which a sample is clearly higher than another.
+const CLEARLY: f64 = 0.01;
 /// How far beside the highest sample, side steps, others belong to its detour, and how far ahead and behind.
 const GROUP: [f64; 2] = [0.25, 1.5];
 /// Part of a height that a detour is worth which lowers it to that where the cutter does not fit.
@@ -53,6 +57,7 @@ const WITHIN: f64 = 0.98;
 const TOLD: f64 = 10.0;
 /// Most detours. More: it is not single places that are too high.
 const MOST_DETOURS: usize = 2000;
+
 /// What is to be kept.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct MendOptions {
@@ -79,6 +84,8 @@ pub struct Mender<'a> {
     obstacles: &'a Obstacles,
     /// Those that were nearly too high.
     samples: Vec<Sample>,
+    /// So many of the first ones lie in rows beside passes, to one side and the other in turn.
+    in_rows: usize,
     /// Whether detours were laid since all places were looked at.
     is_changed: bool,
     /// How often all were.
@@ -88,23 +95,32 @@ pub struct Mender<'a> {
 impl<'a> Mender<'a> {
     /// For the places of a surface; `obstacles`: the part.
     pub fn new(places: Places<'a>, obstacles: &'a Obstacles, options: MendOptions) -> Self {
-        Self { options, places, obstacles, samples: Vec::new(), is_changed: true, looks: 0 }
+        Self {
+            options,
+            places,
+            obstacles,
+            samples: Vec::new(),
+            in_rows: 0,
+            is_changed: true,
+            looks: 0,
+        }
     }
 
     /// All places to be looked at.
-    fn all(&self, flat: &[FlatPoint]) -> Vec<Sample> {
+    fn look(&mut self, flat: &[FlatPoint]) {
         let MendOptions { pass, limit, .. } = self.options;
-        let mut all = match pass.tool.kind() {
+        self.samples = match pass.tool.kind() {
             ToolKind::Ball => {
                 let ball = Ball { radius: pass.tool.radius(), stock: pass.stock, limit };
                 self.places.beside_passes(flat, &ball)
             }
             _ => self.places.over_faces(),
         };
+        self.in_rows = if pass.tool.kind() == ToolKind::Ball { self.samples.len() } else { 0 };
         if self.options.has_open_rim {
-            all.extend(self.places.on_rim());
+            self.samples.extend(self.places.on_rim());
         }
-        all
+        (self.is_changed, self.looks) = (false, self.looks + 1);
     }
 
     /// The heights of all samples, with more of them where it is nearly too high.
@@ -135,19 +151,33 @@ impl<'a> Mender<'a> {
     fn high(&mut self, path: &Toolpath) -> (Vec<f64>, Vec<usize>) {
         let mut heights = self.refined(path);
         let mut high = self.to_lower(&heights, path);
-        if high.is_empty() {
+        if high.is_empty() || self.in_rows > 0 {
             self.climb(&mut heights, path);
             high = self.to_lower(&heights, path);
         }
         (heights, high)
     }
 
+    /// Whether a sample beside a pass is nearly too high and clearly higher than those before and behind it.
+    fn is_top(&self, i: usize, heights: &[f64]) -> bool {
+        if i < 2 || i + 2 >= self.in_rows {
+            return false;
+        }
+        let (before, here, behind) = (heights[i - 2], heights[i], heights[i + 2]);
+        let limit = self.options.limit;
+        (NEARLY[0] * limit..=limit).contains(&here)
+            && here >= before.max(behind)
+            && here - before.min(behind) > CLEARLY * limit
+    }
+
     /// From what nearly is too high on to what is higher beside it: samples leave gaps, and peaks of a flat end's edge
     /// are narrow.
     fn climb(&mut self, heights: &mut Vec<f64>, path: &Toolpath) {
         let MendOptions { limit, close, .. } = self.options;
-        let is_nearly =
-            |i: &usize| (close..=limit).contains(&heights[*i]) && !self.samples[*i].is_climbed;
+        let is_nearly = |i: &usize| {
+            let is_high = (close..=limit).contains(&heights[*i]) || self.is_top(*i, heights);
+            is_high && !self.samples[*i].is_climbed
+        };
         let nearly = self.by_cell((0..heights.len()).filter(is_nearly), heights);
         let mut front: Vec<usize> = nearly.iter().map(|cell| cell[0]).collect();
         for _ in 0..CLIMBS {
@@ -181,8 +211,7 @@ impl<'a> Mender<'a> {
         let (mut heights, mut high) = self.high(path);
         // What was low enough once may have been spoiled by detours.
         while high.is_empty() && self.is_changed && self.looks < LOOKS {
-            self.samples = self.all(flat);
-            (self.is_changed, self.looks) = (false, self.looks + 1);
+            self.look(flat);
             (heights, high) = self.high(path);
         }
         self.is_changed |= !high.is_empty();
@@ -208,7 +237,7 @@ impl<'a> Mender<'a> {
             }
             detours.push(self.detour(&mut high, from, heading));
         }
-        self.samples = left;
+        (self.samples, self.in_rows) = (left, 0);
         (!detours.is_empty()).then(|| with_detours(flat, detours))
     }
 

@@ -2,7 +2,7 @@
 
 use evencut_core::compare::{Figures, judged, planned, with_pattern};
 use evencut_core::job::{
-    self, FirstPass, ForceControl, Job, MrrLimit, Pattern, RingOrder, SurfaceSource,
+    self, FirstPass, ForceControl, Job, MrrLimit, Pattern, RingOrder, Stepover, SurfaceSource,
 };
 use evencut_core::plan::Files;
 use evencut_tests::shared_data;
@@ -206,6 +206,28 @@ fn every_pattern_keeps_the_limit() {
         for pattern in Pattern::ALL {
             check_kept(name, &measured(name, &job(surface, 0.05), pattern));
         }
+    }
+}
+
+/// Between the ends of passes on the rim, in corners of spirals, with an allowance, and where jobs set the side step:
+/// random jobs that stood up to a twentieth above the limit, on the rim or between the judge's samples.
+#[test]
+fn the_limit_is_kept_on_the_rim_and_in_corners() {
+    let cap = "kind = \"sphere-cap\"\nsize = 40.0\nradius = 40.0";
+    let plane = "kind = \"plane\"\nsize = 23.3";
+    let wide = "kind = \"ball\"\ndiameter = 12.0";
+    let slim = "kind = \"ball\"\ndiameter = 3.0";
+    let rim = [Pattern::IsoScallop, Pattern::DirectionField, Pattern::IsoPlanar];
+    let mut jobs: Vec<Job> =
+        rim.map(|pattern| with_pattern(&job_with(cap, wide, "3", (0.5, 0.002)), pattern)).to_vec();
+    jobs.iter_mut().for_each(|job| job.path.first = FirstPass::Edge);
+    let mut stepped = jobs[1].clone();
+    stepped.cut.stepover = Stepover::Fixed(4.73);
+    let mut leaning =
+        with_pattern(&job_with(plane, slim, "xyzac", (0.0827, 0.002)), Pattern::Spiral);
+    (leaning.cut.stock, leaning.cut.lead) = (0.348, 5.0f64.to_radians());
+    for job in jobs.iter().chain([&stepped, &leaning]) {
+        check_kept(job.path.pattern.name(), &measured_as_is("rim", job));
     }
 }
 

@@ -27,8 +27,8 @@ const AROUND: f64 = 0.02;
 const BEYOND: f64 = 1.02;
 /// Steps of the search for where it does.
 const STEPS: usize = 3;
-/// Cosine of the turn of a pass from which on its outer side is looked at: 20 degrees.
-const TURN: f64 = 0.94;
+/// A turn of a pass by more than this, rad, is looked at on its outer side.
+const TURN: f64 = 0.35;
 /// How often samples are made closer about one.
 pub const LEVELS: u8 = 2;
 /// More samples along and across each of those that are nearly too high.
@@ -166,6 +166,8 @@ impl Places<'_> {
     pub fn beside_passes(&self, flat: &[FlatPoint], ball: &Ball) -> Vec<Sample> {
         let mut out = Vec::new();
         let mut hint = FaceId(0);
+        // Part of the way to the next samples that is done.
+        let mut due = 0.5;
         let mut add = |at: DVec2, directions: &[DVec2]| {
             let place = self.locator.locate_from(hint, at).ok()?;
             hint = place.face;
@@ -173,7 +175,9 @@ impl Places<'_> {
             out.extend(directions.iter().filter_map(|d| self.edge(&middle, *d, ball)));
             Some(middle.scale)
         };
-        let is_cut = |i: usize| flat.get(i).is_some_and(|p| p.kind == MoveKind::Cut);
+        let is_cut = |i: usize| {
+            flat.get(i).is_some_and(|p| matches!(p.kind, MoveKind::Cut | MoveKind::Trochoid))
+        };
         let way = |i: usize| (flat[i].at - flat[i - 1].at).try_normalize();
         for i in (1..flat.len()).filter(|&i| is_cut(i)) {
             let (from, to) = (flat[i - 1].at, flat[i].at);
@@ -181,19 +185,23 @@ impl Places<'_> {
             if !is_cut(i - 1) {
                 add(from, &fan(-ahead));
             }
-            let scale = match Some(i + 1).filter(|n| is_cut(*n)).and_then(way) {
+            let next = Some(i + 1).filter(|n| is_cut(*n)).and_then(way);
+            let turn = next.map_or(0.0, |next| next.distance(ahead));
+            let scale = match next {
                 None => add(to, &fan(ahead)),
-                Some(next) if next.dot(ahead) < TURN => {
-                    add(to, &[(ahead - next).normalize_or(ahead)])
-                }
+                Some(next) if turn > TURN => add(to, &[(ahead - next).normalize_or(ahead)]),
                 Some(_) => add(to, &[]),
             };
+            // Short moves, as of a fine curve, share samples.
             let length = from.distance(to) * scale.unwrap_or(0.0);
-            let count = (length / (ALONG * self.side_step)).ceil().clamp(1.0, 1e5) as u32;
-            for k in 0..count {
-                let part = (f64::from(k) + 0.5) / f64::from(count);
-                add(from.lerp(to, part), &[ahead.perp(), -ahead.perp()]);
+            // On the outer side of a turn they are farther apart.
+            let way = (length / self.side_step + 0.5 * turn) / ALONG;
+            let count = (due + way).floor();
+            for k in 0..count.min(1e5) as u32 {
+                let part = (f64::from(k) + 1.0 - due) / way;
+                add(from.lerp(to, part.min(1.0)), &[ahead.perp(), -ahead.perp()]);
             }
+            due += way - count;
         }
         out
     }
