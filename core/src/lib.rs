@@ -72,3 +72,6 @@ pub mod results;
 pub mod compare;
 
 pub mod verdict;
+
+#[cfg(test)]
+mod shared_data;

@@ -5,15 +5,16 @@ mod check_mesh;
 mod drop;
 mod obstacles;
 mod pass;
+mod probe;
 mod ruling;
 mod solid;
 
 pub use check_mesh::CheckMesh;
 pub use obstacles::{Obstacles, Standing};
 pub use pass::{
-    Contact, Located, LocatedPass, PassOptions, RaisedStretch, facet_error, is_in_wall,
-    locate_pass, lowest_off_walls, raise_at,
+    Contact, Located, LocatedPass, PassOptions, RaisedStretch, facet_error, locate_pass,
 };
+pub use probe::{is_in_wall, lowest_off_walls, raise_at};
 pub use ruling::{Pushed, Ruling, Rulings, Stand};
 
 use crate::geometry::DVec3;

@@ -9,8 +9,9 @@
 //! The tolerance is shared out: a quarter for penetration that is let pass at contacts (walls
 //! beside the cutter), a quarter between them, half for the points left out.
 
+use super::probe::{Placed, Probe};
 use super::ruling::corner;
-use super::{LocateError, Obstacles, Standing, ToolAxis, contact_offset, tip, tool_axis};
+use super::{LocateError, Obstacles, ToolAxis, contact_offset, tip, tool_axis};
 use crate::geometry::DVec3;
 use crate::tool::Tool;
 use crate::toolpath::MoveKind;
@@ -64,7 +65,8 @@ pub struct Located {
     pub normal: DVec3,
     /// Feed of the move that ends here, mm/s.
     pub feed: f64,
-    /// How far the tip was raised from touching the contact, mm.
+    /// How far the tip was raised from touching the contact, mm; infinite where there is no way between the points
+    /// before and behind.
     pub raise: f64,
     /// Keys of the first and the last contact whose pieces the move that ends here covers.
     pub keys: (usize, usize),
@@ -141,57 +143,6 @@ pub fn locate_pass(
     Ok(LocatedPass { points, raised: raised_stretches(contacts, &dense, options.tolerance) })
 }
 
-/// How far the cutter must be raised where it is to touch one contact of a path going along `feed`, mm; infinite
-/// where that cannot be: the surface faces away, or the allowance leaves nothing of the cutter.
-pub fn raise_at(
-    contact: DVec3,
-    normal: DVec3,
-    feed: DVec3,
-    options: &PassOptions,
-    obstacles: &Obstacles,
-) -> f64 {
-    touching(contact, normal, feed, options)
-        .map_or(f64::INFINITY, |at| obstacles.raise(at, options.stock))
-}
-
-/// The cutter that is to touch one contact of a path going along `feed` and would stand in a wall: moved off it and let
-/// down on the part; `None` where no wall is in its way, or the surface faces away.
-pub fn lowest_off_walls(
-    contact: DVec3,
-    normal: DVec3,
-    feed: DVec3,
-    options: &PassOptions,
-    obstacles: &Obstacles,
-) -> Option<Standing> {
-    is_in_wall(contact, normal, feed, options, obstacles).then_some(())?;
-    let at = touching(contact, normal, feed, options)?;
-    let placed = Probe::new(options, obstacles).placed(at.tip, at.axis);
-    Some(Standing { tip: placed.tip, ..at })
-}
-
-/// Whether the cutter stands in a wall where it touches one contact of a path going along `feed`.
-pub fn is_in_wall(
-    contact: DVec3,
-    normal: DVec3,
-    feed: DVec3,
-    options: &PassOptions,
-    obstacles: &Obstacles,
-) -> bool {
-    let rulings = obstacles.rulings();
-    touching(contact, normal, feed, options)
-        .and_then(|at| rulings.stand(&at.tool, at.tip, at.axis, at.reach))
-        .is_some_and(|stand| stand.depth > 0.25 * options.tolerance)
-}
-
-/// The cutter touching a contact of a path going along `feed`, whatever stands in its way; `None` where the surface
-/// faces away or the allowance leaves nothing of the cutter.
-fn touching(contact: DVec3, normal: DVec3, feed: DVec3, options: &PassOptions) -> Option<Standing> {
-    let axis = tool_axis(options.axis, normal, feed);
-    let tip = tip(&options.tool, contact, normal, axis, options.stock);
-    let at = Standing { tool: options.tool, tip, axis, reach: options.reach };
-    (normal.dot(axis) > 0.0 && at.grown(options.stock).is_some()).then_some(at)
-}
-
 /// A point of the dense path.
 #[derive(Copy, Clone)]
 struct Dense {
@@ -212,72 +163,7 @@ struct Dense {
     away: Option<DVec3>,
 }
 
-/// Where the cutter stands instead of where it was to stand.
-struct Placed {
-    tip: DVec3,
-    /// How far it was raised.
-    raise: f64,
-    /// Whether it is clear of all.
-    is_free: bool,
-    /// Out of the wall that it was moved off, unit.
-    away: Option<DVec3>,
-}
-
-/// The cutter as it is tested against the part and the walls.
-struct Probe<'a> {
-    obstacles: &'a Obstacles,
-    tool: Tool,
-    stock: f64,
-    tolerance: f64,
-    reach: f64,
-}
-
-impl<'a> Probe<'a> {
-    fn new(options: &PassOptions, obstacles: &'a Obstacles) -> Self {
-        let PassOptions { tool, stock, tolerance, reach, .. } = *options;
-        Self { obstacles, tool, stock, tolerance, reach }
-    }
-
-    fn standing(&self, tip: DVec3, axis: DVec3) -> Standing {
-        Standing { tool: self.tool, tip, axis, reach: self.reach }
-    }
-
-    /// Whether the cutter penetrates by less than `depth`, measured along the normal.
-    fn clears(&self, tip: DVec3, axis: DVec3, depth: f64) -> bool {
-        self.obstacles.is_clear(self.standing(tip, axis), self.stock, depth)
-    }
-
-    /// Where the cutter stands that was to stand at `tip`: moved off walls and then let down on the part; raised
-    /// where it does not fit.
-    fn placed(&self, tip: DVec3, axis: DVec3) -> Placed {
-        let pushed = self.obstacles.pushed(self.standing(tip, axis));
-        if let Some(pushed) = pushed
-            && pushed.away.is_some()
-        {
-            let below = BELOW * pushed.tip.distance(tip) + self.tolerance;
-            let at = self.standing(pushed.tip, axis);
-            // The part's own walls, which it touches, are not to hold it up.
-            let slack = AT_WALL * self.tolerance;
-            let tip = self.obstacles.dropped(at, self.stock - slack, below) + axis * slack;
-            let tip = tip + axis * self.raise(tip, axis).0;
-            if self.clears(tip, axis, 0.25 * self.tolerance) {
-                return Placed { tip, raise: 0.0, is_free: true, away: pushed.away };
-            }
-        }
-        let (raise, is_free) = self.raise(tip, axis);
-        Placed { tip: tip + axis * raise, raise, is_free, away: None }
-    }
-
-    /// The raise, and whether it is all that is asked for: a small penetration is forgiven where undoing it
-    /// would take a long way up a wall.
-    fn raise(&self, tip: DVec3, axis: DVec3) -> (f64, bool) {
-        let raise = self.obstacles.raise(self.standing(tip, axis), self.stock);
-        if raise > 0.5 * self.tolerance && self.clears(tip, axis, 0.25 * self.tolerance) {
-            return (0.0, false);
-        }
-        (raise, true)
-    }
-
+impl Probe<'_> {
     /// The longest step, mm, of which only the middle is tested.
     ///
     /// A cutter that turns about its contact leaves it: its rounding, of radius `r`, passes by what it was never
@@ -291,6 +177,22 @@ impl<'a> Probe<'a> {
         let corner = self.tool.corner_radius();
         let rounding = if corner > 0.0 { corner } else { self.tool.radius() };
         longest.min((24.0 * rounding * self.tolerance).sqrt())
+    }
+
+    /// Whether two places of one contact lie apart: beside a wall, the cutter was moved off it to one side and the other.
+    fn is_jump(&self, a: &Dense, b: &Dense) -> bool {
+        same_axis(a.axis, b.axis) && a.contact.distance(b.contact) < self.tolerance
+    }
+
+    /// Whether the cutter penetrates nothing, by more than three quarters of the tolerance, on the straight way: between
+    /// places `s` apart it stands in a sharp edge by `s²/(8R)` more.
+    fn is_straight_clear(&self, a: &Dense, b: &Dense) -> bool {
+        let apart = (4.0 * self.tool.radius() * self.tolerance).sqrt();
+        let count = (a.tip.distance(b.tip) / apart).ceil().max(1.0);
+        let axis = |u: f64| a.axis.lerp(b.axis, u).try_normalize().unwrap_or(b.axis);
+        (1..count as u32)
+            .map(|i| f64::from(i) / count)
+            .all(|u| self.clears(a.tip.lerp(b.tip, u), axis(u), 0.25 * self.tolerance))
     }
 
     /// Whether the way between two places leads from the cut up onto what stands beside the surface: the cut is to
@@ -416,7 +318,8 @@ fn dense_path(
             let first = dense.iter().rposition(|d| d.away.is_some()).map_or(0, |i| i + 1);
             let rest = dense.split_off(first);
             if let Some(&before) = dense.last() {
-                between(&before, &corner, probe, DEEPEST, &mut dense);
+                let piece = rest.first().map_or(corner.piece, |d| d.piece);
+                between(&before, &Dense { piece, ..corner }, probe, DEEPEST, &mut dense);
             }
             // What cut the corner goes into it.
             let Dense { tip, axis, raise, is_free, away, .. } = corner;
@@ -458,10 +361,6 @@ fn in_corner(dense: &[Dense], b: &Dense, probe: &Probe) -> Option<Dense> {
     is_low.then_some(Dense { tip, raise, is_free, away: away.or(a.away), ..middle })
 }
 
-/// Part of the way that a cutter is moved off a wall by which the part may lie lower there: slopes up to 80 degrees.
-const BELOW: f64 = 6.0;
-/// Part of the tolerance that a cutter beside a wall may stand in it: between rulings it is an eighth.
-const AT_WALL: f64 = 0.2;
 /// A corner lies at most so many times as far from the way between its walls as that is long.
 const CORNER: f64 = 4.0;
 /// Times as far as its contact goes the tip, where the cutter turns about it.
@@ -477,6 +376,11 @@ fn between(a: &Dense, b: &Dense, probe: &Probe, depth: u32, out: &mut Vec<Dense>
     let is_short = step.length() < probe.longest_step(a, b);
     if is_short && probe.is_between(a, b) {
         return false;
+    }
+    if !is_short && (depth == 0 || probe.is_jump(a, b)) {
+        let is_blocked = !probe.is_straight_clear(a, b);
+        out.extend(is_blocked.then(|| Dense { raise: f64::INFINITY, ..midpoint(a, b) }));
+        return is_blocked;
     }
     let mut middle = midpoint(a, b);
     let across = (step - middle.axis * step.dot(middle.axis)).length();
@@ -558,7 +462,12 @@ fn reduce(
     }
     let fixed = |k: usize| {
         let piece = dense[k].piece;
+        // There the cutter retracts.
+        let is_gap = |k: usize| dense.get(k).is_some_and(|d| d.raise == f64::INFINITY);
         k + 1 == dense.len()
+            || is_gap(k)
+            || is_gap(k + 1)
+            || k > 0 && is_gap(k - 1)
             || dense[k].at_contact
                 && contacts.get(piece + 1).is_some_and(|next| {
                     (next.feed, next.kind) != (contacts[piece].feed, contacts[piece].kind)

@@ -1,7 +1,5 @@
 //! Both methods on real parts; skipped where the data is not present.
 
-use std::path::Path;
-
 use super::{Chart, Locator, abf, bff};
 use crate::geometry::math::atan2;
 use crate::geometry::{DVec2, DVec3};
@@ -9,15 +7,9 @@ use crate::job::{Selection, SurfaceOptions, SurfaceSource};
 use crate::mesh::{MeshFormat, read};
 use crate::surface::{Built, Surface, build};
 
-const SHARED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data");
-
 /// The mesh of a file and its texture coordinates, `None` where the data is not present.
 fn load(name: &str) -> Option<(Surface, Vec<[DVec2; 3]>)> {
-    let path = Path::new(SHARED).join(name);
-    let Ok(bytes) = std::fs::read(&path) else {
-        println!("skipped: ../shared not present");
-        return None;
-    };
+    let bytes = std::fs::read(crate::shared_data::shared_data("")?.join(name)).unwrap();
     let as_it_is = SurfaceOptions {
         source: SurfaceSource::File(name.to_owned()),
         scale: 1.0,

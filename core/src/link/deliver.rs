@@ -131,7 +131,7 @@ struct Run<'a> {
 
 impl Run<'_> {
     /// Appends the run; where the cutter had to be raised out of the cut it retracts and goes on
-    /// behind.
+    /// behind. What is no more than a point between two such places is left out.
     fn append(&self, out: &mut Delivered) {
         let fits = |l: &Located| l.raise <= self.options.highest_raise;
         let mut from = 0;
@@ -139,7 +139,10 @@ impl Run<'_> {
             let end = (first..self.located.len())
                 .find(|&i| !fits(&self.located[i]))
                 .unwrap_or(self.located.len());
-            self.append_piece(out, first..end);
+            let is_point = end - first == 1 && first > 0 && end < self.located.len();
+            if !is_point {
+                self.append_piece(out, first..end);
+            }
             from = end;
         }
     }

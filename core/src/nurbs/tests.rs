@@ -8,12 +8,7 @@ use crate::geometry::{DVec2, DVec3};
 use crate::mesh::judge;
 
 fn shared() -> Option<PathBuf> {
-    let path = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/nurbs"));
-    if !path.is_dir() {
-        println!("skipped: ../shared not present");
-        return None;
-    }
-    Some(path)
+    crate::shared_data::shared_data("nurbs")
 }
 
 /// Smallest angles of all triangles, degrees, in increasing order.

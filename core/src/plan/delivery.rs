@@ -30,6 +30,8 @@ const MENDS: usize = 20;
 const MENDED: f64 = 0.5;
 /// The same from which on a place may be too high once further detours have changed which points the path keeps.
 const CLOSE: f64 = 0.0;
+/// Part of the stock's depth above which what stays counts as untouched.
+const TOUCHED: f64 = 0.98;
 
 /// A delivered path, and what it leaves.
 pub struct Finished {
@@ -252,11 +254,13 @@ impl Delivery<'_> {
     /// What the path may leave.
     fn mend_options(&self) -> MendOptions {
         let job = self.job;
+        // Wherever cusps may be as high as the stock, it is to be touched.
+        let touched = TOUCHED * job.cut.axial_depth;
         MendOptions {
             pass: self.options.pass,
             side_step: job.nominal_side_step(),
-            limit: self.cusp_limit + MENDED * job.cut.tolerance,
-            close: self.cusp_limit + CLOSE * job.cut.tolerance,
+            limit: (self.cusp_limit + MENDED * job.cut.tolerance).min(touched),
+            close: (self.cusp_limit + CLOSE * job.cut.tolerance).min(touched),
             lag: tilted(job).map_or(0.0, |strip| strip.lag(0.5 * job.nominal_side_step())),
             has_open_rim: job.path.boundary == Boundary::Open,
             threads: self.threads,

@@ -1,16 +1,10 @@
 //! Real files of the shared data; skipped where it is not present.
 
-use std::path::PathBuf;
-
 use super::*;
 
 #[test]
 fn faces_of_real_files_mesh() {
-    let folder = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/step"));
-    if !folder.is_dir() {
-        println!("skipped: ../shared not present");
-        return;
-    }
+    let Some(folder) = crate::shared_data::shared_data("step") else { return };
     // Faces, and how many of them are known not to mesh: loops that touch, edges off the surface.
     let files = [
         ("car_hood_capot.step", 18, 0),

@@ -219,8 +219,16 @@ pub fn verify(
     let touches = touches(swept.iter().chain(&on_walls));
     let outcomes = outcomes(&swept, &outline.walled, options);
     let walled = &outline.walled;
-    let search =
-        Search { tiles: &tiles, motion: &motion, body: &body, material, spacing, walled, options };
+    let search = Search {
+        tiles: &tiles,
+        motion: &motion,
+        body: &body,
+        material,
+        spacing,
+        inset,
+        walled,
+        options,
+    };
     let [scallops, gouges] =
         [Sought::Scallop, Sought::Gouge].map(|what| search.search(what, &swept, &outcomes));
     let all = outcomes.into_iter().flatten();

@@ -10,7 +10,7 @@
 use super::body::Body;
 use super::figures::sampling_bound;
 use super::motion::{Motion, Step};
-use super::samples::{BLOCK, Patch, Sample, Tile};
+use super::samples::{BLOCK, CREASE, Patch, Sample, Tile};
 use super::sweep::{Material, Swept, SweptTile, swept};
 use super::{Excused, Outcome, VerifyOptions};
 use crate::geometry::DVec3;
@@ -59,6 +59,8 @@ pub struct Search<'a> {
     pub material: Material,
     /// Distance of the samples, mm.
     pub spacing: f64,
+    /// How far from sharp edges gouges are looked for, mm.
+    pub inset: f64,
     /// The edges on which walls stand.
     pub walled: &'a [[DVec3; 2]],
     /// What is asked.
@@ -194,7 +196,8 @@ impl Search<'_> {
                 out.push(self.climb(sought, start, &around, &excused, least, 0.5 * self.spacing));
                 continue;
             }
-            let places = lattice(&start.of.sample, ALONG, 0.25 * self.spacing, &around.patches);
+            let places =
+                self.lattice(sought, &start.of.sample, (ALONG, 0.25 * self.spacing), &around);
             let swept = swept(places, &around.steps, self.body, self.material);
             let started = |of: Swept| {
                 let outcome = excused.outcome(&of, self.options);
@@ -209,6 +212,30 @@ impl Search<'_> {
         out
     }
 
+    /// Places on a lattice around a sample: half its width, and how far apart they are.
+    fn lattice(
+        &self,
+        sought: Sought,
+        middle: &Sample,
+        (half, apart): (i32, f64),
+        around: &Around,
+    ) -> Vec<Sample> {
+        let mut places = lattice(middle, half, apart, &around.patches);
+        if sought == Sought::Gouge {
+            places.retain(|s| !self.is_at_edge(s, &around.others));
+        }
+        places
+    }
+
+    /// Whether a place lies at a sharp edge: a cutter that grazes the edge goes far along a facet's normal there.
+    fn is_at_edge(&self, place: &Sample, patches: &[&Patch]) -> bool {
+        let Sample { position, normal, .. } = *place;
+        patches.iter().filter(|p| p.is_near(position, self.inset)).any(|p| {
+            let other = p.nearest(position);
+            other.position.distance(position) < self.inset && other.normal.dot(normal) < CREASE
+        })
+    }
+
     /// What is around a sample.
     fn around<'t>(&self, start: &Start, tiles: &[&'t Tile]) -> Around<'t> {
         let origin = start.of.sample;
@@ -218,12 +245,14 @@ impl Search<'_> {
             .iter()
             .filter(|t| t.centre.distance(origin.position) <= t.radius + wide)
             .flat_map(|t| &t.patches)
-            .filter(|p| p.machined == origin.machined && p.is_near(origin.position, wide))
-            .collect();
+            .filter(|p| p.is_near(origin.position, wide))
+            .collect::<Vec<_>>();
+        let others = patches.clone();
+        let patches = patches.into_iter().filter(|p| p.machined == origin.machined).collect();
         let mut steps = Vec::new();
         let reach = wide + self.material.height.max(self.material.deepest);
         self.motion.near(self.body, origin.position, reach, &mut |step| steps.push(*step));
-        Around { patches, steps }
+        Around { patches, others, steps }
     }
 
     /// Climbs from a start, by lattices of which the first has places `widest` mm apart.
@@ -245,7 +274,7 @@ impl Search<'_> {
             apart /= FINER;
             let top = best.sample.position + best.sample.normal * best.height;
             steps.retain(|step: &Step| step.may_come_near(body, top, NEAR * apart));
-            let places = lattice(&best.sample, HALF, apart, &around.patches);
+            let places = self.lattice(sought, &best.sample, (HALF, apart), around);
             for s in swept(places, &steps, body, material) {
                 let outcome = excused.outcome(&s, self.options);
                 if s.by.is_some()
@@ -277,6 +306,8 @@ impl Search<'_> {
 /// What is around a start.
 struct Around<'a> {
     patches: Vec<&'a Patch>,
+    /// Those of what is machined and of the rest of the part.
+    others: Vec<&'a Patch>,
     /// Every step that reaches it.
     steps: Vec<Step>,
 }

@@ -1,0 +1,128 @@
+//! One cutter tried at a place: off walls, down on the part, or raised clear of both.
+
+use super::{Obstacles, PassOptions, Standing, tip, tool_axis};
+use crate::geometry::DVec3;
+use crate::tool::Tool;
+
+/// Part of the way that a cutter is moved off a wall by which the part may lie lower there: slopes up to 80 degrees.
+const BELOW: f64 = 6.0;
+/// Part of the tolerance that a cutter beside a wall may stand in it: between rulings it is an eighth.
+const AT_WALL: f64 = 0.2;
+
+/// Where the cutter stands instead of where it was to stand.
+pub(super) struct Placed {
+    pub tip: DVec3,
+    /// How far it was raised.
+    pub raise: f64,
+    /// Whether it is clear of all.
+    pub is_free: bool,
+    /// Out of the wall that it was moved off, unit.
+    pub away: Option<DVec3>,
+}
+
+/// The cutter as it is tested against the part and the walls.
+pub(super) struct Probe<'a> {
+    pub obstacles: &'a Obstacles,
+    pub tool: Tool,
+    pub stock: f64,
+    pub tolerance: f64,
+    pub reach: f64,
+}
+
+impl<'a> Probe<'a> {
+    pub fn new(options: &PassOptions, obstacles: &'a Obstacles) -> Self {
+        let PassOptions { tool, stock, tolerance, reach, .. } = *options;
+        Self { obstacles, tool, stock, tolerance, reach }
+    }
+
+    fn standing(&self, tip: DVec3, axis: DVec3) -> Standing {
+        Standing { tool: self.tool, tip, axis, reach: self.reach }
+    }
+
+    /// Whether the cutter penetrates by less than `depth`, measured along the normal.
+    pub fn clears(&self, tip: DVec3, axis: DVec3, depth: f64) -> bool {
+        self.obstacles.is_clear(self.standing(tip, axis), self.stock, depth)
+    }
+
+    /// Where the cutter stands that was to stand at `tip`: moved off walls and then let down on the part; raised
+    /// where it does not fit.
+    pub fn placed(&self, tip: DVec3, axis: DVec3) -> Placed {
+        let pushed = self.obstacles.pushed(self.standing(tip, axis));
+        if let Some(pushed) = pushed
+            && pushed.away.is_some()
+        {
+            let below = BELOW * pushed.tip.distance(tip) + self.tolerance;
+            let at = self.standing(pushed.tip, axis);
+            // The part's own walls, which it touches, are not to hold it up.
+            let slack = AT_WALL * self.tolerance;
+            let tip = self.obstacles.dropped(at, self.stock - slack, below) + axis * slack;
+            let tip = tip + axis * self.raise(tip, axis).0;
+            if self.clears(tip, axis, 0.25 * self.tolerance) {
+                return Placed { tip, raise: 0.0, is_free: true, away: pushed.away };
+            }
+        }
+        let (raise, is_free) = self.raise(tip, axis);
+        Placed { tip: tip + axis * raise, raise, is_free, away: None }
+    }
+
+    /// The raise, and whether it is all that is asked for: a small penetration is forgiven where undoing it
+    /// would take a long way up a wall.
+    fn raise(&self, tip: DVec3, axis: DVec3) -> (f64, bool) {
+        let raise = self.obstacles.raise(self.standing(tip, axis), self.stock);
+        if raise > 0.5 * self.tolerance && self.clears(tip, axis, 0.25 * self.tolerance) {
+            return (0.0, false);
+        }
+        (raise, true)
+    }
+}
+
+/// How far the cutter must be raised where it is to touch one contact of a path going along `feed`, mm; infinite
+/// where that cannot be: the surface faces away, or the allowance leaves nothing of the cutter.
+pub fn raise_at(
+    contact: DVec3,
+    normal: DVec3,
+    feed: DVec3,
+    options: &PassOptions,
+    obstacles: &Obstacles,
+) -> f64 {
+    touching(contact, normal, feed, options)
+        .map_or(f64::INFINITY, |at| obstacles.raise(at, options.stock))
+}
+
+/// The cutter that is to touch one contact of a path going along `feed` and would stand in a wall: moved off it and let
+/// down on the part; `None` where no wall is in its way, or the surface faces away.
+pub fn lowest_off_walls(
+    contact: DVec3,
+    normal: DVec3,
+    feed: DVec3,
+    options: &PassOptions,
+    obstacles: &Obstacles,
+) -> Option<Standing> {
+    is_in_wall(contact, normal, feed, options, obstacles).then_some(())?;
+    let at = touching(contact, normal, feed, options)?;
+    let placed = Probe::new(options, obstacles).placed(at.tip, at.axis);
+    Some(Standing { tip: placed.tip, ..at })
+}
+
+/// Whether the cutter stands in a wall where it touches one contact of a path going along `feed`.
+pub fn is_in_wall(
+    contact: DVec3,
+    normal: DVec3,
+    feed: DVec3,
+    options: &PassOptions,
+    obstacles: &Obstacles,
+) -> bool {
+    let rulings = obstacles.rulings();
+    touching(contact, normal, feed, options)
+        .and_then(|at| rulings.stand(&at.tool, at.tip, at.axis, at.reach))
+        .is_some_and(|stand| stand.depth > 0.25 * options.tolerance)
+}
+
+/// The cutter touching a contact of a path going along `feed`, whatever stands in its way; `None` where the surface
+/// faces away or the allowance leaves nothing of the cutter.
+fn touching(contact: DVec3, normal: DVec3, feed: DVec3, options: &PassOptions) -> Option<Standing> {
+    let axis = tool_axis(options.axis, normal, feed);
+    let tip = tip(&options.tool, contact, normal, axis, options.stock);
+    let at = Standing { tool: options.tool, tip, axis, reach: options.reach };
+    (normal.dot(axis) > 0.0 && at.grown(options.stock).is_some()).then_some(at)
+}
