@@ -79,8 +79,9 @@ fn find(path: &Path) -> Finding {
     match job::read(&finding.source) {
         Ok(resolved) => {
             finding.warnings = resolved.warnings;
-            if let Some(fault) = missing_surface(path, &resolved.job, &finding.source) {
-                finding.fail(Exit::BadSurface, Faults(vec![fault]));
+            let missing = missing_files(path, &resolved.job, &finding.source);
+            if !missing.is_empty() {
+                finding.fail(Exit::BadSurface, Faults(missing));
             }
             finding.job = Some(resolved.job);
         }
@@ -96,9 +97,14 @@ impl Finding {
     }
 }
 
-fn missing_surface(job_path: &Path, job: &Job, source: &[u8]) -> Option<Fault> {
-    let path = input::surface_path(job_path, job)?;
-    (!path.is_file()).then(|| input::no_surface(&path, source))
+/// Of the files that a job names, those that are not there.
+fn missing_files(job_path: &Path, job: &Job, source: &[u8]) -> Vec<Fault> {
+    let is_missing = |path: &PathBuf| !path.is_file();
+    let surface = input::surface_path(job_path, job).filter(is_missing);
+    let wall = input::wall_path(job_path, job).filter(is_missing);
+    let surface = surface.map(|path| input::no_surface(&path, source));
+    let wall = wall.map(|path| input::no_wall(&path, source));
+    surface.into_iter().chain(wall).collect()
 }
 
 fn report(finding: &Finding, streams: &mut Streams<'_>) {

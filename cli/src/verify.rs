@@ -31,6 +31,8 @@ const MOST_ABOVE: usize = 4;
 const SCALES: (f64, f64) = (1e-6, 1e6);
 /// Least and largest height of a wall, mm.
 const WALL_HEIGHTS: (f64, f64) = (0.001, 10_000.0);
+/// Samples in a cutter radius, at least.
+const FEWEST_PER_RADIUS: f64 = 4.0;
 /// Deepest stock that is simulated, cutter radii.
 const MOST_RADII: f64 = 20.0;
 
@@ -387,6 +389,14 @@ impl Verify {
                 let message = format!("error: {name} is {value}; it must be a {rule} number\n");
                 return Err(Failed(Exit::BadJob, message));
             }
+        }
+        let widest = options.tool.radius() / FEWEST_PER_RADIUS;
+        if options.spacing > widest {
+            let message = format!(
+                "error: --spacing is {} mm; it must be at most {widest} mm, a quarter of the cutter's radius\n",
+                options.spacing
+            );
+            return Err(Failed(Exit::BadJob, message));
         }
         Ok(())
     }

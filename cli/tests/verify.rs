@@ -232,17 +232,26 @@ fn what_was_mended_of_a_mesh_is_told() {
 }
 
 #[test]
-fn what_may_stand_between_samples_is_told() {
+fn a_limit_is_kept_or_broken_by_less_than_a_micrometre() {
     let path = planned("between");
-    let report = json(&fs::read(path.join("out/report.json")).unwrap());
-    let largest = report["verification"]["scallop"]["largest_mm"].as_f64().unwrap();
-    let limit = format!("{}", largest + 1e-4);
-    let arguments = ["verify", "out", "--scallop", &limit, "--tolerance", "0.0003"];
-    let output = evencut(&path, &arguments);
-    let (_, told, _) = streams(&output);
-    assert!(told.contains("µm more between them"), "{told}");
-    let output = evencut(&path, &["verify", "out", "--scallop", "1"]);
-    assert!(!streams(&output).1.contains("at the samples"), "{}", streams(&output).1);
+    let largest = |file: &str| {
+        let report = json(&fs::read(path.join(file)).unwrap());
+        report["verification"]["scallop"]["largest_mm"].as_f64().unwrap()
+    };
+    // What stands between samples is looked for where a limit is near.
+    let limit = format!("{}", largest("out/report.json"));
+    evencut(&path, &["verify", "out", "--scallop", &limit, "--tolerance", "0", "-o", "near"]);
+    let largest = largest("near/verification.json");
+    for (more, expected) in [(5e-4, 0), (-5e-4, 5)] {
+        let limit = format!("{}", largest + more);
+        let arguments = ["verify", "out", "--scallop", &limit, "--tolerance", "0.0003"];
+        let output = evencut(&path, &arguments);
+        let (exit, told, _) = streams(&output);
+        assert_eq!(exit, expected, "{told}");
+    }
+    let output = evencut(&path, &["verify", "out", "--spacing", "1.1"]);
+    let (exit, _, errors) = streams(&output);
+    assert!(exit == 2 && errors.contains("a quarter of the cutter's radius"), "{errors}");
 }
 
 #[test]

@@ -712,14 +712,17 @@ fn warnings(
     let c = &planned.coverage;
     if c.never_covered > 1e-3 * c.area {
         out.push(warning(
-            "rings",
-            format!("{:.2} mm² of the surface are never covered by the cutter", c.never_covered),
+            "passes",
+            format!("by the plan, {:.2} mm² stay higher than they should", c.never_covered),
             "choose a smaller cut.stepover or cut.scallop",
         ));
     }
     if c.too_tight > 0.0 {
-        let message = format!("{:.2} mm² lie in corners that the cutter cannot enter", c.too_tight);
-        out.push(warning("rings", message, "finish them with a smaller cutter"));
+        let message = format!(
+            "{:.2} mm² lie in corners or beside what the cutter must keep clear of, where it cannot go",
+            c.too_tight
+        );
+        out.push(warning("passes", message, "finish them with a smaller cutter"));
     }
     if let Some(worst) = planned.raised.iter().max_by(|a, b| a.raise.total_cmp(&b.raise)) {
         let length = match raised_length(planned) {
@@ -822,7 +825,11 @@ fn warn_of_tables(out: &mut Vec<Warning>, job: &Job, planned: &Planned, delivere
         let message = format!(
             "the rotary tables make the path last {on_machine:.0} s on the machine, {without:.0} s without them"
         );
-        let remedy = "less cut.lead, path.traverse = \"one-way\", or faster tables (machine.max_rotary_speed)";
+        let remedy = if job.path.pattern.uses("traverse") {
+            "less cut.lead, path.traverse = \"one-way\", or faster tables (machine.max_rotary_speed)"
+        } else {
+            "less cut.lead, or faster tables (machine.max_rotary_speed)"
+        };
         out.push(warning("machine", message, remedy));
     }
 }
