@@ -11,14 +11,16 @@
 //! 1. The cutter goes straight from each point of the path to the next; the samples that it covers are as high
 //!    as it is at the lowest.
 //! 2. The highest sample gets a detour along those about it that are too high; then the highest of the others.
-//! 3. Where none is too high any more, higher places beside those that nearly are get looked for; and then all places once
-//!    more, as detours may have spoiled some.
+//! 3. A place that the cutter cannot touch is reached from the nearest one beside it from where it comes low enough;
+//!    what it reaches from nowhere is inaccessible.
+//! 4. Where none is too high any more, higher places beside those that nearly are get looked for; and then all places
+//!    once more, as detours may have spoiled some.
 
-use crate::cutter_location::{Obstacles, PassOptions, is_in_wall, raise_at};
+use crate::cutter_location::{Obstacles, PassOptions, is_in_wall, raise_at, standing_clear};
 use crate::flat_path::FlatPoint;
-use crate::geometry::DVec2;
+use crate::geometry::{DVec2, DVec3};
 use crate::parallel;
-use crate::removal::{Columns, Cutter, FeedIndex, Layer, Line};
+use crate::removal::{Columns, Cutter, FeedIndex, Layer, Line, Place};
 use crate::tool::ToolKind;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use std::collections::BTreeSet;
@@ -90,6 +92,18 @@ pub struct Mender<'a> {
     is_changed: bool,
     /// How often all were.
     looks: u32,
+    /// What is too high and cannot be lowered.
+    inaccessible: Vec<Place>,
+}
+
+/// From where a sample that is too high can be lowered.
+enum Lowered {
+    /// The cutter has to touch so far beside it, flat.
+    From(DVec2),
+    /// It does not fit.
+    Nowhere,
+    /// It would stand in a wall.
+    InWall,
 }
 
 impl<'a> Mender<'a> {
@@ -103,7 +117,13 @@ impl<'a> Mender<'a> {
             in_rows: 0,
             is_changed: true,
             looks: 0,
+            inaccessible: Vec::new(),
         }
+    }
+
+    /// What was found too high where the cutter does not come low enough, however it stands.
+    pub fn into_inaccessible(self) -> Vec<Place> {
+        self.inaccessible
     }
 
     /// All places to be looked at.
@@ -242,24 +262,53 @@ impl<'a> Mender<'a> {
     }
 
     /// The samples that are too high and can be lowered: where the cutter, if it is to touch there, comes low
-    /// enough, or much lower than it did. The highest of a cell stands for all of it.
-    fn to_lower(&self, heights: &[f64], path: &Toolpath) -> Vec<usize> {
-        let MendOptions { pass, limit, threads, .. } = self.options;
-        let is_worth = |i: &usize| heights[*i] > limit && self.samples[*i].detours < TRIES;
+    /// enough, or much lower than it did, or reaches from where it touches beside. The highest of a cell stands for
+    /// all of it.
+    fn to_lower(&mut self, heights: &[f64], path: &Toolpath) -> Vec<usize> {
+        let is_worth =
+            |i: &usize| heights[*i] > self.options.limit && self.samples[*i].detours < TRIES;
         let cells = self.by_cell((0..heights.len()).filter(is_worth), heights);
-        let feeds = FeedIndex::new(path, pass.axis);
-        let can_be_lowered = parallel::map(threads, &cells, |cell| {
-            let Sample { at, normal, flat, .. } = self.samples[cell[0]];
-            let feed = feeds.nearest(flat);
-            // No detour leads into a wall.
-            if is_in_wall(at, normal, feed, &pass, self.obstacles) {
-                return false;
-            }
-            let raise = raise_at(at, normal, feed, &pass, self.obstacles);
-            raise <= limit.max(WORTH * heights[cell[0]])
+        let feeds = FeedIndex::new(path, self.options.pass.axis);
+        let lowered = parallel::map(self.options.threads, &cells, |cell| {
+            let sample = &self.samples[cell[0]];
+            self.lowered(sample, heights[cell[0]], feeds.nearest(sample.flat))
         });
-        let lowered = cells.iter().zip(can_be_lowered).filter(|(_, can_be)| *can_be);
-        lowered.flat_map(|(cell, _)| cell).copied().collect()
+        let mut out = Vec::new();
+        for (cell, lowered) in cells.into_iter().zip(lowered) {
+            match lowered {
+                Lowered::From(beside) => {
+                    cell.iter().for_each(|&i| self.samples[i].beside = beside);
+                    out.extend(cell);
+                }
+                Lowered::Nowhere => self.inaccessible.extend(cell.iter().map(|&i| {
+                    let Sample { at: centre, spacing: radius, .. } = self.samples[i];
+                    Place { centre, radius }
+                })),
+                Lowered::InWall => {}
+            }
+        }
+        out
+    }
+
+    /// From where the cutter lowers a sample.
+    fn lowered(&self, sample: &Sample, height: f64, feed: DVec3) -> Lowered {
+        let MendOptions { pass, limit, .. } = &self.options;
+        let &Sample { at, normal, flat, .. } = sample;
+        // No detour leads into a wall.
+        if is_in_wall(at, normal, feed, pass, self.obstacles) {
+            return Lowered::InWall;
+        }
+        let raise = raise_at(at, normal, feed, pass, self.obstacles);
+        if raise <= limit.max(WORTH * height) {
+            return Lowered::From(DVec2::ZERO);
+        }
+        let low = at + normal * (pass.stock + limit);
+        let reaches = |s: &Sample| {
+            standing_clear(s.at, s.normal, feed, pass, self.obstacles)
+                .is_some_and(|at| at.contains(low))
+        };
+        let place = self.places.around(sample).find(reaches);
+        place.map_or(Lowered::Nowhere, |place| Lowered::From(place.flat - flat))
     }
 
     /// Samples by the cells in which they lie, the highest of each first.
@@ -278,13 +327,14 @@ impl<'a> Mender<'a> {
         let sample = &self.samples[worst];
         // Where that was in vain, over the very place.
         let origin = match sample.detours {
-            0 => self.places.inside(sample, INSIDE),
-            _ => sample.flat,
+            0 if sample.beside == DVec2::ZERO => self.places.inside(sample, INSIDE),
+            _ => sample.flat + sample.beside,
         };
         let scale = sample.scale;
         let steps = scale / self.options.side_step;
         let place = |i: usize| {
-            let way = (self.samples[i].flat - origin) * steps;
+            let Sample { flat, beside, .. } = self.samples[i];
+            let way = (flat + beside - origin) * steps;
             (way.dot(heading), way.perp_dot(heading).abs())
         };
         let [beside, ahead] = GROUP;
@@ -317,7 +367,8 @@ impl<'a> Mender<'a> {
         }
     }
 
-    /// The height that a path leaves above the allowance on every sample, mm: exact above `enough`, elsewhere not below what is left.
+    /// The height that a path leaves above the allowance on every sample, mm: exact above `enough`, elsewhere not below
+    /// what is left.
     fn heights(&self, samples: &[Sample], path: &Toolpath, enough: f64) -> Vec<f64> {
         let MendOptions { pass, limit, threads, .. } = self.options;
         let cutter = Cutter { tool: pass.tool, length: pass.reach };
@@ -396,7 +447,6 @@ mod tests {
     use super::*;
     use crate::cutter_location::{CheckMesh, ToolAxis};
     use crate::flatten::{Chart, Locator};
-    use crate::geometry::DVec3;
     use crate::geometry::math::{cos, sin};
     use crate::job::{Component, Selection, SurfaceOptions, SurfaceSource};
     use crate::surface::{AnalyticSurface, Surface, build};
@@ -464,19 +514,12 @@ mod tests {
         build(plane.mesh(1.0), &options).unwrap().surface
     }
 
-    /// A ball along passes at these places leaves too much between two of them, beside the last one and where one ends
-    /// before the boundary: detours mend each, and nothing else.
-    #[test]
-    fn what_a_ball_leaves_is_gone_over() {
-        let surface = plane();
-        let flat: Vec<DVec2> = surface.positions().iter().map(|p| p.truncate()).collect();
-        let chart = Chart::new(&surface, flat);
-        let locator = Locator::new(surface.connectivity(), chart.uv());
-        let (positions, faces) = surface.triangles();
-        let obstacles = Obstacles::of_part(CheckMesh::new(positions.to_vec(), faces));
-        let side_step = 1.0;
-        let cusp = RADIUS - (RADIUS * RADIUS - 0.25 * side_step * side_step).sqrt();
-        let options = MendOptions {
+    const SIDE_STEP: f64 = 1.0;
+
+    /// A ball whose passes on a plane are a side step apart.
+    fn ball() -> MendOptions {
+        let cusp = RADIUS - (RADIUS * RADIUS - 0.25 * SIDE_STEP * SIDE_STEP).sqrt();
+        MendOptions {
             pass: PassOptions {
                 tool: Tool::new(RADIUS, RADIUS).unwrap(),
                 axis: ToolAxis::Fixed(DVec3::Z),
@@ -485,54 +528,98 @@ mod tests {
                 tolerance: 0.001,
                 reach: f64::INFINITY,
             },
-            side_step,
+            side_step: SIDE_STEP,
             limit: 1.02 * cusp,
             close: cusp,
             lag: 0.0,
             has_open_rim: true,
             threads: 2,
-        };
-        let places = Places { surface: &surface, chart: &chart, locator: &locator, side_step };
+        }
+    }
+
+    /// Straight passes along x from and to the boundary, or another place.
+    fn straight(ys: &[f64], end: impl Fn(f64) -> f64) -> Vec<FlatPoint> {
         let point = |at: DVec2, kind: MoveKind| FlatPoint { at, kind, ..passes(&[0.0])[0] };
-        let laid = |ys: &[f64], end: f64| -> Vec<FlatPoint> {
-            let ends = |y: f64| if y == 0.5 { [-HALF, end] } else { [-HALF, HALF] };
-            let pass = |&y: &f64| {
-                let [from, to] = ends(y).map(|x| DVec2::new(x, y));
-                [point(from, MoveKind::Link), point(to, MoveKind::Cut)]
-            };
-            ys.iter().flat_map(pass).collect()
+        let pass = |&y: &f64| {
+            let [from, to] = [-HALF, end(y)].map(|x| DVec2::new(x, y));
+            [point(from, MoveKind::Link), point(to, MoveKind::Cut)]
         };
-        let mended = |flat: &[FlatPoint]| {
-            let mut mender = Mender::new(places, &obstacles, options);
-            let mut flat = flat.to_vec();
-            for round in 0..5 {
-                let tip = |p: &FlatPoint| p.at.extend(options.pass.stock);
-                let points = flat.iter().map(|p| PathPoint {
-                    tip: tip(p),
-                    axis: DVec3::Z,
-                    ..touching(p.at, p.kind)
-                });
-                match mender.mended(&flat, &Toolpath { points: points.collect() }) {
-                    Some(more) => flat = more,
-                    None => return (flat, round),
-                }
+        ys.iter().flat_map(pass).collect()
+    }
+
+    /// The flat path with detours of the ball, the rounds that took and what it cannot reach.
+    fn mended(flat: &[FlatPoint], check: CheckMesh) -> (Vec<FlatPoint>, usize, Vec<Place>) {
+        let surface = plane();
+        let uv: Vec<DVec2> = surface.positions().iter().map(|p| p.truncate()).collect();
+        let chart = Chart::new(&surface, uv);
+        let locator = Locator::new(surface.connectivity(), chart.uv());
+        let places =
+            Places { surface: &surface, chart: &chart, locator: &locator, side_step: SIDE_STEP };
+        let (obstacles, options) = (Obstacles::of_part(check), ball());
+        let mut mender = Mender::new(places, &obstacles, options);
+        let mut flat = flat.to_vec();
+        for round in 0..20 {
+            let point = |p: &FlatPoint| {
+                let tip = p.at.extend(options.pass.stock);
+                PathPoint { tip, axis: DVec3::Z, ..touching(p.at, p.kind) }
+            };
+            match mender.mended(&flat, &Toolpath { points: flat.iter().map(point).collect() }) {
+                Some(more) => flat = more,
+                None => return (flat, round, mender.into_inaccessible()),
             }
-            panic!("still too high");
+        }
+        panic!("still too high");
+    }
+
+    fn between(low: f64, high: f64) -> impl Fn(&FlatPoint) -> bool {
+        move |p| p.at.y > low && p.at.y < high
+    }
+
+    /// A ball along passes at these places leaves too much between two of them, beside the last one and where one ends
+    /// before the boundary: detours mend each, and nothing else.
+    #[test]
+    fn what_a_ball_leaves_is_gone_over() {
+        let part = || {
+            let surface = plane();
+            let (positions, faces) = surface.triangles();
+            CheckMesh::new(positions.to_vec(), faces)
         };
         let all: Vec<f64> = (-5..5).map(|i| f64::from(i) + 0.5).collect();
-        let (flat, rounds) = mended(&laid(&all, HALF));
+        let (flat, rounds, _) = mended(&straight(&all, |_| HALF), part());
         assert_eq!((flat.len(), rounds), (20, 0));
         let gap: Vec<f64> = all.iter().copied().filter(|y| *y != 0.5).collect();
         let short: Vec<f64> = all.iter().copied().filter(|y| *y < 4.0).collect();
-        let between = |low: f64, high: f64| move |p: &FlatPoint| p.at.y > low && p.at.y < high;
-        let (in_gap, _) = mended(&laid(&gap, HALF));
+        let (in_gap, ..) = mended(&straight(&gap, |_| HALF), part());
         assert!(in_gap.iter().any(between(0.0, 1.0)), "{in_gap:?}");
         assert!(in_gap.iter().all(|p| gap.contains(&p.at.y) || between(0.0, 1.0)(p)));
-        let (beside, _) = mended(&laid(&short, HALF));
+        let (beside, ..) = mended(&straight(&short, |_| HALF), part());
         assert!(beside.iter().any(|p| p.at.y > 4.0), "{beside:?}");
-        let (ended, rounds) = mended(&laid(&all, 2.0));
+        let ends = |y: f64| if y == 0.5 { 2.0 } else { HALF };
+        let (ended, rounds, _) = mended(&straight(&all, ends), part());
         let beyond = |p: &FlatPoint| p.at.x > 2.0 && between(0.0, 1.0)(p);
         assert!(rounds > 0 && ended.iter().any(beyond), "{ended:?}");
+    }
+
+    /// Beside a step in the part a ball cannot touch the ground within its radius, but reaches half a side step of that
+    /// from where it can: what lies farther in is inaccessible, and nothing else is.
+    #[test]
+    fn what_cannot_be_touched_is_reached_from_beside() {
+        let step = 0.1 - HALF;
+        let reach = step + RADIUS + ball().pass.stock;
+        let surface = plane();
+        let (positions, mut faces) = surface.triangles();
+        let first = positions.len() as u32;
+        let upright = [[-50.0, 0.0], [50.0, 0.0], [0.0, 50.0]].map(|[x, z]| DVec3::new(x, step, z));
+        faces.push([first, first + 1, first + 2]);
+        let check = CheckMesh::new(positions.iter().copied().chain(upright).collect(), faces);
+        let rows: Vec<f64> = (0..7).map(|i| reach + 0.7 + 0.95 * f64::from(i)).collect();
+        let (flat, rounds, inaccessible) = mended(&straight(&rows, |_| HALF), check);
+        assert!(rounds > 0 && flat.iter().any(between(reach - 1e-9, reach + 0.3)), "{flat:?}");
+        assert!(flat.iter().all(|p| p.at.y > reach - 0.01), "{flat:?}");
+        let farthest = inaccessible.iter().map(|p| p.centre.y).fold(f64::MIN, f64::max);
+        let to_limit = |limit: f64| (RADIUS * RADIUS - (RADIUS - limit).powi(2)).sqrt();
+        let expected = reach - to_limit(ball().limit);
+        assert!((farthest - expected).abs() < 0.1, "{farthest} of {expected}");
     }
 
     #[test]

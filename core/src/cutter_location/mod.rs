@@ -14,7 +14,7 @@ pub use obstacles::{Obstacles, Standing};
 pub use pass::{
     Contact, Located, LocatedPass, PassOptions, RaisedStretch, facet_error, locate_pass,
 };
-pub use probe::{is_in_wall, lowest_off_walls, raise_at};
+pub use probe::{is_in_wall, lowest_off_walls, raise_at, standing_clear};
 pub use ruling::{Pushed, Ruling, Rulings, Stand};
 
 use crate::geometry::DVec3;

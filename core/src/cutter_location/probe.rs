@@ -89,6 +89,18 @@ pub fn raise_at(
         .map_or(f64::INFINITY, |at| obstacles.raise(at, options.stock))
 }
 
+/// The cutter that touches one contact of a path going along `feed`, where nothing stands in its way.
+pub fn standing_clear(
+    contact: DVec3,
+    normal: DVec3,
+    feed: DVec3,
+    options: &PassOptions,
+    obstacles: &Obstacles,
+) -> Option<Standing> {
+    let at = touching(contact, normal, feed, options)?;
+    obstacles.is_clear(at, options.stock, 0.25 * options.tolerance).then_some(at)
+}
+
 /// The cutter that is to touch one contact of a path going along `feed` and would stand in a wall: moved off it and let
 /// down on the part; `None` where no wall is in its way, or the surface faces away.
 pub fn lowest_off_walls(

@@ -7,11 +7,12 @@
 
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
+use crate::geometry::math::{cos, sin};
 use crate::geometry::{DVec2, DVec3};
 use crate::mesh::{FaceId, HalfEdgeId, VertexId};
 use crate::surface::{Surface, SurfacePoint};
 use crate::toolpath::MoveKind;
-use core::f64::consts::FRAC_1_SQRT_2;
+use core::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 /// Distance of samples over faces, side steps. Larger: high places are overlooked; smaller: slower, with its square.
 const SPACING: f64 = 0.06;
@@ -37,6 +38,9 @@ const FINER: u32 = 3;
 const INNER: f64 = 0.9;
 /// Length of steps toward higher places, distances of samples.
 const BESIDE: f64 = 2.0;
+/// Distances, side steps, from which a cutter may reach what it cannot touch, and directions.
+const FROM: [f64; 5] = [0.1, 0.2, 0.3, 0.4, 0.5];
+const AROUND_IT: u32 = 16;
 /// Weight of the far corner at samples on the rim.
 const OFF_RIM: f64 = 1e-9;
 /// Most samples over faces, and on the rim; larger surfaces get fewer.
@@ -66,6 +70,8 @@ pub struct Sample {
     pub detours: u8,
     /// Whether it was looked at for what is higher beside it.
     pub is_climbed: bool,
+    /// How far beside it, flat, the cutter has to touch to lower it.
+    pub beside: DVec2,
 }
 
 /// A place on a side of the boundary.
@@ -268,6 +274,7 @@ impl Places<'_> {
             level: 0,
             detours: 0,
             is_climbed: false,
+            beside: DVec2::ZERO,
         }
     }
 
@@ -299,6 +306,21 @@ impl Places<'_> {
         let offset = |i: u32| (f64::from(i) - 1.0) * side / sample.scale;
         let offsets = (0..9).filter(|i| *i != 4).map(|i| DVec2::new(offset(i % 3), offset(i / 3)));
         self.at_offsets(sample, offsets, spacing, level)
+    }
+
+    /// Places from which a cutter that cannot touch a sample may reach it, the nearest first.
+    pub fn around(&self, sample: &Sample) -> impl Iterator<Item = Sample> {
+        let side = self.side_step / sample.scale;
+        let (face, flat, spacing) = (sample.face, sample.flat, sample.spacing);
+        let offset = move |(distance, i): (f64, u32)| {
+            let turn = TAU * f64::from(i) / f64::from(AROUND_IT);
+            DVec2::new(cos(turn), sin(turn)) * distance * side
+        };
+        let offsets = FROM.into_iter().flat_map(|d| (0..AROUND_IT).map(move |i| (d, i)));
+        offsets.map(offset).filter_map(move |offset| {
+            let place = self.locator.locate_from(face, flat + offset).ok()?;
+            Some(self.sample(place, spacing))
+        })
     }
 
     fn at_offsets(

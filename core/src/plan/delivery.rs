@@ -13,7 +13,7 @@ use crate::machine::Axes;
 use crate::mending::{MendOptions, Mender, Places};
 use crate::regions::JointTerrain;
 use crate::removal::{
-    self, Access, Columns, Coverage, Cutter, Feeds, Layer, Limit, TooSlow, rated,
+    self, Access, Columns, Coverage, Cutter, Feeds, Layer, Limit, Place, TooSlow, rated,
 };
 use crate::surface::{Part, Surface};
 use crate::toolpath::Toolpath;
@@ -82,10 +82,13 @@ impl Delivery<'_> {
         flat: &[FlatPoint],
         progress: &mut dyn FnMut(f64),
     ) -> Result<Finished, PlanError> {
-        match self.job.force.control {
-            ForceControl::Off => self.unlimited(flat, progress),
-            _ => self.limited(flat, progress),
-        }
+        let (delivered, inaccessible) = self.mended(flat, progress)?;
+        let mut finished = match self.job.force.control {
+            ForceControl::Off => self.unlimited(delivered, progress),
+            _ => self.limited(delivered, progress),
+        }?;
+        finished.coverage.too_tight_places.extend(inaccessible);
+        Ok(finished)
     }
 
     fn columns(&self) -> Columns {
@@ -103,10 +106,9 @@ impl Delivery<'_> {
     /// walls, is it asked what is left.
     fn unlimited(
         &self,
-        flat: &[FlatPoint],
+        Delivered { toolpath, raised }: Delivered,
         progress: &mut dyn FnMut(f64),
     ) -> Result<Finished, PlanError> {
-        let Delivered { toolpath, raised } = self.mended(flat, progress)?;
         // Beside walls stays what the cutter cannot enter.
         if raised.is_empty() && self.obstacles.rulings().is_empty() {
             let coverage = Coverage { area: self.surface.area(), ..Coverage::default() };
@@ -125,12 +127,12 @@ impl Delivery<'_> {
         })
     }
 
-    /// The path at the nominal feeds, with detours over what it leaves too high.
+    /// The path at the nominal feeds, with detours over what it leaves too high, and what no detour lowers.
     fn mended(
         &self,
         flat: &[FlatPoint],
         progress: &mut dyn FnMut(f64),
-    ) -> Result<Delivered, PlanError> {
+    ) -> Result<(Delivered, Vec<Place>), PlanError> {
         let mut delivered =
             deliver(flat, &self.lift, self.obstacles, &self.options, None, &mut *progress)?;
         let places = Places {
@@ -152,18 +154,17 @@ impl Delivery<'_> {
             Some(RaisedStretch { place, raise, .. }) if delivered.toolpath.points.is_empty() => {
                 Err(PlanError::FitsNowhere { place: *place, raise: *raise })
             }
-            _ => Ok(delivered),
+            _ => Ok((delivered, mender.into_inaccessible())),
         }
     }
 
     /// The path at the feeds that keep the removal rate to the limit, with passes over what it leaves.
     fn limited(
         &self,
-        flat: &[FlatPoint],
+        delivered: Delivered,
         progress: &mut dyn FnMut(f64),
     ) -> Result<Finished, PlanError> {
         let columns = &self.columns();
-        let delivered = self.mended(flat, progress)?;
         let finished = self.limited_part(columns, delivered, None)?;
         self.touched_up(finished, progress, |part, before| {
             self.limited_part(columns, part, Some(before))
