@@ -232,6 +232,23 @@ fn what_was_mended_of_a_mesh_is_told() {
 }
 
 #[test]
+fn what_may_stand_between_samples_is_told() {
+    let path = planned("unseen");
+    let report = json(&fs::read(path.join("out/report.json")).unwrap());
+    let largest = report["verification"]["scallop"]["largest_mm"].as_f64().unwrap();
+    let told = |limit: f64| {
+        let limit = format!("{limit}");
+        let output = evencut(&path, &["verify", "out", "--scallop", &limit, "--tolerance", "0"]);
+        streams(&output).1.to_owned()
+    };
+    // Half the distance of samples up the side of a cusp is less than 6 µm here.
+    let near = told(largest + 4e-3);
+    assert!(near.contains("; unseen between samples at most"), "{near}");
+    let far = told(1.0);
+    assert!(!far.contains("unseen between samples"), "{far}");
+}
+
+#[test]
 fn a_limit_is_kept_or_broken_by_less_than_a_micrometre() {
     let path = planned("between");
     let largest = |file: &str| {

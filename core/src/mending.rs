@@ -51,8 +51,9 @@ const INSIDE: f64 = 0.15;
 const TRIES: u8 = 3;
 /// How often all places are looked at, at most.
 const LOOKS: u32 = 3;
-/// Steps toward higher places at most.
-const CLIMBS: usize = 8;
+/// Steps toward higher places at most, halved where none is higher, and the shortest, side steps.
+const CLIMBS: usize = 12;
+const FINEST: f64 = 0.002;
 /// Part of the way to the boundary that a detour goes on at most. More: rounding leads it outside.
 const WITHIN: f64 = 0.98;
 /// Heights that are told apart, limits: what is higher is as high.
@@ -129,14 +130,15 @@ impl<'a> Mender<'a> {
     /// All places to be looked at.
     fn look(&mut self, flat: &[FlatPoint]) {
         let MendOptions { pass, limit, .. } = self.options;
-        self.samples = match pass.tool.kind() {
+        (self.samples, self.in_rows) = match pass.tool.kind() {
             ToolKind::Ball => {
                 let ball = Ball { radius: pass.tool.radius(), stock: pass.stock, limit };
-                self.places.beside_passes(flat, &ball)
+                let samples = self.places.beside_passes(flat, &ball);
+                let count = samples.len();
+                (samples, count)
             }
-            _ => self.places.over_faces(),
+            _ => (self.places.over_faces(), 0),
         };
-        self.in_rows = if pass.tool.kind() == ToolKind::Ball { self.samples.len() } else { 0 };
         if self.options.has_open_rim {
             self.samples.extend(self.places.on_rim());
         }
@@ -194,31 +196,39 @@ impl<'a> Mender<'a> {
     /// are narrow.
     fn climb(&mut self, heights: &mut Vec<f64>, path: &Toolpath) {
         let MendOptions { limit, close, .. } = self.options;
+        // Beside passes samples lie on ridges already.
+        let low = if self.in_rows > 0 { close } else { close.min(NEARLY[0] * limit) };
         let is_nearly = |i: &usize| {
-            let is_high = (close..=limit).contains(&heights[*i]) || self.is_top(*i, heights);
+            let is_high = (low..=limit).contains(&heights[*i]) || self.is_top(*i, heights);
             is_high && !self.samples[*i].is_climbed
         };
+        let finest = FINEST * self.options.side_step;
         let nearly = self.by_cell((0..heights.len()).filter(is_nearly), heights);
         let mut front: Vec<usize> = nearly.iter().map(|cell| cell[0]).collect();
         for _ in 0..CLIMBS {
+            if front.is_empty() {
+                break;
+            }
             let beside: Vec<Vec<Sample>> =
                 front.iter().map(|&i| self.places.beside(&self.samples[i])).collect();
             front.iter().for_each(|&i| self.samples[i].is_climbed = true);
-            let found = self.heights(&beside.concat(), path, close);
+            let found = self.heights(&beside.concat(), path, low);
             let mut next = Vec::new();
             let mut known = 0;
             for (&from, beside) in front.iter().zip(beside) {
                 let of = &found[known..known + beside.len()];
                 known += beside.len();
                 let highest = beside.into_iter().zip(of).max_by(|a, b| a.1.total_cmp(b.1));
-                let Some((sample, &height)) = highest.filter(|h| *h.1 > heights[from]) else {
-                    continue;
-                };
-                if height <= limit {
-                    next.push(self.samples.len());
+                if let Some((sample, &height)) = highest.filter(|h| *h.1 > heights[from]) {
+                    if height <= limit {
+                        next.push(self.samples.len());
+                    }
+                    self.samples.push(sample);
+                    heights.push(height);
+                } else if heights[from] >= close && self.samples[from].spacing > finest {
+                    self.samples[from].spacing *= 0.5;
+                    next.push(from);
                 }
-                self.samples.push(sample);
-                heights.push(height);
             }
             front = next;
         }

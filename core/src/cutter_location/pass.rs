@@ -548,7 +548,7 @@ fn split_where_cutting(dense: &[Dense], a: usize, b: usize, probe: &Probe, kept:
         // A cutter shifted by half the tolerance penetrates by at most that much more.
         let p = &dense[k];
         let shifted = tip.distance(p.tip) <= 0.5 * probe.tolerance && same_axis(axis, p.axis);
-        !(p.tested && shifted || probe.clears(tip, axis, probe.tolerance))
+        !(p.tested && shifted || probe.clears(tip, axis, 0.75 * probe.tolerance))
     };
     if b > a + 1 && (a + 1..b).any(cuts) {
         // Halves, not the worst point: the depth of the recursion stays logarithmic.

@@ -18,16 +18,14 @@ pub struct Disc {
 /// lowest on its straight way from one pose to another, mm; `None` where the line does not go through it, or
 /// not from below.
 ///
-/// Exact where the axis stays; else height and place on the disc are taken as linear along the move.
+/// Exact where the axis stays; else the place on the disc is taken as linear along the move.
 #[inline]
 pub fn lowest(ends: [Disc; 2], radius: f64, foot: DVec3, normal: DVec3) -> Option<f64> {
     if ends.iter().any(|disc| normal.dot(disc.axis) < EDGE_ON) {
         return None;
     }
-    let [(h0, q0), (h1, q1)] = ends.map(|disc| {
-        let height = (disc.middle - foot).dot(disc.axis) / normal.dot(disc.axis);
-        (height, foot + normal * height - disc.middle)
-    });
+    let height = |disc: &Disc| (disc.middle - foot).dot(disc.axis) / normal.dot(disc.axis);
+    let [q0, q1] = ends.map(|disc| foot + normal * height(&disc) - disc.middle);
     // Where the way of the line through the disc's plane is in its circle.
     let way = q1 - q0;
     let (a, b, c) = (way.length_squared(), q0.dot(way), q0.length_squared() - radius * radius);
@@ -37,7 +35,12 @@ pub fn lowest(ends: [Disc; 2], radius: f64, foot: DVec3, normal: DVec3) -> Optio
         false if c <= 0.0 => (0.0, 1.0),
         false => return None,
     };
-    let at = |t: f64| h0 + (h1 - h0) * t.clamp(0.0, 1.0);
+    let [from, to] = ends;
+    let at = |t: f64| {
+        let t = t.clamp(0.0, 1.0);
+        let axis = from.axis + (to.axis - from.axis) * t;
+        height(&Disc { middle: from.middle.lerp(to.middle, t), axis })
+    };
     (enters <= 1.0 && leaves >= 0.0).then(|| at(enters).min(at(leaves)))
 }
 

@@ -236,7 +236,7 @@ impl Places<'_> {
 
     fn length(&self, side: HalfEdgeId) -> f64 {
         let corners = self.surface.corners(side.face());
-        corners[side.corner()].distance(corners[side.next().corner()])
+        corners[side.corner()].distance(corners[side.next().corner()]).max(f64::MIN_POSITIVE)
     }
 
     /// So many samples, evenly over that part of a side about a place of it.
@@ -267,7 +267,7 @@ impl Places<'_> {
             at: (0..3).map(|i| corners[i] * weights[i]).sum(),
             normal: (0..3).map(|i| normals[i] * weights[i]).sum::<DVec3>().normalize_or_zero(),
             flat: (0..3).map(|i| uv[i] * weights[i]).sum(),
-            scale: (area / flat).sqrt(),
+            scale: (area / flat.max(f64::MIN_POSITIVE)).sqrt(),
             spacing,
             rim: None,
             face,

@@ -27,7 +27,7 @@ pub const SLOWEST: f64 = 0.005;
 /// Most rounds of detours over what is too high; few need more than four.
 const MENDS: usize = 20;
 /// Part of the tolerance above the limit from which on a place is too high: samples may miss the highest.
-const MENDED: f64 = 0.5;
+const MENDED: f64 = 0.7;
 /// The same from which on a place may be too high once further detours have changed which points the path keeps.
 const CLOSE: f64 = 0.0;
 /// Part of the stock's depth above which what stays counts as untouched.

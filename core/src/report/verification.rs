@@ -79,7 +79,7 @@ pub struct VerificationFigures {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct WallCutFigures {
-    /// Area of the walls, mm².
+    /// Area of the walls as far up as the cutter goes, mm².
     pub area_mm2: f64,
     /// Depth of the deepest cut, mm; 0 where nothing is cut into.
     pub deepest_mm: f64,
@@ -328,7 +328,7 @@ impl VerificationFigures {
         }
         if self.scallop.kept_within_sampling_bound {
             let bound = micrometres(s.sampling_bound_mm);
-            let _ = write!(line, " at the samples, up to {bound} µm more between them");
+            let _ = write!(line, "; unseen between samples at most {bound} µm more");
         }
         let _ = write!(line, ", P99 {}, mean {}", micrometres(s.p99_mm), micrometres(s.mean_mm));
         line
@@ -341,7 +341,7 @@ impl VerificationFigures {
                 "{}{} µm deep{at}, {:.2} mm²",
                 at_least(self.gouge_may_be_deeper),
                 micrometres(-self.gouge_mm),
-                self.gouged_mm2
+                self.gouged_mm2 + 0.0
             );
         }
         let (deepest, tolerance) =
@@ -416,7 +416,7 @@ impl VerificationFigures {
         }
         let _ = writeln!(
             text,
-            "  {:<10}{} samples, {:.3} mm apart; between them up to {} µm more",
+            "  {:<10}{} samples, {:.3} mm apart; unseen between them at most {} µm more",
             "sampled",
             self.samples,
             self.spacing_mm,

@@ -177,6 +177,13 @@ impl Body {
         (line.rise > FLAT && within).then_some((t, at))
     }
 
+    /// By how much the squared distance from the axis, where a line goes through the plane of the flat bottom, is larger
+    /// than that of the bottom's edge, mm²; not finite for a line along that plane.
+    pub fn outside_of_bottom(&self, at: &Placed, origin: DVec3, direction: DVec3) -> f64 {
+        let line = Line::new(at, origin, direction);
+        line.rho_squared(-line.height / line.rise) - self.bottom * self.bottom
+    }
+
     fn entry_of(&self, line: &Line) -> Option<f64> {
         // Most lines rise through the flat.
         if line.rise > FLAT && self.bottom > 0.0 {

@@ -62,6 +62,10 @@ const DEEPEST: f64 = 0.5;
 const DEEPEST_IN_WALL: f64 = 2.0;
 /// Samples of walls at most; above, they are put farther apart.
 const MOST_ON_WALLS: f64 = 1.0e6;
+/// Cosine of the angle between a cutter and what is up below which it leans.
+const UPRIGHT: f64 = 1.0 - 1e-12;
+/// A move that goes less far than this across the axis goes along it, mm.
+const STRAIGHT_UP: f64 = 1e-6;
 /// Samples of a wall on a cutter radius at least.
 const WALL_SAMPLES_PER_RADIUS: f64 = 8.0;
 /// Distance from the rim of the samples beside it, at least, cutter radii: a sharp edge that goes along them is seen
@@ -213,7 +217,7 @@ pub fn verify(
         };
         swept.extend(parallel::map(options.threads, group, sweep));
     }
-    let on_walls = on_walls(design, rest, &motion, &body, spacing, options);
+    let on_walls = on_walls(path, (design, rest), &motion, &body, spacing, options);
     let removed = summed(&swept);
     let rate = rate::measure(path, &motion, &removed, options.tool.radius());
     let touches = touches(swept.iter().chain(&on_walls));
@@ -248,15 +252,17 @@ pub fn verify(
 ///
 /// Across a place where the cutter is deepest in a wall, samples `s` apart miss `s² / 8R` of its depth at most.
 fn on_walls(
-    design: Facets,
-    rest: Facets,
+    path: &Toolpath,
+    (design, rest): (Facets, Facets),
     motion: &Motion,
     body: &Body,
     spacing: f64,
     options: &VerifyOptions,
 ) -> Vec<SweptTile> {
     let Some(walls) = options.walls else { return Vec::new() };
-    let sheet = walls.swept(design, rest, options.up);
+    // Samples of a high wall would be far apart.
+    let height = walls.height.min(highest_reached(path, design, walls, options));
+    let sheet = Walls { height, ..walls }.swept(design, rest, options.up);
     let radius = options.tool.radius();
     let deepest = DEEPEST_IN_WALL * radius;
     let missing = 0.5 * options.tolerance.max(0.0);
@@ -287,6 +293,33 @@ fn on_walls(
         let samples = swept.samples.iter().map(limited).collect();
         if ends { sweep::sweep(tile, samples, motion, body, material) } else { swept }
     })
+}
+
+/// The height above the edge of a surface up to which a wall has to be looked at, mm: what a cutter does higher up, it
+/// does lower down, too.
+fn highest_reached(path: &Toolpath, design: Facets, walls: Walls, options: &VerifyOptions) -> f64 {
+    let radius = options.tool.radius();
+    let up = |p: &DVec3| p.dot(options.up);
+    let is_upright = path.points.iter().all(|p| p.axis.dot(options.up) > UPRIGHT);
+    if walls.rise == Rise::Up && is_upright {
+        // Above its end the cutter is a cylinder along the wall: down to its lowest place and up again it cuts the same.
+        let heights = || design.positions.iter().map(up);
+        let (lowest, highest) =
+            (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::MIN, f64::max));
+        let top = highest + walls.height;
+        let of_move = |tips: [DVec3; 2]| {
+            let [from, to] = tips.map(|tip| up(&tip));
+            let across = (tips[1] - tips[0]).reject_from_normalized(options.up).length();
+            if across < STRAIGHT_UP { from.min(to) } else { from.max(to) }
+        };
+        let moves = path.points.windows(2).map(|pair| [pair[0].tip, pair[1].tip]);
+        let below = moves.filter(|tips| tips.iter().any(|tip| up(tip) <= top));
+        return below.map(of_move).fold(lowest, f64::max) - lowest + 2.0 * radius;
+    }
+    let all = || path.points.iter().map(|p| p.tip).chain(design.positions.iter().copied());
+    let (low, high) =
+        all().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+    low.distance(high) + options.length + radius
 }
 
 /// The distance of samples, once all is found in order.

@@ -81,6 +81,8 @@ pub struct Touch {
 
 /// Thirds by which the place of the edge is narrowed down: to a thousandth of a step.
 const EDGE_STEPS: usize = 16;
+/// How far inside of where a line comes under the edge it is looked at, parts of half a step.
+const INSIDE_EDGE: f64 = 1e-4;
 /// Lines that rise less than this along the axis are square to it, mm/mm.
 const SQUARE: f64 = 1e-9;
 /// Most steps to the lowest place under a rounded rim.
@@ -491,7 +493,10 @@ fn lowest_at_edge(
         () if c < b => (0.0, 1.0),
         () => (-1.0, 1.0),
     };
-    let mut best = [from, middle, to].into_iter().flatten().reduce(lower)?;
+    // A line that the edge passes over may be met between these alone.
+    let passing = edge_crossings(step, body, position, normal).into_iter().flatten();
+    let met = [from, middle, to].into_iter().flatten();
+    let mut best = met.chain(passing.filter_map(entry)).reduce(lower)?;
     for _ in 0..EDGE_STEPS {
         let third = (high - low) / 3.0;
         let (left, right) = (entry(low + third), entry(high - third));
@@ -499,6 +504,26 @@ fn lowest_at_edge(
         if height(left) < height(right) { high -= third } else { low += third }
     }
     Some(best)
+}
+
+/// The parts of a step, just inside, at which a line comes under a flat end's bottom and leaves it.
+///
+/// In the plane of the bottom the squared distance of the line from the axis is a parabola, if the cutter does not turn;
+/// hardly turning it needs a step of Newton's.
+fn edge_crossings(step: &Step, body: &Body, position: DVec3, normal: DVec3) -> [Option<f64>; 2] {
+    let outside = |part: f64| body.outside_of_bottom(&step.at(part), position, normal);
+    let [a, b, c] = [-1.0, 0.0, 1.0].map(outside);
+    let (bend, slope) = (0.5 * (a - 2.0 * b + c), 0.5 * (c - a));
+    let square = slope * slope - 4.0 * bend * b;
+    if bend.is_nan() || bend <= 0.0 || square <= 0.0 {
+        return [None; 2];
+    }
+    let root = square.sqrt();
+    [-1.0, 1.0].map(|side| {
+        let part = 0.5 * (side * root - slope) / bend;
+        let part = part - outside(part) / (side * root) - side * INSIDE_EDGE;
+        (part.abs() < 1.0).then_some(part)
+    })
 }
 
 fn lower(a: (f64, Placed), b: (f64, Placed)) -> (f64, Placed) {
@@ -564,5 +589,62 @@ impl Cells {
             reached |= self.open & lanes::<BLOCK>(|i| least(i) < self.reach[i]);
         }
         reached
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tool::Tool;
+
+    /// A number from 0 to 1, the next one of a row.
+    fn number(seed: &mut u64) -> f64 {
+        *seed =
+            seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (*seed >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// The edge of a leaning flat end goes over lines near its side for a part of a step, which may be short: as low as
+    /// at the lowest of many places of the step, which do not see what is met for less than the way between two.
+    #[test]
+    fn an_edge_that_passes_over_a_line_lowers_it() {
+        let body = Body::new(&Tool::new(5.0, 0.0).unwrap(), 50.0);
+        let mut seed = 7;
+        let mut met = 0;
+        for _ in 0..2000 {
+            let mut any = |from: f64, to: f64| from + (to - from) * number(&mut seed);
+            let (lead, turn) = (any(0.02, 0.4), any(-0.008, 0.008));
+            let placed = |x: f64, lead: f64| Placed {
+                tip: DVec3::new(x, 0.0, 5.0 * lead),
+                axis: DVec3::new(lead, 0.3 * turn, 1.0).normalize(),
+            };
+            let half = any(0.05, 0.25);
+            let [from, to] = [placed(-half, lead - turn), placed(half, lead + turn)];
+            let middle =
+                Placed { tip: 0.5 * (from.tip + to.tip), axis: (from.axis + to.axis).normalize() };
+            let step = Step {
+                from,
+                middle,
+                to,
+                of: 0,
+                index: 0,
+                half_way: 0.5 * (to.tip - from.tip),
+                half_turn: 0.5 * to.axis.distance(from.axis),
+            };
+            let foot = DVec3::new(any(-1.5, 1.5), any(4.7, 5.0), 0.0);
+            let normal = DVec3::new(any(-0.1, 0.1), any(-0.1, 0.1), 1.0).normalize();
+            let entry = |i: u32| {
+                let at = step.at(f64::from(i) / 500.0 - 1.0);
+                body.entry(&at, foot, normal)
+            };
+            let lowest = (0..=1000).filter_map(entry).reduce(f64::min);
+            let found = lowest_at_edge(&step, &body, foot, normal).map(|(height, _)| height);
+            let Some(lowest) = lowest else { continue };
+            let found = found.unwrap();
+            met += 1;
+            assert!(found <= lowest + 1e-4, "{found} at the lowest, not {lowest}");
+            assert!(found > lowest - 1e-3, "{found} instead of {lowest}");
+        }
+        assert!(met > 500, "{met}");
     }
 }

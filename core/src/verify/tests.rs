@@ -600,6 +600,19 @@ fn cuts_into_a_wall_are_as_deep_as_the_cutter_stands_over_it() {
     assert_close(v.figures.walls.unwrap().area, 10.0 * 140.0, 1e-9);
 }
 
+/// However high a wall is, it is looked at as closely where the cutter goes.
+#[test]
+fn a_high_wall_is_cut_as_deep_as_a_low_one() {
+    let (r, part) = (5.0, Part::plane(40.0, 30.0));
+    let path = beside_wall(r - 0.02, DVec3::Z);
+    for rise in [Rise::Up, Rise::Normal] {
+        let walls = Some(Walls { height: 1e6, rise });
+        let v = walled(&path, &part, &VerifyOptions { walls, length: 30.0, ..options(r, 0.0) });
+        assert_near(deepest(&v), 0.02, 1.5e-3);
+        assert!(v.figures.walls.unwrap().area < 100.0 * 140.0);
+    }
+}
+
 #[test]
 fn walls_change_no_other_figure() {
     let (path, part) = (beside_wall(2.0, DVec3::Z), Part::plane(40.0, 30.0));
