@@ -52,8 +52,8 @@ const TRIES: u8 = 3;
 /// How often all places are looked at, at most.
 const LOOKS: u32 = 3;
 /// Steps toward higher places at most, halved where none is higher, and the shortest, side steps.
-const CLIMBS: usize = 12;
-const FINEST: f64 = 0.002;
+const CLIMBS: usize = 18;
+const FINEST: f64 = 0.0003;
 /// Part of the way to the boundary that a detour goes on at most. More: rounding leads it outside.
 const WITHIN: f64 = 0.98;
 /// Heights that are told apart, limits: what is higher is as high.

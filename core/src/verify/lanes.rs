@@ -133,10 +133,9 @@ impl Step {
     /// The lines whose material a step may reach: not those that surely stay as they are.
     ///
     /// `tops`: highest material on each line; `normals`: the lines' directions; `of`: the lines that are asked
-    /// about. The distance of the
-    /// cutter from a line's material is convex along the step, and not negative at its start, where
-    /// the step before ended. So it stays positive if it still falls at the end without having reached
-    /// zero, or already grows at the start.
+    /// about. The distance of the cutter from a line's material is convex along the step, but for what it turns, and not
+    /// negative at its start, where the step before ended. So it stays positive if it still falls at the end without
+    /// having reached zero, or already grows at the start.
     pub fn reaches<const N: usize>(
         &self,
         body: &Body,
@@ -149,11 +148,11 @@ impl Step {
             return 0;
         }
         let end = self.seen(&self.to, body, tops, normals);
+        let bent = self.bent(tops);
         // The last is what may be no number.
-        let clear = |i: usize| lesser(lesser(end.distance[i], end.down[i]), end.closing[i]) >= 0.0;
-        let away = of & !lanes::<N>(clear);
-        let open =
-            lanes::<N>(|i| lesser(lesser(end.distance[i], end.down[i]), -end.closing[i]) >= 0.0);
+        let least = |i: usize| lesser(end.distance[i] - bent[i], end.down[i]);
+        let away = of & !lanes::<N>(|i| lesser(least(i), end.closing[i]) >= 0.0);
+        let open = lanes::<N>(|i| lesser(least(i), -end.closing[i]) >= 0.0);
         if away & open == 0 {
             return away;
         }
@@ -163,9 +162,20 @@ impl Step {
             let (falls, grows) = (greater(start.closing[i], 0.0), -end.closing[i]);
             let meet = (start.distance[i] - end.distance[i] + grows) / (falls + grows);
             let least = start.distance[i] - falls * meet;
-            lesser(lesser(start.distance[i], start.down[i]), least) > 0.0
+            lesser(lesser(start.distance[i], start.down[i]), least - bent[i]) > 0.0
         });
         away & !(open & clear)
+    }
+
+    /// By how much the distance of a point may be less than convex along the step, mm: turning and going at once, the
+    /// cutter comes to it by twice their product, turning alone by the square of the turn at the point's distance, both
+    /// halved from an end on.
+    fn bent<const N: usize>(&self, tops: &Vectors<N>) -> [f64; N] {
+        if self.half_turn == 0.0 {
+            return [0.0; N];
+        }
+        let (turn, way) = (2.0 * self.half_turn, 2.0 * self.half_way.length());
+        tops.distances(self.middle.tip).map(|far| turn * (way + 0.5 * turn * far))
     }
 
     /// The lines that stay below the tip of a cutter that does not turn, and lead away from it.
