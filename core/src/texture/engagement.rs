@@ -87,7 +87,7 @@ pub fn effective(heights: &[f64], thickness: f64) -> [f64; 2] {
         (is_below(pair[0]) != is_below(pair[1])).then_some(k as f64 + part)
     });
     let upper_is_below = heights.last().is_some_and(|&h| is_below(h));
-    match (crossings.next(), crossings.last()) {
+    match (crossings.next(), crossings.next_back()) {
         (Some(first), Some(last)) => [first, last],
         (Some(first), None) if upper_is_below => [first, end],
         (Some(last), None) => [0.0, last],

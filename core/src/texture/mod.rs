@@ -7,8 +7,11 @@
 
 pub mod edge;
 pub mod engagement;
+pub mod export;
 pub mod grid;
 pub mod kinematics;
+pub mod parameters;
 pub mod steps;
 pub mod sweep;
 mod tile;
+pub mod window;

@@ -46,7 +46,7 @@ mod tests {
         assert!((feed_per_tooth(20.0, 100.0, 2) - 0.1).abs() < 1e-15);
         assert!((largest_cell(0.1, 0.5) - 0.01).abs() < 1e-15);
         let dt = time_step(0.01, 100.0, 1.4, 20.0);
-        assert!((dt - 0.01 / (879.645_943_005_142_1 + 20.0)).abs() < 1e-18, "{dt}");
+        assert!((dt - 0.01 / (879.645_943_005_142 + 20.0)).abs() < 1e-18, "{dt}");
         assert_eq!(path_step(20.0, dt), 20.0 * dt);
         // In that time the outermost point goes just l_min.
         assert!((TAU * 100.0 * 1.4 * dt + path_step(20.0, dt) - 0.01).abs() < 1e-15);

@@ -370,3 +370,6 @@ impl Frame {
         self.mapped_centre + self.mapped[0] * p.x + self.mapped[1] * p.y + self.mapped[2] * p.z
     }
 }
+
+#[cfg(test)]
+mod tests;
