@@ -13,6 +13,7 @@ pub mod output;
 pub mod plan;
 pub mod progress;
 pub mod streams;
+pub mod texture;
 pub mod verify;
 
 use std::ffi::OsString;
@@ -102,6 +103,15 @@ enum Command {
                             The removal rate is not limited.\n\n    \
                             evencut compare part.toml --patterns contour,iso-scallop,spiral")]
     Compare(compare::Compare),
+    /// Simulate the texture that the teeth leave in a window
+    #[command(
+        long_about = "Plans a job and simulates what the teeth of its cutter leave in the window \
+                            of its [texture] table: heights as CSV, ASCII matrix and X3P (ISO \
+                            25178-72), a picture, and the parameters Sa, Sq, Sz, Ssk, Sku, Ra, Rz. \
+                            The path is not judged.\n\n    \
+                            evencut texture part.toml -o results/part-texture"
+    )]
+    Texture(texture::Texture),
     /// Write a commented job file for a surface
     #[command(long_about = "Writes a job file with values to start from: cutter, cusp height and \
                             feeds follow from the surface's size and curvature. Never \
@@ -135,6 +145,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, mut streams: Streams<'
         Command::Plan(plan) => plan.run(&mut streams),
         Command::Compare(compare) => compare.run(&mut streams),
         Command::Verify(verify) => verify.run(&mut streams),
+        Command::Texture(texture) => texture.run(&mut streams),
         Command::New(new) => new.run(&mut streams),
         Command::Inspect(inspect) => inspect.run(&mut streams),
         Command::Check(check) => check.run(&mut streams),

@@ -61,6 +61,8 @@ pub mod gcode;
 
 pub mod verify;
 
+pub mod texture;
+
 pub mod report;
 
 pub mod preview;

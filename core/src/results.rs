@@ -1,5 +1,7 @@
 //! A plan → the files of its results, the same bytes wherever it was made.
 
+pub mod texture;
+
 use crate::feed::machine_time;
 use crate::flatten::{Chart, Locator};
 use crate::gcode::{self, GcodeError};

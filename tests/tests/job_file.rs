@@ -317,6 +317,7 @@ fn documented_defaults_are_the_ones_filled_in() {
         .chain(
             ["distortion", "tensor"].map(|m| format!("{SMALLEST}\n[regions]\nmethod = \"{m}\"\n")),
         )
+        .chain([format!("{SMALLEST}\n[texture]\nat = [0, 0, 0]\n")])
         .map(|text| job::read(text.as_bytes()).unwrap().job.to_toml().parse().unwrap())
         .collect();
     let mut compared = 0;

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     AnalyticKind, Boundary, Compensation, CutDirection, DistortionMeasure, FeedComponent,
     FirstPass, FlattenMethod, ForceControl, Links, Parameter, Pattern, Picture, RegionMethod,
-    RegionOrder, RingOrder, StartKey, TooTight, Traverse,
+    RegionOrder, RingOrder, StartKey, TextureCells, TooTight, Traverse,
 };
 use crate::machine::Axes;
 use crate::tool::ToolKind;
@@ -66,6 +66,9 @@ pub struct JobFile {
     /// The machine and its limits.
     #[serde(default)]
     pub machine: MachineTable,
+    /// The window whose texture `evencut texture` simulates, and how the teeth stand.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub texture: TextureTable,
     /// What to write besides the report, the path and the resolved job.
     #[serde(default)]
     pub output: OutputTable,
@@ -442,6 +445,38 @@ pub struct TravelTable {
     /// Reach along Z.
     #[schemars(extend("x-default" = "not checked", "items" = { "type": "number", "x-unit": "mm", "minimum": -1e6, "maximum": 1e6 }))]
     pub z: Option<[f64; 2]>,
+}
+
+/// `[texture]`.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("required" = ["at"]))]
+pub struct TextureTable {
+    /// A place near the middle of the window, which lies about the nearest place of the surface; its sides run along
+    /// and across the feed of the nearest pass.
+    #[schemars(extend("items" = { "type": "number", "x-unit": "mm", "minimum": -1e6, "maximum": 1e6 }))]
+    pub at: Option<[f64; 3]>,
+    /// Size of the window along and across the feed.
+    #[schemars(extend("x-default" = "five nominal side steps each", "items" = { "type": "number", "x-unit": "mm", "minimum": 1e-4, "maximum": 1000.0 }))]
+    pub size: Option<[f64; 2]>,
+    /// Length of a cell of the grid: with `uniform` the longest, with `constant` every one.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "a tenth of the feed per tooth, or of the nominal side step if that is less", "minimum" = 1e-5, "maximum" = 10.0))]
+    pub spacing: Option<f64>,
+    /// How far the cutter's axis is off that of the spindle.
+    #[schemars(extend("x-unit" = "mm", "default" = 0.0, "minimum" = 0.0, "maximum" = 1.0))]
+    pub runout: Option<f64>,
+    /// Direction of `runout` from tooth 0, counter-clockwise seen from the spindle.
+    #[schemars(extend("x-unit" = "deg", "default" = 0.0, "minimum" = -360.0, "maximum" = 360.0))]
+    pub runout_angle: Option<f64>,
+    /// How much farther out than the nominal radius each tooth stands: a number for each flute.
+    #[schemars(extend("x-default" = "0 for each flute", "minItems" = 1, "maxItems" = 100, "items" = { "type": "number", "x-unit": "mm", "minimum": -1.0, "maximum": 1.0 }))]
+    pub tooth_runout: Option<Vec<f64>>,
+    /// Angle of tooth 0 from the first feed direction when the path starts, counter-clockwise seen from the spindle.
+    #[schemars(extend("x-unit" = "deg", "default" = 0.0, "minimum" = -360.0, "maximum" = 360.0))]
+    pub spindle_phase: Option<f64>,
+    /// Which cells the grid of the window has.
+    #[schemars(extend("default" = "uniform"))]
+    pub discretisation: Option<TextureCells>,
 }
 
 /// `[output]`.

@@ -17,6 +17,7 @@ mod resolve;
 mod schema;
 mod surface;
 mod template;
+mod texture;
 mod units;
 mod words;
 mod write;
@@ -41,6 +42,7 @@ pub use surface::{
     SurfaceOptions, SurfaceSource,
 };
 pub use template::{SurfaceFacts, template};
+pub use texture::{TextureCells, TextureOptions};
 
 use crate::machine::{Axes, Machine};
 use crate::tool::{Tool, ToolKind};
@@ -72,6 +74,8 @@ pub struct Job {
     pub trochoid: TrochoidOptions,
     /// The machine.
     pub machine: Machine,
+    /// The window whose texture is simulated, if there is one.
+    pub texture: Option<TextureOptions>,
     /// What to write.
     pub output: OutputOptions,
 }

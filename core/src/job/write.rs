@@ -3,13 +3,15 @@
 use super::file::{
     AnalyticTable, ComponentKey, ComponentRule, CutTable, DistortionTable, FlattenTable,
     ForceTable, GcodeTable, JobFile, MachineTable, OutputTable, PathTable, PostKey, RegionsTable,
-    SelectTable, SurfaceTable, TensorTable, ToolTable, TravelTable, TrochoidTable, Units, VERSION,
+    SelectTable, SurfaceTable, TensorTable, TextureTable, ToolTable, TravelTable, TrochoidTable,
+    Units, VERSION,
 };
 use super::resolve::{is_step, uses};
 use super::units::{to_degrees, to_per_minute};
 use super::{
     AnalyticOptions, Boundary, Component, Cut, Division, Job, MrrLimit, PathOptions, Post,
     RegionOptions, Selection, Start, StartKey, Stepover, SurfaceOptions, SurfaceSource,
+    TextureOptions,
 };
 use crate::machine::Machine;
 
@@ -43,6 +45,7 @@ impl Job {
                 return_feed: Some(to_per_minute(self.trochoid.return_feed)),
             },
             machine: machine_table(&self.machine),
+            texture: self.texture.as_ref().map(texture_table).unwrap_or_default(),
             output: self.output_table(),
         }
     }
@@ -207,5 +210,18 @@ fn machine_table(machine: &Machine) -> MachineTable {
         max_rotary_speed: Some(to_degrees(machine.max_rotary_speed)),
         clearance: Some(machine.clearance),
         travel: (table != TravelTable::default()).then_some(table),
+    }
+}
+
+fn texture_table(texture: &TextureOptions) -> TextureTable {
+    TextureTable {
+        at: Some(texture.at.to_array()),
+        size: Some(texture.size.to_array()),
+        spacing: Some(texture.spacing),
+        runout: Some(texture.runout),
+        runout_angle: Some(to_degrees(texture.runout_angle)),
+        tooth_runout: Some(texture.tooth_runout.clone()),
+        spindle_phase: Some(to_degrees(texture.spindle_phase)),
+        discretisation: Some(texture.cells),
     }
 }

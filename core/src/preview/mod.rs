@@ -20,6 +20,7 @@ mod shading;
 mod surface_view;
 mod svg;
 mod tensor_map;
+mod texture_map;
 mod view;
 
 pub use comparison::{Bars, comparison};
@@ -30,6 +31,7 @@ pub use mrr_chart::{ChartPlacement, mrr_chart};
 pub use regions_map::regions_map;
 pub use surface_view::surface_view;
 pub use tensor_map::tensor_map;
+pub use texture_map::texture_map;
 
 #[cfg(test)]
 mod samples;

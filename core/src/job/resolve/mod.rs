@@ -6,6 +6,7 @@
 mod cutting;
 mod regions;
 mod surface;
+mod texture;
 
 pub(super) use surface::{is_step, uses};
 
@@ -84,6 +85,7 @@ impl Resolver<'_> {
             force,
             trochoid: trochoid?,
             machine,
+            texture: None,
             output: self.output(),
         };
         if file.regions.blend.is_none() {
@@ -93,6 +95,7 @@ impl Resolver<'_> {
             let stock = job.cut.stock + job.cut.axial_depth;
             job.path.wall_height = stock.max(2.0 * job.tool.radius());
         }
+        job.texture = self.texture(&job);
         self.check_blend(&job);
         self.second_looks(&job);
         Some(job)

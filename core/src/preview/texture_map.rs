@@ -1,0 +1,205 @@
+//! The texture of a window as a picture: heights in colours, with a scale, and profiles along and across the feed.
+
+use super::colour::{self, Rgb};
+use super::png;
+use super::svg::{Anchor, Stroke, Svg, round_step};
+use crate::geometry::DVec2;
+use crate::texture::export::{MICRO, Matrix};
+
+const WIDTH: f64 = 960.0;
+/// Upper left corner of the map, px.
+const MAP: DVec2 = DVec2::new(84.0, 64.0);
+/// The largest map, px.
+const LARGEST: DVec2 = DVec2::new(660.0, 520.0);
+/// Width of the colour bar and its distance from the map, px.
+const BAR: DVec2 = DVec2::new(18.0, 36.0);
+/// Size of a profile's panel, px, and the room over it.
+const PANEL: DVec2 = DVec2::new(780.0, 110.0);
+const ROOM: f64 = 66.0;
+/// Most raster pixels along a side: beyond it every so many nodes are shown.
+const MOST_PIXELS: usize = 1200;
+/// Colours of the raster.
+const COLOURS: u8 = 254;
+const PROFILE: Rgb = Rgb([0x1f, 0x5f, 0x86]);
+
+/// The heights of a map over its mean plane, in µm, with the middle profiles. `levelled`: the map without that plane;
+/// `caption`: what is said under the title.
+pub fn texture_map(levelled: &Matrix, caption: &str) -> String {
+    let scale = Heights::of(levelled);
+    let [nu, nv] = levelled.counts;
+    let size = DVec2::new((nu - 1) as f64 * levelled.steps[0], (nv - 1) as f64 * levelled.steps[1]);
+    let zoom = (LARGEST / size).min_element();
+    let shown = (size * zoom).max(DVec2::splat(24.0));
+    let panels = MAP.y + shown.y + ROOM;
+    let height = panels + 2.0 * (PANEL.y + ROOM) - 10.0;
+    let title = "Texture left by the teeth";
+    let mut svg = Svg::new(WIDTH, height, title, "Heights over the mean plane, and profiles.");
+    svg.text(DVec2::new(30.0, 26.0), Anchor::Start, 16.0, title);
+    svg.text(DVec2::new(30.0, 46.0), Anchor::Start, 12.0, caption);
+    let (columns, rows, pixels) = raster(levelled, &scale);
+    let palette: Vec<Rgb> = (0..=COLOURS).map(colour_of).collect();
+    svg.image(MAP, shown, &png::encode(columns, rows, &pixels, &palette));
+    rulers(&mut svg, size, shown);
+    bar(&mut svg, &scale, shown);
+    let row = |i: usize| levelled.heights[nv / 2 * nu + i] * MICRO;
+    let column = |j: usize| levelled.heights[j * nu + nu / 2] * MICRO;
+    let profiles: [(&str, f64, Vec<f64>); 2] = [
+        ("Profile along the feed, in the middle", size.x, (0..nu).map(row).collect()),
+        ("Profile across the feed, in the middle", size.y, (0..nv).map(column).collect()),
+    ];
+    for (k, (name, length, heights)) in profiles.iter().enumerate() {
+        let corner = DVec2::new(MAP.x, panels + k as f64 * (PANEL.y + ROOM));
+        profile(&mut svg, corner, &scale, (name, *length, heights));
+    }
+    svg.finish()
+}
+
+/// The range of heights, µm.
+struct Heights {
+    low: f64,
+    high: f64,
+}
+
+impl Heights {
+    fn of(map: &Matrix) -> Self {
+        let least = |a: f64, b: &f64| a.min(*b);
+        let most = |a: f64, b: &f64| a.max(*b);
+        let low = map.heights.iter().fold(f64::INFINITY, least) * MICRO;
+        let high = map.heights.iter().fold(f64::NEG_INFINITY, most) * MICRO;
+        // Of a plane, a range that can be divided by.
+        if high - low > 1e-6 {
+            Self { low, high }
+        } else {
+            Self { low: low - 5e-4, high: low + 5e-4 }
+        }
+    }
+
+    fn share(&self, height: f64) -> f64 {
+        ((height - self.low) / (self.high - self.low)).clamp(0.0, 1.0)
+    }
+
+    /// Round heights in the range.
+    fn ticks(&self, most: f64) -> Vec<(f64, f64)> {
+        let step = round_step(self.high - self.low, most);
+        let first = (self.low / step).ceil() as i64;
+        let last = (self.high / step).floor() as i64;
+        (first..=last).map(|i| (i as f64 * step, step)).collect()
+    }
+}
+
+/// Colour `index` of the raster, 1 for the lowest.
+fn colour_of(index: u8) -> Rgb {
+    colour::of_share(1.0 - f64::from(index.saturating_sub(1)) / f64::from(COLOURS - 1))
+}
+
+/// The map as pixels, the last line of nodes on top.
+fn raster(map: &Matrix, scale: &Heights) -> (u32, u32, Vec<u8>) {
+    let [nu, nv] = map.counts;
+    let [columns, rows] = [nu, nv].map(|n| n.min(MOST_PIXELS));
+    let mut pixels = Vec::with_capacity(columns * rows);
+    for y in 0..rows {
+        let j = (rows - 1 - y) * nv / rows;
+        for x in 0..columns {
+            let height = map.heights[j * nu + x * nu / columns] * MICRO;
+            pixels.push(1 + (scale.share(height) * f64::from(COLOURS - 1)).round() as u8);
+        }
+    }
+    (columns as u32, rows as u32, pixels)
+}
+
+/// Lengths along the foot and the left side of the map, mm.
+fn rulers(svg: &mut Svg, size: DVec2, shown: DVec2) {
+    let ink = Stroke::solid(colour::INK, 1.0);
+    let foot = MAP + DVec2::new(0.0, shown.y);
+    for (value, step) in (Heights { low: 0.0, high: size.x }).ticks(6.0) {
+        let at = foot + DVec2::new(value / size.x * shown.x, 0.0);
+        svg.line(at, at + DVec2::new(0.0, 5.0), ink);
+        svg.text(at + DVec2::new(0.0, 18.0), Anchor::Middle, 12.0, &number(value, step));
+    }
+    for (value, step) in (Heights { low: 0.0, high: size.y }).ticks(6.0) {
+        let at = foot - DVec2::new(0.0, value / size.y * shown.y);
+        svg.line(at, at - DVec2::new(5.0, 0.0), ink);
+        svg.text(at + DVec2::new(-8.0, 4.0), Anchor::End, 12.0, &number(value, step));
+    }
+    let label = foot + DVec2::new(shown.x / 2.0, 34.0);
+    svg.text(label, Anchor::Middle, 12.0, "along the feed, mm");
+    svg.text(MAP - DVec2::new(8.0, 8.0), Anchor::End, 12.0, "across, mm");
+}
+
+/// The colours and the heights that they stand for.
+fn bar(svg: &mut Svg, scale: &Heights, shown: DVec2) {
+    let corner = MAP + DVec2::new(shown.x + BAR.y, 0.0);
+    let colours: Vec<u8> = (1..=COLOURS).rev().collect();
+    let palette: Vec<Rgb> = (0..=COLOURS).map(colour_of).collect();
+    let png = png::encode(1, u32::from(COLOURS), &colours, &palette);
+    svg.image(corner, DVec2::new(BAR.x, shown.y), &png);
+    for (value, step) in scale.ticks(6.0) {
+        let at = corner + DVec2::new(BAR.x, (1.0 - scale.share(value)) * shown.y);
+        svg.line(at, at + DVec2::new(4.0, 0.0), Stroke::solid(colour::INK, 1.0));
+        svg.text(at + DVec2::new(8.0, 4.0), Anchor::Start, 12.0, &number(value, step));
+    }
+    svg.text(corner - DVec2::new(0.0, 8.0), Anchor::Start, 12.0, "height, µm");
+}
+
+fn profile(
+    svg: &mut Svg,
+    corner: DVec2,
+    scale: &Heights,
+    (name, length, heights): (&str, f64, &[f64]),
+) {
+    svg.text(corner - DVec2::new(0.0, 9.0), Anchor::Start, 13.0, name);
+    svg.text(corner + DVec2::new(PANEL.x, -9.0), Anchor::End, 12.0, "height, µm; length, mm");
+    let up = |height: f64| (1.0 - scale.share(height)) * PANEL.y;
+    for (value, step) in scale.ticks(4.0) {
+        let at = corner + DVec2::new(0.0, up(value));
+        svg.line(at, at + DVec2::new(PANEL.x, 0.0), Stroke::solid(colour::FAINT, 1.0));
+        svg.text(at + DVec2::new(-8.0, 4.0), Anchor::End, 12.0, &number(value, step));
+    }
+    for (value, step) in (Heights { low: 0.0, high: length }).ticks(8.0) {
+        let at = corner + DVec2::new(value / length * PANEL.x, PANEL.y);
+        svg.line(at, at + DVec2::new(0.0, 5.0), Stroke::solid(colour::INK, 1.0));
+        svg.text(at + DVec2::new(0.0, 18.0), Anchor::Middle, 12.0, &number(value, step));
+    }
+    // More points than pixels cannot be seen.
+    let every = heights.len().div_ceil(4 * MOST_PIXELS).max(1);
+    let last = heights.len().saturating_sub(1).max(1) as f64;
+    let points = heights.iter().enumerate().step_by(every);
+    let points: Vec<DVec2> =
+        points.map(|(i, h)| corner + DVec2::new(i as f64 / last * PANEL.x, up(*h))).collect();
+    svg.polyline(&points, Stroke::solid(PROFILE, 1.2));
+}
+
+/// A number with the decimals of its step.
+fn number(value: f64, step: f64) -> String {
+    let decimals = (0..9).find(|d| {
+        let shifted = step * 10f64.powi(*d);
+        (shifted - shifted.round()).abs() < 1e-6 * shifted
+    });
+    format!("{:.*}", decimals.unwrap_or(9) as usize, value + 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_map_is_drawn_with_its_scale_and_profiles() {
+        let heights: Vec<f64> = (0..2000 * 3).map(|k| f64::from(k % 100) * 1e-5).collect();
+        let map = Matrix { counts: [2000, 3], steps: [0.01, 0.01], heights: &heights };
+        let text = texture_map(&map, "Sa <1");
+        assert_eq!(text.matches("<image ").count(), 2);
+        assert_eq!(text.matches("<polyline ").count(), 2);
+        assert!(text.contains("height, µm") && text.contains("Sa &lt;1"));
+        assert_eq!(text, texture_map(&map, "Sa <1"));
+        assert!(text.len() < 200_000);
+        let plane = Matrix { counts: [2, 2], steps: [0.1, 0.1], heights: &[0.0; 4] };
+        assert!(!texture_map(&plane, "").contains("NaN"));
+    }
+
+    #[test]
+    fn numbers_have_the_decimals_of_their_step() {
+        assert_eq!(number(0.2, 0.1), "0.2");
+        assert_eq!(number(0.25, 0.05), "0.25");
+        assert_eq!(number(-20.0, 10.0), "-20");
+    }
+}

@@ -1,0 +1,62 @@
+use super::*;
+use crate::job;
+
+const JOB: &str = "version = 1
+[surface]
+analytic = { kind = \"plane\", size = 8, resolution = 1 }
+[tool]
+diameter = 10
+flutes = 2
+[cut]
+stepover = 0.5
+axial_depth = 0.2
+feed = 1200
+spindle = 6000
+[path]
+pattern = \"iso-planar\"
+angle = 0
+";
+
+fn made(texture: &str, threads: usize) -> Result<TextureResults, TextureError> {
+    let job = job::read(format!("{JOB}{texture}").as_bytes()).unwrap().job;
+    texture_results(&job, Files::default(), threads, &mut |_, _| {})
+}
+
+const WINDOW: &str = "[texture]\nat = [0.2, 0.1, 0]\nsize = [0.4, 1.0]\nspacing = 0.02\n";
+
+#[test]
+fn a_planned_plane_has_the_cusps_of_its_passes() {
+    let one = made(WINDOW, 1).unwrap();
+    let names: Vec<_> = one.files.iter().map(|f| f.name.as_str()).collect();
+    assert_eq!(names, ["texture.csv", "texture.asc", "texture.x3p", "texture.svg", "texture.json"]);
+    for threads in [2, 3] {
+        assert_eq!(made(WINDOW, threads).unwrap().files, one.files);
+    }
+    let report = &one.report;
+    assert_eq!((report.window.nodes, report.window.uncut), ([21, 51], 0));
+    // Passes are a little nearer than asked, so that they fill the plane.
+    let known = 0.5 * 0.5 / 40.0 * 1e3;
+    assert!(report.across.rt_um > 0.8 * known && report.across.rt_um < 1.1 * known, "{report:?}");
+    assert!(report.window.facets_um < 1e-9 && report.window.feed[0].abs() > 0.999);
+    assert!(report.summary().contains("Rz across wants 2.500 mm"));
+    let constant = made(&format!("{WINDOW}discretisation = \"constant\"\n"), 1).unwrap();
+    assert!((constant.report.areal.sa_um / report.areal.sa_um - 1.0).abs() < 1e-3);
+}
+
+#[test]
+fn what_cannot_be_simulated_is_told() {
+    assert!(matches!(made("", 1), Err(TextureError::NoWindow)));
+    let told = |texture: &str| made(texture, 1).unwrap_err().to_string();
+    assert!(
+        told("[texture]\nat = [0, 0, 9]\nsize = [1, 1]\n").contains("no nearer than 9.0000 mm")
+    );
+    assert!(told("[texture]\nat = [3.9, 0, 0]\nsize = [1, 1]\n").contains("leaves the surface"));
+    assert!(told("[texture]\nat = [0, 0, 0]\nspacing = 1e-5\n").contains("at most 20000000"));
+    let job = job::read(format!("{JOB}{WINDOW}").as_bytes()).unwrap().job;
+    let still = Job { cut: crate::job::Cut { spindle: 0.0, ..job.cut }, ..job.clone() };
+    let still = texture_results(&still, Files::default(), 1, &mut |_, _| {});
+    assert!(matches!(still, Err(TextureError::Still { .. })));
+    assert!(engaged(&job, Some(4.0), Some(4.0)).is_err());
+    assert!(engaged(&job, Some(40.0), Some(4.0)).unwrap() >= 10.0);
+    assert!((engaged(&job, None, None).unwrap() - 0.2).abs() < 1e-15);
+}
