@@ -170,10 +170,10 @@ impl<'a> Mender<'a> {
     /// The heights of all samples, and which are too high and can be lowered.
     fn high(&mut self, path: &Toolpath) -> (Vec<f64>, Vec<usize>) {
         let mut heights = self.refined(path);
-        let mut high = self.to_lower(&heights, path);
+        let mut high = self.worth_lowering(&heights, path);
         if high.is_empty() || self.in_rows > 0 {
             self.climb(&mut heights, path);
-            high = self.to_lower(&heights, path);
+            high = self.worth_lowering(&heights, path);
         }
         (heights, high)
     }
@@ -264,7 +264,7 @@ impl<'a> Mender<'a> {
     /// The samples that are too high and can be lowered: where the cutter, if it is to touch there, comes low
     /// enough, or much lower than it did, or reaches from where it touches beside. The highest of a cell stands for
     /// all of it.
-    fn to_lower(&mut self, heights: &[f64], path: &Toolpath) -> Vec<usize> {
+    fn worth_lowering(&mut self, heights: &[f64], path: &Toolpath) -> Vec<usize> {
         let is_worth =
             |i: &usize| heights[*i] > self.options.limit && self.samples[*i].detours < TRIES;
         let cells = self.by_cell((0..heights.len()).filter(is_worth), heights);
