@@ -132,13 +132,22 @@ impl Svg {
         ));
     }
 
-    /// A raster picture stretched over a rectangle.
+    /// A raster picture in a rectangle of its own proportions.
     pub fn image(&mut self, low: DVec2, size: DVec2, png: &[u8]) {
+        self.picture(low, size, png, "");
+    }
+
+    /// A raster picture stretched over a rectangle.
+    pub fn stretched_image(&mut self, low: DVec2, size: DVec2, png: &[u8]) {
+        self.picture(low, size, png, "preserveAspectRatio=\"none\" ");
+    }
+
+    fn picture(&mut self, low: DVec2, size: DVec2, png: &[u8], how: &str) {
         let (x, y, w, h) = (num(low.x), num(low.y), num(size.x), num(size.y));
         let data = base64(png);
         self.put(format_args!(
             "<image x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" \
-             href=\"data:image/png;base64,{data}\"/>\n"
+             {how}href=\"data:image/png;base64,{data}\"/>\n"
         ));
     }
 

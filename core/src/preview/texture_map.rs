@@ -8,11 +8,13 @@ use crate::texture::export::{MICRO, Matrix};
 
 const WIDTH: f64 = 960.0;
 /// Upper left corner of the map, px.
-const MAP: DVec2 = DVec2::new(84.0, 64.0);
+const MAP: DVec2 = DVec2::new(84.0, 86.0);
 /// The largest map, px.
 const LARGEST: DVec2 = DVec2::new(660.0, 520.0);
 /// Width of the colour bar and its distance from the map, px.
 const BAR: DVec2 = DVec2::new(18.0, 36.0);
+/// Colours of the bar: more than a printer tells apart.
+const BAND: usize = 96;
 /// Size of a profile's panel, px, and the room over it.
 const PANEL: DVec2 = DVec2::new(780.0, 110.0);
 const ROOM: f64 = 66.0;
@@ -38,7 +40,7 @@ pub fn texture_map(levelled: &Matrix, caption: &str) -> String {
     svg.text(DVec2::new(30.0, 46.0), Anchor::Start, 12.0, caption);
     let (columns, rows, pixels) = raster(levelled, &scale);
     let palette: Vec<Rgb> = (0..=COLOURS).map(colour_of).collect();
-    svg.image(MAP, shown, &png::encode(columns, rows, &pixels, &palette));
+    svg.stretched_image(MAP, shown, &png::encode(columns, rows, &pixels, &palette));
     rulers(&mut svg, size, shown);
     bar(&mut svg, &scale, shown);
     let row = |i: usize| levelled.heights[nv / 2 * nu + i] * MICRO;
@@ -129,10 +131,14 @@ fn rulers(svg: &mut Svg, size: DVec2, shown: DVec2) {
 /// The colours and the heights that they stand for.
 fn bar(svg: &mut Svg, scale: &Heights, shown: DVec2) {
     let corner = MAP + DVec2::new(shown.x + BAR.y, 0.0);
-    let colours: Vec<u8> = (1..=COLOURS).rev().collect();
-    let palette: Vec<Rgb> = (0..=COLOURS).map(colour_of).collect();
-    let png = png::encode(1, u32::from(COLOURS), &colours, &palette);
-    svg.image(corner, DVec2::new(BAR.x, shown.y), &png);
+    let band = shown.y / BAND as f64;
+    for i in 0..BAND {
+        let low = corner + DVec2::new(0.0, i as f64 * band);
+        let fill = colour::of_share((i as f64 + 0.5) / BAND as f64);
+        // A little more, so that nothing shines through between two of them.
+        let more = if i + 1 < BAND { 0.5 } else { 0.0 };
+        svg.rectangle(low, DVec2::new(BAR.x, band + more), fill);
+    }
     for (value, step) in scale.ticks(6.0) {
         let at = corner + DVec2::new(BAR.x, (1.0 - scale.share(value)) * shown.y);
         svg.line(at, at + DVec2::new(4.0, 0.0), Stroke::solid(colour::INK, 1.0));
@@ -187,7 +193,8 @@ mod tests {
         let heights: Vec<f64> = (0..2000 * 3).map(|k| f64::from(k % 100) * 1e-5).collect();
         let map = Matrix { counts: [2000, 3], steps: [0.01, 0.01], heights: &heights };
         let text = texture_map(&map, "Sa <1");
-        assert_eq!(text.matches("<image ").count(), 2);
+        assert_eq!(text.matches("<image ").count(), 1);
+        assert_eq!(text.matches("preserveAspectRatio=\"none\"").count(), 1);
         assert_eq!(text.matches("<polyline ").count(), 2);
         assert!(text.contains("height, µm") && text.contains("Sa &lt;1"));
         assert_eq!(text, texture_map(&map, "Sa <1"));

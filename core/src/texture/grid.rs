@@ -174,8 +174,11 @@ impl Grid {
                 let node = |i| surface(at(i, *j)).ok_or_else(|| off(at(i, *j)));
                 (0..=nu as usize).map(node).collect()
             };
-            let rows: Result<Vec<_>, _> = parallel::map(threads, &rows, row).into_iter().collect();
-            let grid = Self::of(rows?.concat(), [nu as usize + 1, nv as usize + 1]);
+            let mut nodes = Vec::with_capacity((nu as usize + 1) * (nv as usize + 1));
+            for row in parallel::map(threads, &rows, row) {
+                nodes.extend(row?);
+            }
+            let grid = Self::of(nodes, [nu as usize + 1, nv as usize + 1]);
             let longest = grid.longest();
             if longest.iter().all(|l| *l <= cell * (1.0 + 1e-9)) {
                 return Ok(grid);
