@@ -139,7 +139,11 @@ describe("views", () => {
     await page.keyboard.press("End");
     const end = await place();
     assert.notEqual(end, start);
+    // At its slowest: it must not end before it is paused.
+    await page.locator("#speed").selectOption("5");
     await page.locator("#play").click();
+    const time = () => page.locator("#time").evaluate((slider) => Number(slider.value) / Number(slider.max));
+    assert.ok((await time()) < 0.9, "from its end it begins again");
     await page.waitForFunction(() => Number(document.getElementById("time").value) > 1);
     await page.locator("#play[aria-label=Pause]").click();
     assert.notEqual(await place(), end);

@@ -490,8 +490,8 @@ export class Views {
       this.#stop();
       return;
     }
-    // The slider rounds its end.
-    if (this.#time >= this.#path.duration - 1e-3) this.#go(0);
+    // The slider's end lies a few ten-thousandths before the path's.
+    if (this.#time >= 0.999 * this.#path.duration) this.#go(0);
     this.#button(true);
     let last = performance.now();
     const step = (now) => {
