@@ -5,15 +5,19 @@ use std::time::Instant;
 
 use clap::Args;
 use evencut_core::compare::{
-    RegionVariant, Row, Variant, judged, planned, to_csv, to_svg, to_text,
+    RegionVariant, Row, Variant, judged, planned, texture, to_csv, to_svg, to_text,
 };
 use evencut_core::job::{self, Faults, Job, Pattern};
 use evencut_core::plan::Files;
 use evencut_core::results::ResultsError;
+use evencut_core::results::texture::TextureError;
 
 use crate::input::Contents;
 use crate::plan::Failed;
 use crate::{Exit, Streams, failure, input};
+
+/// Largest tilt, degrees: the largest lead of a job.
+const MOST_TILT: f64 = 60.0;
 
 /// Arguments of `evencut compare`.
 #[derive(Args)]
@@ -32,6 +36,18 @@ pub struct Compare {
         num_args = 0..=1, require_equals = true, conflicts_with = "patterns"
     )]
     regions: Option<Vec<RegionVariant>>,
+    /// Compare the texture of the job's window by tilts of the axis toward the feed, degrees, separated by commas
+    #[arg(
+        long, value_name = "LIST", value_delimiter = ',',
+        conflicts_with_all = ["patterns", "regions"]
+    )]
+    tilts: Vec<f64>,
+    /// And by feeds per tooth, mm, separated by commas
+    #[arg(
+        long, value_name = "LIST", value_delimiter = ',',
+        conflicts_with_all = ["patterns", "regions"]
+    )]
+    feeds_per_tooth: Vec<f64>,
     /// Threads to use [default: 1, so that seconds of computing can be compared]
     #[arg(long, value_name = "N")]
     threads: Option<std::num::NonZeroUsize>,
@@ -58,6 +74,9 @@ fn pattern(text: &str) -> Result<Pattern, String> {
 impl Compare {
     /// Plans and judges the job once for every pattern; prints the table.
     pub fn run(&self, streams: &mut Streams<'_>) -> Exit {
+        if !(self.tilts.is_empty() && self.feeds_per_tooth.is_empty()) {
+            return self.textures(streams);
+        }
         match self.rows(streams) {
             Ok((rows, exit)) => {
                 let title = self.job.file_stem().unwrap_or_default().to_string_lossy();
@@ -75,17 +94,98 @@ impl Compare {
         }
     }
 
+    /// Plans, judges and simulates the job once for every tilt and feed per tooth; prints the table.
+    fn textures(&self, streams: &mut Streams<'_>) -> Exit {
+        match self.texture_rows(streams) {
+            Ok((rows, exit)) => {
+                let title = self.job.file_stem().unwrap_or_default().to_string_lossy();
+                streams.data(&match (self.csv, self.svg) {
+                    (true, _) => texture::to_csv(&rows),
+                    (_, true) => texture::to_svg(&title, &rows),
+                    _ => texture::to_text(&rows),
+                });
+                exit
+            }
+            Err(Failed(exit, message)) => {
+                streams.message(&message);
+                exit
+            }
+        }
+    }
+
+    fn texture_rows(&self, streams: &mut Streams<'_>) -> Result<(Vec<texture::Row>, Exit), Failed> {
+        let choices = self.choices()?;
+        let (source, job, contents) = self.read()?;
+        if job.texture.is_none() {
+            let error = ResultsError::Texture(TextureError::NoWindow);
+            let (exit, fault) = failure::explain(&error, &source, None);
+            return Err(self.failed(exit, &Faults(vec![fault]), &source));
+        }
+        let own = job.cut.feed / (job.cut.spindle * f64::from(job.flutes));
+        let feeds = choices.iter().map(|choice| choice.feed_per_tooth.unwrap_or(own));
+        let finest = feeds.fold(own, f64::min);
+        let (mut rows, mut exits) = (Vec::new(), Vec::new());
+        for choice in choices {
+            let varied = choice
+                .of(&job, finest)
+                .map_err(|error| Failed(Exit::BadJob, format!("error: {error}\n")))?;
+            streams.message(&format!("planning row {}\n", rows.len() + 1));
+            let threads = self.threads.map_or(1, std::num::NonZeroUsize::get);
+            let made = texture::made(&varied, contents.files(), threads).map_err(|error| {
+                let (exit, fault) = failure::explain(&error, &source, None);
+                (exit, fault.message)
+            });
+            exits.push(match &made {
+                Ok(made) if made.broken.is_empty() => Exit::Done,
+                Ok(_) => Exit::NotVerified,
+                Err((exit, _)) => *exit,
+            });
+            rows.push(texture::Row { job: varied, made: made.map_err(|(_, message)| message) });
+        }
+        Ok((rows, of_all(&exits)))
+    }
+
+    /// Every tilt with every feed per tooth.
+    fn choices(&self) -> Result<Vec<texture::Choice>, Failed> {
+        let bad = |message: String| Failed(Exit::BadJob, format!("error: {message}\n"));
+        if let Some(tilt) = self.tilts.iter().find(|t| !(0.0..=MOST_TILT).contains(*t)) {
+            return Err(bad(format!("--tilts: {tilt} is not from 0 to {MOST_TILT} degrees")));
+        }
+        if let Some(feed) = self.feeds_per_tooth.iter().find(|f| !(f.is_finite() && **f > 0.0)) {
+            return Err(bad(format!("--feeds-per-tooth: {feed} is no positive number")));
+        }
+        let or_own = |some: &[f64]| match some {
+            [] => vec![None],
+            some => some.iter().copied().map(Some).collect(),
+        };
+        let feeds = or_own(&self.feeds_per_tooth);
+        let with = |tilt: Option<f64>| {
+            let tilt = tilt.map(f64::to_radians);
+            let choice = move |&feed_per_tooth| texture::Choice { tilt, feed_per_tooth };
+            feeds.iter().map(choice).collect::<Vec<_>>()
+        };
+        Ok(or_own(&self.tilts).into_iter().flat_map(with).collect())
+    }
+
+    /// The job's text, the job, and the contents of the files that it names.
+    fn read(&self) -> Result<(Vec<u8>, Job, Contents), Failed> {
+        let source = input::read_job(&self.job)
+            .map_err(|fault| self.failed(Exit::BadJob, &Faults(vec![fault]), b""))?;
+        let job =
+            job::read(&source).map_err(|faults| self.failed(Exit::BadJob, &faults, &source))?.job;
+        let contents = Contents::of_job(&self.job, &job, &source)
+            .map_err(|fault| self.failed(Exit::BadSurface, &Faults(vec![fault]), &source))?;
+        Ok((source, job, contents))
+    }
+
+    fn failed(&self, exit: Exit, faults: &Faults, source: &[u8]) -> Failed {
+        let text = faults.render(&input::name(&self.job), source);
+        Failed(exit, text.trim_end().to_owned() + "\n")
+    }
+
     /// The rows, and that of their exit codes which all have, or [`Exit::NotVerified`].
     fn rows(&self, streams: &mut Streams<'_>) -> Result<(Vec<Row>, Exit), Failed> {
-        let name = input::name(&self.job);
-        let failed = |exit, faults: &Faults, source: &[u8]| {
-            Failed(exit, faults.render(&name, source).trim_end().to_owned() + "\n")
-        };
-        let source = input::read_job(&self.job)
-            .map_err(|fault| failed(Exit::BadJob, &Faults(vec![fault]), b""))?;
-        let job = job::read(&source).map_err(|faults| failed(Exit::BadJob, &faults, &source))?.job;
-        let contents = Contents::of_job(&self.job, &job, &source)
-            .map_err(|fault| failed(Exit::BadSurface, &Faults(vec![fault]), &source))?;
+        let (source, job, contents) = self.read()?;
         let (mut rows, mut exits) = (Vec::new(), Vec::new());
         for variant in self.variants() {
             streams.message(&format!("planning {}\n", variant.name()));
@@ -93,8 +193,7 @@ impl Compare {
             rows.push(row);
             exits.push(exit);
         }
-        let of_all = exits.first().filter(|first| exits.iter().all(|exit| exit == *first));
-        Ok((rows, of_all.copied().unwrap_or(Exit::NotVerified)))
+        Ok((rows, of_all(&exits)))
     }
 
     fn variants(&self) -> Vec<Variant> {
@@ -127,4 +226,10 @@ impl Compare {
         };
         (Row { variant, seconds, figures: figures.map_err(|(_, message)| message) }, exit)
     }
+}
+
+/// The exit code that all have, or [`Exit::NotVerified`].
+fn of_all(exits: &[Exit]) -> Exit {
+    let first = exits.first().filter(|first| exits.iter().all(|exit| exit == *first));
+    first.copied().unwrap_or(Exit::NotVerified)
 }

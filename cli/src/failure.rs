@@ -8,8 +8,10 @@ use evencut_core::nurbs::NurbsError;
 use evencut_core::plan::PlanError;
 use evencut_core::post::PostError;
 use evencut_core::results::ResultsError;
+use evencut_core::results::texture::TextureError;
 use evencut_core::step::{SmoothError, StepError};
 use evencut_core::surface::SurfaceError;
+use evencut_core::texture::window::WindowError;
 use evencut_core::verify::VerifyError;
 
 use crate::{Exit, input};
@@ -52,6 +54,7 @@ pub fn explain(error: &ResultsError, job_source: &[u8], surface: Option<&str>) -
         ResultsError::Verify(VerifyError::TooFine { .. }) => {
             limit(&["tool.diameter", "surface.scale", "surface.file"])
         }
+        ResultsError::Texture(error) => of_texture(error),
         ResultsError::Verify(_) | ResultsError::Program(_) => BUG,
     };
     let place = failure.keys.iter().find_map(|key| input::place(job_source, key));
@@ -104,6 +107,19 @@ fn of_plan(error: &PlanError) -> Failure {
         PlanError::LimitUnreachable { .. } => limit(&["force.mrr_limit", "force.relative"]),
         PlanError::TooTight { .. } => limit(&["cut.too_tight", "tool.diameter"]),
         PlanError::FitsNowhere { .. } => limit(&["tool.diameter", "surface.select"]),
+    }
+}
+
+fn of_texture(error: &TextureError) -> Failure {
+    let bad_window = |keys| Failure { exit: Exit::BadJob, keys, hint: Hint::None };
+    match error {
+        TextureError::NoWindow | TextureError::Grid(_) => bad_window(&["texture"]),
+        TextureError::Still { .. } => bad_window(&["cut.spindle"]),
+        TextureError::Window(WindowError::OffSurface { .. } | WindowError::NoPass) => {
+            bad_window(&["texture.at"])
+        }
+        TextureError::TooConcave(_) => limit(&["tool.diameter"]),
+        TextureError::X3p(_) => BUG,
     }
 }
 

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use evencut_core::job::{Fault, Job, SurfaceSource};
 use evencut_core::plan::Files;
+use evencut_core::report::FileRecord;
 use toml::de::DeTable;
 
 /// Longest job file that is read, bytes: enough for `job::read` to see that it is too much.
@@ -14,6 +15,8 @@ const LONGEST_JOB: u64 = (1 << 20) + 1;
 /// Keys that name files.
 const SURFACE_KEY: &str = "surface.file";
 const WALL_KEY: &str = "path.wall_file";
+/// Directories above results in which their surface is looked for, the results' own included.
+const MOST_ABOVE: usize = 4;
 
 /// Whether a path means standard input.
 pub fn is_standard_input(path: &Path) -> bool {
@@ -54,6 +57,35 @@ pub fn surface_path(job_path: &Path, job: &Job) -> Option<PathBuf> {
 pub fn wall_path(job_path: &Path, job: &Job) -> Option<PathBuf> {
     let file = job.path.wall_file.as_ref()?;
     Some(job_path.parent().unwrap_or(Path::new("")).join(file))
+}
+
+/// Where the files are that the job of results in a directory names: the surface's, and that of the mesh beside it.
+pub fn files_of_results(directory: &Path, job: &Job) -> (Option<PathBuf>, Option<PathBuf>) {
+    let found = |name: &str| file_of_results(directory, name);
+    let surface = match &job.surface.source {
+        SurfaceSource::File(name) => Some(found(name)),
+        SurfaceSource::Analytic(_) => None,
+    };
+    (surface, job.path.wall_file.as_deref().map(found))
+}
+
+/// A file that results in a directory were made from: under its name in the job from that directory, one above it or the
+/// current one, with the content that the report recorded. The job's own place where there is none, so that its absence
+/// is told.
+fn file_of_results(directory: &Path, name: &str) -> PathBuf {
+    let report = std::fs::read(directory.join("report.json")).ok();
+    let report: Option<serde_json::Value> = report.and_then(|r| serde_json::from_slice(&r).ok());
+    let inputs = report.and_then(|r| r["inputs"].as_array().cloned()).unwrap_or_default();
+    let recorded = inputs.iter().find(|input| input["name"] == name);
+    let sha256 = recorded.and_then(|input| input["sha256"].as_str());
+    let absolute = std::fs::canonicalize(directory).unwrap_or_default();
+    let above = absolute.ancestors().take(MOST_ABOVE).map(Path::to_owned);
+    let places = above.chain([PathBuf::new()]).map(|place| place.join(name));
+    let is_it = |file: &PathBuf| {
+        let content = std::fs::read(file).ok();
+        content.is_some_and(|c| Some(FileRecord::of(name, &c).sha256.as_str()) == sha256)
+    };
+    places.into_iter().find(is_it).unwrap_or_else(|| directory.join(name))
 }
 
 /// Contents of the files that a job names.

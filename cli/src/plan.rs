@@ -45,6 +45,13 @@ struct Read {
 /// Why there are no results: the exit code and the messages.
 pub(crate) struct Failed(pub(crate) Exit, pub(crate) String);
 
+impl Failed {
+    /// What is wrong with a file.
+    pub fn file(exit: Exit, message: impl std::fmt::Display, path: &Path) -> Self {
+        Self(exit, format!("error: {message}\n --> {}\n", input::shown(path)))
+    }
+}
+
 impl Plan {
     /// Plans the job and writes its results, all or none.
     pub fn run(&self, streams: &mut Streams<'_>) -> Exit {

@@ -1,13 +1,13 @@
-//! `evencut texture`: a job file → the texture that the teeth leave in its window.
+//! `evencut texture`: a job or its results → the texture that the teeth leave in a window.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use evencut_core::job::{self, Faults, Job, Severity};
+use evencut_core::geometry::{DVec2, DVec3};
+use evencut_core::job::{self, Faults, Job, Severity, TextureOptions};
 use evencut_core::plan::Stage;
-use evencut_core::results::ResultsError;
-use evencut_core::results::texture::{TextureError, TextureResults, texture_results};
-use evencut_core::texture::window::WindowError;
+use evencut_core::results::texture::{TextureResults, texture_of_path, texture_results};
+use evencut_core::toolpath::Toolpath;
 
 use crate::input::Contents;
 use crate::output::{self, ResultDirectory};
@@ -15,12 +15,24 @@ use crate::plan::{Failed, of_output, words};
 use crate::progress::Progress;
 use crate::{Exit, Streams, failure, input};
 
+/// The job and the path of results.
+const RESULTS: [&str; 2] = ["job.resolved.toml", "toolpath.csv"];
+
 /// Arguments of `evencut texture`.
 #[derive(Args)]
 pub struct Texture {
-    /// Job file with a `[texture]` table; `-` reads standard input
-    #[arg(value_name = "JOB")]
+    /// Job file, which is planned; `-` reads standard input. Or a directory of results, whose path is taken as it is
+    #[arg(value_name = "JOB|RESULTS")]
     job: PathBuf,
+    /// Place of the window, mm [default: the job's texture.at]
+    #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', allow_hyphen_values = true)]
+    at: Option<Vec<f64>>,
+    /// Its size along and across the feed, mm [default: the job's texture.size, or five side steps]
+    #[arg(long, value_name = "MM,MM", value_delimiter = ',', allow_hyphen_values = true)]
+    size: Option<Vec<f64>>,
+    /// Length of a cell of its grid, mm [default: the job's texture.spacing, or a tenth of the feed per tooth]
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
+    spacing: Option<f64>,
     /// Directory of the files, whose earlier ones are replaced [default: results/JOB's name-texture]
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
@@ -45,18 +57,21 @@ impl Texture {
     }
 
     fn simulate(&self, streams: &mut Streams<'_>) -> Result<(), Failed> {
-        let source = input::read_job(&self.job)
+        let path = self.path()?;
+        let file = self.job_file();
+        let source = input::read_job(&file)
             .map_err(|fault| self.failed(Exit::BadJob, &Faults(vec![fault]), b""))?;
-        let resolved =
+        let mut resolved =
             job::read(&source).map_err(|faults| self.failed(Exit::BadJob, &faults, &source))?;
         if !self.quiet {
-            let name = input::name(&self.job);
+            let name = input::name(&file);
             streams.message(&resolved.warnings.render_as(Severity::Warning, &name, &source));
         }
+        resolved.job.texture = self.window(&resolved.job)?;
         let target = self.target();
         // Before the work, not after it.
         output::check(&target).map_err(|error| of_output(&error))?;
-        let results = self.results(&resolved.job, &source)?;
+        let results = self.results(&resolved.job, path.as_ref(), &source)?;
         let write = || {
             let mut directory = ResultDirectory::begin(&target)?;
             for file in &results.files {
@@ -66,14 +81,70 @@ impl Texture {
         };
         write().map_err(|error| of_output(&error))?;
         if !self.quiet {
-            streams.data(&results.report.summary());
+            streams.data(&results.figures.summary());
             streams.message(&format!("texture in {}\n", input::shown(&target)));
         }
         Ok(())
     }
 
-    fn results(&self, job: &Job, source: &[u8]) -> Result<TextureResults, Failed> {
-        let contents = Contents::of_job(&self.job, job, source)
+    /// The job's file: of results, the one that is with them.
+    fn job_file(&self) -> PathBuf {
+        if self.job.is_dir() { self.job.join(RESULTS[0]) } else { self.job.clone() }
+    }
+
+    /// The path of results; `None` for a job.
+    fn path(&self) -> Result<Option<Toolpath>, Failed> {
+        if !self.job.is_dir() {
+            return Ok(None);
+        }
+        if let Some(missing) = RESULTS.iter().find(|name| !self.job.join(name).is_file()) {
+            let message = format!(
+                "the directory holds no {missing}; give a job, or a directory of results as `evencut plan` writes them"
+            );
+            return Err(Failed::file(Exit::BadJob, message, &self.job));
+        }
+        let file = self.job.join(RESULTS[1]);
+        let failed = |error: &dyn std::fmt::Display| Failed::file(Exit::BadJob, error, &file);
+        let text = std::fs::read_to_string(&file).map_err(|error| failed(&error))?;
+        Toolpath::from_csv(&text).map(Some).map_err(|error| failed(&error))
+    }
+
+    /// The job's window with what the arguments say otherwise.
+    fn window(&self, job: &Job) -> Result<Option<TextureOptions>, Failed> {
+        let numbers = |name: &str, given: &Option<Vec<f64>>, count: usize| match given {
+            Some(numbers) if numbers.len() != count || numbers.iter().any(|x| !x.is_finite()) => {
+                let message =
+                    format!("error: {name} takes {count} numbers with commas between them\n");
+                Err(Failed(Exit::BadJob, message))
+            }
+            given => Ok(given.clone()),
+        };
+        let at = numbers("--at", &self.at, 3)?.map(|at| DVec3::new(at[0], at[1], at[2]));
+        let size = numbers("--size", &self.size, 2)?.map(|size| DVec2::new(size[0], size[1]));
+        let mut window = match (&job.texture, at) {
+            (Some(window), at) => TextureOptions { at: at.unwrap_or(window.at), ..window.clone() },
+            (None, Some(at)) => TextureOptions::about(at, job),
+            (None, None) => return Ok(None),
+        };
+        window.size = size.unwrap_or(window.size);
+        window.spacing = self.spacing.unwrap_or(window.spacing);
+        Ok(Some(window))
+    }
+
+    fn results(
+        &self,
+        job: &Job,
+        path: Option<&Toolpath>,
+        source: &[u8],
+    ) -> Result<TextureResults, Failed> {
+        let contents = match path {
+            None => Contents::of_job(&self.job, job, source),
+            Some(_) => {
+                let (surface, wall) = input::files_of_results(&self.job, job);
+                Contents::read(surface, wall, source)
+            }
+        };
+        let contents = contents
             .map_err(|fault| self.failed(Exit::BadSurface, &Faults(vec![fault]), source))?;
         let surface = contents.surface.as_ref().map(|(path, _)| input::shown(path));
         let mut progress =
@@ -84,22 +155,18 @@ impl Texture {
             let words = if stage == Stage::Verify { "sweeping the window" } else { words(stage) };
             progress.report(words, part);
         };
-        texture_results(job, contents.files(), threads, &mut tell).map_err(|error| match error {
-            TextureError::Plan(error) => {
-                let error = ResultsError::Plan(error);
-                let (exit, fault) = failure::explain(&error, source, surface.as_deref());
-                self.failed(exit, &Faults(vec![fault]), source)
-            }
-            error => {
-                let (exit, key) = place_of(&error);
-                let fault = input::fault(error.to_string(), input::place(source, key));
-                self.failed(exit, &Faults(vec![fault]), source)
-            }
+        let results = match path {
+            None => texture_results(job, contents.files(), threads, &mut tell),
+            Some(path) => texture_of_path(job, contents.files(), path, threads, &mut tell),
+        };
+        results.map_err(|error| {
+            let (exit, fault) = failure::explain(&error, source, surface.as_deref());
+            self.failed(exit, &Faults(vec![fault]), source)
         })
     }
 
     fn failed(&self, exit: Exit, faults: &Faults, source: &[u8]) -> Failed {
-        let text = faults.render(&input::name(&self.job), source);
+        let text = faults.render(&input::name(&self.job_file()), source);
         Failed(exit, text.trim_end().to_owned() + "\n")
     }
 
@@ -115,19 +182,5 @@ impl Texture {
                 Path::new("results").join(format!("{stem}-texture"))
             }
         }
-    }
-}
-
-/// The exit code of a failure, and the key of the job file to point at.
-fn place_of(error: &TextureError) -> (Exit, &'static str) {
-    match error {
-        TextureError::NoWindow => (Exit::BadJob, "texture"),
-        TextureError::Still { .. } => (Exit::BadJob, "cut.spindle"),
-        TextureError::Window(WindowError::OffSurface { .. } | WindowError::NoPass) => {
-            (Exit::BadJob, "texture.at")
-        }
-        TextureError::Grid(_) => (Exit::BadJob, "texture"),
-        TextureError::TooConcave(_) => (Exit::LimitNotMet, "tool.diameter"),
-        TextureError::X3p(_) | TextureError::Plan(_) => (Exit::Internal, "texture"),
     }
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args, ValueEnum};
 use evencut_core::gcode::{CheckOptions, Kinematics};
-use evencut_core::job::{self, Faults, Job, SurfaceSource};
+use evencut_core::job::{self, Faults, Job};
 use evencut_core::report::FileRecord;
 use evencut_core::results::{Input, named_files, verify_options};
 use evencut_core::tool::Tool;
@@ -25,8 +25,6 @@ const SAMPLES_PER_RADIUS: f64 = 40.0;
 /// the removal rate.
 const UNKNOWN_DEPTH: f64 = 0.2;
 
-/// Directories above results in which their surface is looked for, the results' own included.
-const MOST_ABOVE: usize = 4;
 /// Least and largest factor on a mesh's lengths.
 const SCALES: (f64, f64) = (1e-6, 1e6);
 /// Least and largest height of a wall, mm.
@@ -132,12 +130,6 @@ fn cutter(text: &str) -> Result<Tool, String> {
         _ => return Err("write ball:10, flat:10 or bull:10:1".into()),
     };
     Tool::new(0.5 * diameter, corner).map_err(|error| error.to_string())
-}
-
-impl Failed {
-    fn file(exit: Exit, message: impl std::fmt::Display, path: &Path) -> Self {
-        Self(exit, format!("error: {message}\n --> {}\n", input::shown(path)))
-    }
 }
 
 /// All that a path is judged by.
@@ -252,9 +244,7 @@ impl Verify {
                            holds the job it was made with\n";
             return Err(Failed(Exit::BadJob, message.into()));
         }
-        let found = |name: &str| input_of_results(&self.path, name);
-        let paths = |read: &Job| (surface_name(read).map(found), wall_name(read).map(found));
-        self.of_job(&job, paths).map_err(|failed| {
+        self.of_job(&job, |read| input::files_of_results(&self.path, read)).map_err(|failed| {
             let no_file = failed.0 == Exit::BadSurface;
             let help = "help: the job of these results is somewhere else: name it with --job\n";
             Failed(failed.0, failed.1 + if no_file { help } else { "" })
@@ -487,35 +477,6 @@ fn in_range(name: &str, value: f64, (least, most): (f64, f64)) -> Result<(), Fai
     }
     let message = format!("error: {name} is {value}; it must be from {least} to {most}\n");
     Err(Failed(Exit::BadJob, message))
-}
-
-fn surface_name(job: &Job) -> Option<&str> {
-    match &job.surface.source {
-        SurfaceSource::File(name) => Some(name),
-        SurfaceSource::Analytic(_) => None,
-    }
-}
-
-fn wall_name(job: &Job) -> Option<&str> {
-    job.path.wall_file.as_deref()
-}
-
-/// A file that results in a directory were made from: under its name in the job from that directory, one above it or the current one, with the content that the report recorded. The job's
-/// own place where there is none, so that its absence is told.
-fn input_of_results(directory: &Path, name: &str) -> PathBuf {
-    let report = std::fs::read(directory.join("report.json")).ok();
-    let report: Option<serde_json::Value> = report.and_then(|r| serde_json::from_slice(&r).ok());
-    let inputs = report.and_then(|r| r["inputs"].as_array().cloned()).unwrap_or_default();
-    let recorded = inputs.iter().find(|input| input["name"] == name);
-    let sha256 = recorded.and_then(|input| input["sha256"].as_str());
-    let absolute = std::fs::canonicalize(directory).unwrap_or_default();
-    let above = absolute.ancestors().take(MOST_ABOVE).map(Path::to_owned);
-    let places = above.chain([PathBuf::new()]).map(|place| place.join(name));
-    let is_it = |file: &PathBuf| {
-        let content = std::fs::read(file).ok();
-        content.is_some_and(|c| Some(FileRecord::of(name, &c).sha256.as_str()) == sha256)
-    };
-    places.into_iter().find(is_it).unwrap_or_else(|| directory.join(name))
 }
 
 /// A program of results in a directory.

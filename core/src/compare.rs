@@ -4,6 +4,8 @@
 //! What every row has in common is the job's surface, cutter, limit and machine. The removal rate is not
 //! limited: paths are compared by their length and by the cusps that they leave.
 
+pub mod texture;
+
 use crate::job::{
     Compensation, DistortionOptions, Division, FirstPass, ForceControl, Job, Pattern, TensorOptions,
 };

@@ -178,6 +178,16 @@ pub fn plan(
     plan_showing(job, files, threads, progress, &mut |_| {})
 }
 
+/// The surface of a job and its flat image, and nothing planned on it. `files`: as of [`plan`].
+///
+/// # Errors
+/// [`PlanError`]: a surface that cannot be read or laid flat.
+pub fn laid_flat(job: &Job, files: Files) -> Result<(Surface, Chart), PlanError> {
+    let surface = load(job, files)?.surface;
+    let (chart, _) = flatten(job, &surface)?;
+    Ok((surface, chart))
+}
+
 /// A path before it is delivered: where it runs, but not yet where the cutter stands and how fast, nor
 /// what is cut again because the cutter did not fit.
 #[derive(Copy, Clone, Debug)]

@@ -9,12 +9,16 @@ mod profile;
 mod regions;
 mod summary;
 mod tensor;
+mod texture;
 mod verification;
 
 pub(crate) use page::escaped;
 pub use profile::Profile;
 pub use regions::{DivisionFigures, PieceFigures, SpacingFigures, UndividedFigures};
 pub use tensor::{PointFigures, TensorFigures};
+pub use texture::{
+    ArealFigures, CuttingFigures, ProfileFigures, TextureFigures, WindowFigures, WorkFigures,
+};
 pub use verification::{
     CuspFigures, FaultFigures, Lines, MrrFigures, RegionFigures, ScallopFigures, SlopeFigures,
     SpotFigures, VerificationFigures, VerificationReport, WallCutFigures,
@@ -71,6 +75,9 @@ pub struct Report {
     pub gouge: GougeFigures,
     /// What a simulation of the path measured, independently of the plan; null where it was not run.
     pub verification: Option<VerificationFigures>,
+    /// The texture that the teeth leave in the job's window; missing where the job has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub texture: Option<TextureFigures>,
     /// Files that were written.
     pub outputs: Vec<FileRecord>,
 }

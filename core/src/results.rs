@@ -24,6 +24,7 @@ use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use crate::verify::{
     Facets, Rise, Sphere, Verification, VerifyError, VerifyOptions, Walls, verify,
 };
+use texture::{PathOn, TextureError, TextureResults, texture_on};
 use thiserror::Error;
 
 /// A flat map whose scale varies more than this gets a warning.
@@ -79,6 +80,9 @@ pub enum ResultsError {
     /// The path cannot be judged.
     #[error(transparent)]
     Verify(#[from] VerifyError),
+    /// The texture cannot be simulated.
+    #[error(transparent)]
+    Texture(#[from] TextureError),
 }
 
 /// How results are made.
@@ -132,7 +136,7 @@ pub fn linked_results(
     show(Early { files, linked, report: Some(written.report.clone()) });
     let judged = inputs.judge(&planned, options, progress)?;
     let linked = written.linked(job, &planned, judged.as_ref());
-    Ok((written.finish(&inputs, &planned, judged.as_ref(), progress), linked))
+    Ok((written.finish(&inputs, &planned, judged.as_ref(), options.threads, progress), linked))
 }
 
 /// Plans a job and writes all files it asks for.
@@ -153,7 +157,7 @@ pub fn results(
     let planned = inputs.plan(options.threads, progress, &mut |_| {})?;
     let written = Written::of(&inputs, &planned)?;
     let judged = inputs.judge(&planned, options, progress)?;
-    Ok(written.finish(&inputs, &planned, judged.as_ref(), progress))
+    Ok(written.finish(&inputs, &planned, judged.as_ref(), options.threads, progress))
 }
 
 /// The files that a job names, under the names that it gives them, as far as they are there.
@@ -197,6 +201,25 @@ impl Inputs<'_> {
         let progress = &mut |part| progress(Stage::Verify, part);
         let judge = || judge(self.job, planned, options.threads, progress);
         options.verify.then(judge).transpose()
+    }
+
+    /// The texture of the job's window, if it has one. One that cannot be simulated costs no plan: a warning says why.
+    fn texture(
+        &self,
+        planned: &Planned,
+        threads: usize,
+        warnings: &mut Vec<Warning>,
+    ) -> Option<TextureResults> {
+        let options = self.job.texture.as_ref()?;
+        let Planned { surface, chart, toolpath: path, .. } = planned;
+        match texture_on(self.job, options, PathOn { surface, chart, path }, threads) {
+            Ok(texture) => Some(texture),
+            Err(error) => {
+                let message = without_stage(&error.to_string());
+                warnings.push(warning("texture", message, "correct the [texture] table"));
+                None
+            }
+        }
     }
 
     fn records(&self) -> Vec<FileRecord> {
@@ -295,6 +318,7 @@ impl Written {
         inputs: &Inputs,
         planned: &Planned,
         judged: Option<&Judged>,
+        threads: usize,
         progress: &mut dyn FnMut(Stage, f64),
     ) -> Results {
         progress(Stage::Write, 0.0);
@@ -306,9 +330,17 @@ impl Written {
         });
         let mut files: Vec<OutputFile> =
             self.in_order(inputs.job, measured.iter().collect()).cloned().collect();
+        let texture = inputs.texture(planned, threads, &mut report.warnings);
+        let from = files.len();
+        if let Some(TextureResults { files: more, figures }) = texture {
+            files.extend(more);
+            report.texture = Some(figures);
+        }
         report.outputs = files.iter().map(|f| FileRecord::of(&f.name, &f.bytes)).collect();
         let shown = self.drawings(inputs.job, measured.iter().collect());
-        let shown: Vec<(&str, &str)> = shown.iter().map(|d| (d.heading, d.text())).collect();
+        let mut shown: Vec<(&str, &str)> = shown.iter().map(|d| (d.heading, d.text())).collect();
+        let texture = files[from..].iter().find(|file| file.name == texture::PICTURE);
+        shown.extend(texture.map(|file| ("Texture that the teeth leave", text(file))));
         let page = report.to_html(&shown);
         files.push(OutputFile { name: "report.html".into(), bytes: page.into_bytes() });
         files.push(OutputFile { name: "report.json".into(), bytes: report.to_json().into_bytes() });
@@ -323,9 +355,14 @@ impl Drawing {
     }
 
     fn text(&self) -> &str {
-        // A drawing is made of text.
-        std::str::from_utf8(&self.file.bytes).unwrap_or_default()
+        text(&self.file)
     }
+}
+
+/// A picture's text.
+fn text(picture: &OutputFile) -> &str {
+    // A drawing is made of text.
+    std::str::from_utf8(&picture.bytes).unwrap_or_default()
 }
 
 /// The limit on the removal rate, mm³/s, where there is one.
@@ -637,6 +674,7 @@ fn report_on(
         coverage: coverage(planned),
         gouge: GougeFigures { raised: raised(planned) },
         verification: None,
+        texture: None,
         outputs: Vec::new(),
     }
 }

@@ -26,10 +26,10 @@ after(async () => {
   rmSync(scratch, { recursive: true, force: true });
 });
 
-/** Names and digests of what the command writes. */
+/** Names and digests of what the command writes, by several threads: the page has one. */
 async function native(job) {
   const folder = join(scratch, job);
-  await promisify(execFile)(EVENCUT, ["plan", "--quiet", "--threads", "1", "-o", folder, `jobs/${job}.toml`]);
+  await promisify(execFile)(EVENCUT, ["plan", "--quiet", "--threads", "3", "-o", folder, `jobs/${job}.toml`]);
   const names = readdirSync(folder).filter((name) => !name.startsWith("."));
   return Object.fromEntries(names.sort().map((name) => [name, sha256(readFileSync(join(folder, name)))]));
 }
@@ -192,6 +192,32 @@ describe("views", () => {
   });
 
   it("no word of complaint", () => assert.deepEqual(complaints, []));
+});
+
+describe("texture", () => {
+  it("is simulated where one clicks, as the command does", async () => {
+    const { page, context, complaints } = await open(browser, `${PAGE}?example=texture`);
+    await plan(page);
+    await page.locator("#tab-texture").click();
+    await page.locator("#texture-result svg").waitFor();
+    assert.equal(await page.locator("#texture-result").getAttribute("data-at"), null, "the job's own window");
+    const map = await page.locator("#texture-map").boundingBox();
+    await page.mouse.click(map.x + 0.42 * map.width, map.y + 0.5 * map.height);
+    await page.locator("#texture-result[data-at] svg").waitFor();
+    assert.match(await page.locator("#texture-result pre").innerText(), /Sa [\d.]+ {2}Sq/);
+    await accessible(page, "texture");
+    const at = await page.locator("#texture-result").getAttribute("data-at");
+    const [results, folder] = ["clicked", "clicked-texture"].map((name) => join(scratch, name));
+    await promisify(execFile)(EVENCUT, ["plan", "-q", "-o", results, "jobs/texture.toml"]);
+    await promisify(execFile)(EVENCUT, ["texture", "-q", `--at=${at}`, "-o", folder, results]);
+    for (const link of await page.locator("#texture-result .links a").all()) {
+      const { name, bytes } = await downloaded(page, link);
+      assert.equal(sha256(bytes), sha256(readFileSync(join(folder, name))), name);
+    }
+    assert.equal(await page.locator("#texture-result .links a").count(), 4);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
 });
 
 describe("the job", () => {

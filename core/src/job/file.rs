@@ -66,7 +66,7 @@ pub struct JobFile {
     /// The machine and its limits.
     #[serde(default)]
     pub machine: MachineTable,
-    /// The window whose texture `evencut texture` simulates, and how the teeth stand.
+    /// The window whose texture is simulated, and how the teeth stand.
     #[serde(default, skip_serializing_if = "is_default")]
     pub texture: TextureTable,
     /// What to write besides the report, the path and the resolved job.
@@ -457,7 +457,7 @@ pub struct TextureTable {
     #[schemars(extend("items" = { "type": "number", "x-unit": "mm", "minimum": -1e6, "maximum": 1e6 }))]
     pub at: Option<[f64; 3]>,
     /// Size of the window along and across the feed.
-    #[schemars(extend("x-default" = "five nominal side steps each", "items" = { "type": "number", "x-unit": "mm", "minimum": 1e-4, "maximum": 1000.0 }))]
+    #[schemars(extend("x-default" = "along: five turns of the spindle, or a quarter of the width; across: five nominal side steps", "items" = { "type": "number", "x-unit": "mm", "minimum": 1e-4, "maximum": 1000.0 }))]
     pub size: Option<[f64; 2]>,
     /// Length of a cell of the grid: with `uniform` the longest, with `constant` every one.
     #[schemars(extend("x-unit" = "mm", "x-default" = "a tenth of the feed per tooth, or of the nominal side step if that is less", "minimum" = 1e-5, "maximum" = 10.0))]

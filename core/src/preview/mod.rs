@@ -31,7 +31,7 @@ pub use mrr_chart::{ChartPlacement, mrr_chart};
 pub use regions_map::regions_map;
 pub use surface_view::surface_view;
 pub use tensor_map::tensor_map;
-pub use texture_map::texture_map;
+pub use texture_map::{TexturePanel, texture_map, texture_panels};
 
 #[cfg(test)]
 mod samples;

@@ -22,27 +22,34 @@ const ROOM: f64 = 66.0;
 const MOST_PIXELS: usize = 1200;
 /// Colours of the raster.
 const COLOURS: u8 = 254;
+/// The largest map among others, px, the room beside and under it, and how many stand in a row.
+const SMALL: DVec2 = DVec2::new(240.0, 360.0);
+const GAP: DVec2 = DVec2::new(60.0, 96.0);
+/// The least room for it, px: its captions take that.
+const NARROWEST: DVec2 = DVec2::new(210.0, 24.0);
+const COLUMNS: usize = 4;
 const PROFILE: Rgb = Rgb([0x1f, 0x5f, 0x86]);
 
 /// The heights of a map over its mean plane, in µm, with the middle profiles. `levelled`: the map without that plane;
 /// `caption`: what is said under the title.
 pub fn texture_map(levelled: &Matrix, caption: &str) -> String {
-    let scale = Heights::of(levelled);
+    let scale = Heights::of_all(core::slice::from_ref(levelled));
     let [nu, nv] = levelled.counts;
-    let size = DVec2::new((nu - 1) as f64 * levelled.steps[0], (nv - 1) as f64 * levelled.steps[1]);
+    let size = length_and_width(levelled);
     let zoom = (LARGEST / size).min_element();
     let shown = (size * zoom).max(DVec2::splat(24.0));
     let panels = MAP.y + shown.y + ROOM;
     let height = panels + 2.0 * (PANEL.y + ROOM) - 10.0;
-    let title = "Texture left by the teeth";
+    let title = "Texture that the teeth leave";
     let mut svg = Svg::new(WIDTH, height, title, "Heights over the mean plane, and profiles.");
     svg.text(DVec2::new(30.0, 26.0), Anchor::Start, 16.0, title);
     svg.text(DVec2::new(30.0, 46.0), Anchor::Start, 12.0, caption);
     let (columns, rows, pixels) = raster(levelled, &scale);
     let palette: Vec<Rgb> = (0..=COLOURS).map(colour_of).collect();
     svg.stretched_image(MAP, shown, &png::encode(columns, rows, &pixels, &palette));
-    rulers(&mut svg, size, shown);
-    bar(&mut svg, &scale, shown);
+    rulers(&mut svg, MAP, size, shown);
+    svg.text(MAP - DVec2::new(8.0, 8.0), Anchor::End, 12.0, "across, mm");
+    bar(&mut svg, &scale, MAP + DVec2::new(shown.x + BAR.y, 0.0), shown.y);
     let row = |i: usize| levelled.heights[nv / 2 * nu + i] * MICRO;
     let column = |j: usize| levelled.heights[j * nu + nu / 2] * MICRO;
     let profiles: [(&str, f64, Vec<f64>); 2] = [
@@ -51,9 +58,56 @@ pub fn texture_map(levelled: &Matrix, caption: &str) -> String {
     ];
     for (k, (name, length, heights)) in profiles.iter().enumerate() {
         let corner = DVec2::new(MAP.x, panels + k as f64 * (PANEL.y + ROOM));
-        profile(&mut svg, corner, &scale, (name, *length, heights));
+        profile(&mut svg, corner, (name, *length, heights));
     }
     svg.finish()
+}
+
+/// A map beside others.
+#[derive(Clone, Debug)]
+pub struct TexturePanel<'a> {
+    /// What it is a map of.
+    pub heading: String,
+    /// What is said of it.
+    pub caption: String,
+    /// The map without its mean plane.
+    pub levelled: Matrix<'a>,
+}
+
+/// Maps side by side in the same colours.
+pub fn texture_panels(title: &str, panels: &[TexturePanel]) -> String {
+    let maps: Vec<Matrix> = panels.iter().map(|panel| panel.levelled).collect();
+    let scale = Heights::of_all(&maps);
+    let sizes: Vec<DVec2> = maps.iter().map(length_and_width).collect();
+    let largest = sizes.iter().copied().fold(DVec2::splat(1e-9), DVec2::max);
+    let zoom = (SMALL / largest).min_element();
+    let cell = (largest * zoom).max(NARROWEST) + GAP;
+    let columns = panels.len().clamp(1, COLUMNS);
+    let rows = panels.len().div_ceil(columns).max(1);
+    let width = (MAP.x + cell.x * columns as f64 + BAR.x + 70.0).max(WIDTH);
+    let height = MAP.y + cell.y * rows as f64 + 10.0;
+    let mut svg = Svg::new(width, height, title, "Heights over the mean plane, side by side.");
+    svg.text(DVec2::new(30.0, 26.0), Anchor::Start, 16.0, title);
+    let palette: Vec<Rgb> = (0..=COLOURS).map(colour_of).collect();
+    for (k, ((panel, map), size)) in panels.iter().zip(&maps).zip(&sizes).enumerate() {
+        let place = DVec2::new((k % columns) as f64, (k / columns) as f64);
+        let corner = MAP + place * cell;
+        let shown = (*size * zoom).max(DVec2::splat(24.0));
+        svg.text(corner - DVec2::new(0.0, 26.0), Anchor::Start, 13.0, &panel.heading);
+        svg.text(corner - DVec2::new(0.0, 9.0), Anchor::Start, 12.0, &panel.caption);
+        let (columns, rows, pixels) = raster(map, &scale);
+        svg.stretched_image(corner, shown, &png::encode(columns, rows, &pixels, &palette));
+        rulers(&mut svg, corner, *size, shown);
+    }
+    let corner = MAP + DVec2::new(cell.x * columns as f64, 0.0);
+    bar(&mut svg, &scale, corner, cell.y - GAP.y);
+    svg.finish()
+}
+
+/// Length of a map along the feed and its width, mm.
+fn length_and_width(map: &Matrix) -> DVec2 {
+    let side = |k: usize| (map.counts[k].max(2) - 1) as f64 * map.steps[k];
+    DVec2::new(side(0), side(1))
 }
 
 /// The range of heights, µm.
@@ -63,11 +117,15 @@ struct Heights {
 }
 
 impl Heights {
-    fn of(map: &Matrix) -> Self {
-        let least = |a: f64, b: &f64| a.min(*b);
-        let most = |a: f64, b: &f64| a.max(*b);
-        let low = map.heights.iter().fold(f64::INFINITY, least) * MICRO;
-        let high = map.heights.iter().fold(f64::NEG_INFINITY, most) * MICRO;
+    /// Of all maps together.
+    fn of_all(maps: &[Matrix]) -> Self {
+        Self::around(maps.iter().flat_map(|map| map.heights.iter().map(|h| h * MICRO)))
+    }
+
+    /// Of heights in µm.
+    fn around(heights: impl Iterator<Item = f64> + Clone) -> Self {
+        let (low, high) = (heights.clone().reduce(f64::min), heights.reduce(f64::max));
+        let [low, high] = [low, high].map(|height| height.unwrap_or(0.0));
         // Of a plane, a range that can be divided by.
         if high - low > 1e-6 {
             Self { low, high }
@@ -110,9 +168,9 @@ fn raster(map: &Matrix, scale: &Heights) -> (u32, u32, Vec<u8>) {
 }
 
 /// Lengths along the foot and the left side of the map, mm.
-fn rulers(svg: &mut Svg, size: DVec2, shown: DVec2) {
+fn rulers(svg: &mut Svg, corner: DVec2, size: DVec2, shown: DVec2) {
     let ink = Stroke::solid(colour::INK, 1.0);
-    let foot = MAP + DVec2::new(0.0, shown.y);
+    let foot = corner + DVec2::new(0.0, shown.y);
     for (value, step) in (Heights { low: 0.0, high: size.x }).ticks(6.0) {
         let at = foot + DVec2::new(value / size.x * shown.x, 0.0);
         svg.line(at, at + DVec2::new(0.0, 5.0), ink);
@@ -125,13 +183,11 @@ fn rulers(svg: &mut Svg, size: DVec2, shown: DVec2) {
     }
     let label = foot + DVec2::new(shown.x / 2.0, 34.0);
     svg.text(label, Anchor::Middle, 12.0, "along the feed, mm");
-    svg.text(MAP - DVec2::new(8.0, 8.0), Anchor::End, 12.0, "across, mm");
 }
 
-/// The colours and the heights that they stand for.
-fn bar(svg: &mut Svg, scale: &Heights, shown: DVec2) {
-    let corner = MAP + DVec2::new(shown.x + BAR.y, 0.0);
-    let band = shown.y / BAND as f64;
+/// The colours and the heights that they stand for, from an upper left corner down.
+fn bar(svg: &mut Svg, scale: &Heights, corner: DVec2, length: f64) {
+    let band = length / BAND as f64;
     for i in 0..BAND {
         let low = corner + DVec2::new(0.0, i as f64 * band);
         let fill = colour::of_share((i as f64 + 0.5) / BAND as f64);
@@ -140,21 +196,17 @@ fn bar(svg: &mut Svg, scale: &Heights, shown: DVec2) {
         svg.rectangle(low, DVec2::new(BAR.x, band + more), fill);
     }
     for (value, step) in scale.ticks(6.0) {
-        let at = corner + DVec2::new(BAR.x, (1.0 - scale.share(value)) * shown.y);
+        let at = corner + DVec2::new(BAR.x, (1.0 - scale.share(value)) * length);
         svg.line(at, at + DVec2::new(4.0, 0.0), Stroke::solid(colour::INK, 1.0));
         svg.text(at + DVec2::new(8.0, 4.0), Anchor::Start, 12.0, &number(value, step));
     }
     svg.text(corner - DVec2::new(0.0, 8.0), Anchor::Start, 12.0, "height, µm");
 }
 
-fn profile(
-    svg: &mut Svg,
-    corner: DVec2,
-    scale: &Heights,
-    (name, length, heights): (&str, f64, &[f64]),
-) {
+fn profile(svg: &mut Svg, corner: DVec2, (name, length, heights): (&str, f64, &[f64])) {
+    let scale = Heights::around(heights.iter().copied());
     svg.text(corner - DVec2::new(0.0, 9.0), Anchor::Start, 13.0, name);
-    svg.text(corner + DVec2::new(PANEL.x, -9.0), Anchor::End, 12.0, "height, µm; length, mm");
+    svg.text(corner + DVec2::new(PANEL.x, -9.0), Anchor::End, 12.0, "height, µm, by length, mm");
     let up = |height: f64| (1.0 - scale.share(height)) * PANEL.y;
     for (value, step) in scale.ticks(4.0) {
         let at = corner + DVec2::new(0.0, up(value));

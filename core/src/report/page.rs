@@ -39,6 +39,7 @@ pub fn page(report: &Report, pictures: &[(&str, &str)]) -> String {
         // Writing to a string cannot fail.
         let _ = write!(html, "<h2>{}</h2>\n<figure>\n{svg}</figure>\n", escaped(heading));
     }
+    texture(&mut html, report);
     kind_table(&mut html, &report.delivered);
     raised_table(&mut html, report);
     repairs(&mut html, report);
@@ -81,6 +82,16 @@ fn verification(html: &mut String, report: &Report) {
     html.push_str("<table>\n");
     for (label, line) in v.short() {
         let _ = writeln!(html, "<tr><th>{label}</th><td>{}</td></tr>", escaped(&line));
+    }
+    html.push_str("</table>\n");
+}
+
+/// What its picture, the last one, is told with.
+fn texture(html: &mut String, report: &Report) {
+    let Some(texture) = &report.texture else { return };
+    html.push_str("<table>\n");
+    for (label, value) in texture.lines() {
+        let _ = writeln!(html, "<tr><th>{label}</th><td>{}</td></tr>", escaped(&value));
     }
     html.push_str("</table>\n");
 }

@@ -147,7 +147,36 @@ pub(super) fn report() -> Report {
             }],
         },
         verification: Some(verification()),
+        texture: Some(texture()),
         outputs: vec![file("toolpath.csv"), file("program.ngc")],
+    }
+}
+
+fn texture() -> TextureFigures {
+    let profile = || ProfileFigures { ra_um: 0.5, rq_um: 0.6, rz_um: 2.0, rt_um: 2.5 };
+    TextureFigures {
+        window: WindowFigures {
+            middle_mm: [1.0, 2.0, 3.0],
+            feed: [1.0, 0.0, 0.0],
+            nodes: [51, 251],
+            spacing_mm: [0.01, 0.01],
+            cells_mm: [0.0099, 0.0101],
+            start_mm: 0.2,
+            uncut: 0,
+            facets_um: 0.0,
+        },
+        cutting: CuttingFigures {
+            feed_per_tooth_mm: 0.1,
+            side_step_mm: 0.5,
+            spindle_rpm: 6000.0,
+            flutes: 2,
+            least_concave_radius_mm: None,
+        },
+        areal: ArealFigures { sa_um: 1.0, sq_um: 1.2, sz_um: 5.0, ssk: 0.4, sku: 2.1 },
+        along: profile(),
+        across: profile(),
+        work: WorkFigures { steps: 1000, edge_points: 40, quads: 5000, tests: 9000 },
+        notes: vec!["the window is narrow".into()],
     }
 }
 

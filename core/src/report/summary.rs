@@ -26,6 +26,12 @@ pub fn summary(report: &Report) -> String {
             let _ = writeln!(text, "  {label:<10}{line}");
         }
     }
+    if let Some(texture) = &report.texture {
+        let _ = writeln!(text, "\n  texture that the teeth leave");
+        for (label, line) in texture.lines() {
+            let _ = writeln!(text, "  {label:<12}{line}");
+        }
+    }
     warnings(&mut text, &report.warnings);
     text
 }

@@ -12,8 +12,8 @@
 
 use super::grid::Grid;
 
-/// Sections of a line.
-const SECTIONS: usize = 5;
+/// Sections of a line, each of which is to hold a cusp.
+pub const SECTIONS: usize = 5;
 /// Fewest nodes of a section; shorter lines have one.
 const FEWEST: usize = 3;
 

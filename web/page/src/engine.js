@@ -87,6 +87,7 @@ export class Engine {
   #parts = Promise.all([compiled("evencut.wasm"), kept("worker.js")]);
   #short = null;
   #planning = null;
+  #texture = null;
 
   constructor() {
     // Whoever asks is told.
@@ -124,7 +125,21 @@ export class Engine {
     }
   }
 
+  /** The texture about a place `at` of a planned path, in a worker of its own; an earlier one gives way. */
+  async texture(source, [surface, wall], path, at) {
+    this.#texture?.end(CANCELLED);
+    const hand = new Hand(await this.#parts);
+    this.#texture = hand;
+    try {
+      return await hand.call("texture", [source, surface, wall, path, at]);
+    } finally {
+      hand.end(CANCELLED);
+      if (this.#texture === hand) this.#texture = null;
+    }
+  }
+
   cancel() {
+    this.#texture?.end(CANCELLED);
     this.#planning?.end(CANCELLED);
     this.#planning = null;
   }

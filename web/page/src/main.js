@@ -25,7 +25,7 @@ const STAGES = {
 const engine = new Engine();
 const surfaces = new Surfaces();
 const drafts = new Drafts();
-const views = new Views();
+const views = new Views({ texture });
 let examples = [];
 /** The job as it is edited: its name, the example it came from, its text when it came. */
 let job = { name: "job.toml", example: null, original: "" };
@@ -35,6 +35,8 @@ let checked = null;
 let run = null;
 /** The text that the shown plan was made of. */
 let planned = null;
+/** The contents of the files that it names. */
+let files = [];
 
 const editor = new Editor($("editor"), {
   changed(text, byUser) {
@@ -180,8 +182,9 @@ async function plan() {
   };
   try {
     const held = async (file) => (file ? await surfaces.bytes(file) : null) ?? undefined;
-    const files = [await held(found.surface), await held(found.wall)];
+    const contents = [await held(found.surface), await held(found.wall)];
     if (run !== own) return;
+    files = contents;
     const whole = await engine.plan(name, text, files, { progress, early });
     if (run !== own) return;
     present(own, whole, name, text, "judged");
@@ -317,6 +320,11 @@ function tell(text = "", ...actions) {
 /** For those who listen: what happens on the page. */
 function say(text) {
   $("said").textContent = text;
+}
+
+/** Simulates what the teeth leave of the shown path about a place. */
+function texture(path, at) {
+  return engine.texture(planned, files, path, at);
 }
 
 // ---- files

@@ -237,6 +237,14 @@ function parsed(bytes) {
   return document.adoptNode(new DOMParser().parseFromString(text, "image/svg+xml").documentElement);
 }
 
+/** A picture that stays as it is. */
+export function svgOf(bytes) {
+  const picture = parsed(bytes);
+  picture.setAttribute("role", "img");
+  picture.setAttribute("aria-label", picture.querySelector("title")?.textContent ?? "");
+  return picture;
+}
+
 /** The legend of a picture without the axes of its view. */
 export function legendOf(bytes, placement) {
   const picture = parsed(bytes);

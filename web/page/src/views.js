@@ -2,7 +2,7 @@
 import { $, bytes, clock, make, short } from "./dom.js";
 import { Lookup, projector } from "./lookup.js";
 import { Path } from "./path.js";
-import { Picture, legendOf, titleOf } from "./picture.js";
+import { Picture, legendOf, svgOf, titleOf } from "./picture.js";
 
 const PICTURES = [
   { id: "flat", label: "Flat map", file: "flat.svg", table: "flat", size: 2 },
@@ -12,11 +12,15 @@ const PICTURES = [
 ];
 const OTHERS = [
   { id: "space", label: "3D" },
+  { id: "texture", label: "Texture" },
   { id: "report", label: "Report" },
   { id: "files", label: "Files" },
 ];
 /** The chart under the pictures. */
 const CHART = "mrr.svg";
+/** What the teeth leave, and the picture on which its place is chosen. */
+const TEXTURE = "texture.svg";
+const MAP = { file: "surface.svg", table: "contact", size: 3 };
 /** What surface and path may be coloured by in three dimensions. */
 const SURFACES = [
   { id: "plain", label: "plain" },
@@ -53,8 +57,16 @@ export class Views {
   #pointed = null;
   #space = null;
   #playing = 0;
+  #simulated = null;
 
-  constructor() {
+  /** `on.texture(path, at)` simulates the texture of a path, toolpath.csv as text, about a place. */
+  constructor(on) {
+    this.on = on;
+    this.map = new Picture($("texture-map"), "Surface on which to choose a place", {
+      pick: (at, reach) => this.#chosen(at, reach),
+      view: () => this.#window(),
+    });
+    $("texture-here").addEventListener("click", () => this.#textured(this.#path.vector("contact", this.#path.at(this.#time))));
     this.picture = new Picture($("picture"), "Picture of the path", {
       hover: (at, reach) => this.#hover(at, reach),
       pick: (at, reach) => this.#pick(at, reach),
@@ -95,6 +107,7 @@ export class Views {
       this.#report();
       this.#files();
     }
+    this.#texture();
     this.#tabs();
     this.#chart(follows && $("compare").getAttribute("aria-pressed") === "true");
     this.#space?.load(this.#path);
@@ -133,7 +146,7 @@ export class Views {
   #known() {
     const placed = this.#path.scales.pictures;
     const others = this.#plan.files
-      .filter(({ name }) => name.endsWith(".svg") && name !== CHART && !PICTURES.some((p) => p.file === name))
+      .filter(({ name }) => name.endsWith(".svg") && ![CHART, TEXTURE].includes(name) && !PICTURES.some((p) => p.file === name))
       .map(({ name: file, bytes: content }) => {
         const isFlat = placed[file]?.near.every((x) => x === 0);
         const stem = file.slice(0, -4);
@@ -287,6 +300,7 @@ export class Views {
       $("picture").setAttribute("aria-label", `${picture.label}: arrow keys move, plus and minus zoom, 0 shows all`);
     }
     if (id === "space") this.#turnable();
+    if (id === "texture") this.#choose(stays);
     if (id === "files") this.#zip();
     this.#pointed = null;
     this.#marks();
@@ -339,6 +353,70 @@ export class Views {
     if (surface === "height") legends.unshift(this.#space.heights());
     $("legend").replaceChildren(...legends);
     $("legend").hidden = legends.length === 0;
+  }
+
+  // ---- texture
+
+  /** The texture that came with the plan, or how to get one. */
+  #texture() {
+    this.#simulated = null;
+    const own = this.#file(TEXTURE);
+    delete $("texture-result").dataset.at;
+    const hint = "Click a place of the surface, and the teeth's marks there are simulated: heights, Sa, Rz.";
+    $("texture-result").replaceChildren(own ? svgOf(own) : make("p", { className: "faint" }, hint));
+  }
+
+  /** Shows the surface on which a place is chosen. */
+  #choose(keep) {
+    const placement = this.#path.scales.pictures[MAP.file];
+    const picture = this.#file(MAP.file);
+    $("texture-map").hidden = !picture || !placement;
+    if (picture && placement) this.map.show(picture, { placement, unit: "mm", keep });
+    this.#window();
+  }
+
+  /** Marks the place of the window. */
+  #window() {
+    const placement = this.#path?.scales.pictures[MAP.file];
+    if (!placement) return;
+    const at = this.#simulated ?? this.report?.texture?.window.middle_mm;
+    this.map.mark({ dot: at ? projector(placement)(at).slice(0, 2) : null });
+  }
+
+  #chosen(at, reach) {
+    this.#lookups.get("texture") ?? this.#lookups.set("texture", new Lookup(this.#path, MAP.table, MAP.size, this.#path.scales.pictures[MAP.file]));
+    const found = this.#lookups.get("texture").nearest(at[0], at[1], 4 * reach);
+    if (found) this.#textured(this.#path.vector("contact", found));
+  }
+
+  /** Simulates the texture about a place. */
+  async #textured(at) {
+    if (!at || this.phase === "laid") return;
+    this.#simulated = at;
+    this.#window();
+    const plan = this.#plan;
+    $("texture").setAttribute("aria-busy", "true");
+    const place = at.map((x) => short(x)).join(", ");
+    $("texture-result").replaceChildren(make("p", { className: "faint", role: "status" }, `Simulating the teeth at (${place}) mm …`));
+    try {
+      const path = new TextDecoder().decode(this.#file("toolpath.csv"));
+      const { files, summary } = await this.on.texture(path, at);
+      if (plan !== this.#plan) return;
+      const held = Object.fromEntries(files.map(({ name, bytes: content }) => [name, content]));
+      const links = files.filter(({ name }) => name !== TEXTURE).map(({ name, bytes: content }) => {
+        const href = URL.createObjectURL(new Blob([content]));
+        this.#urls.push(href);
+        return make("a", { href, download: name }, name);
+      });
+      $("texture-result").dataset.at = at.join(",");
+      $("texture-result").replaceChildren(make("pre", {}, summary), svgOf(held[TEXTURE]), make("p", { className: "links" }, ...links));
+    } catch (error) {
+      if (plan !== this.#plan || error.cancelled) return;
+      const said = error.fault?.message ?? error.message ?? String(error);
+      $("texture-result").replaceChildren(make("p", { className: "callout bad", role: "alert" }, said));
+    } finally {
+      $("texture").removeAttribute("aria-busy");
+    }
   }
 
   // ---- linked places

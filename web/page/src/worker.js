@@ -1,7 +1,7 @@
 // The planner in a thread of its own. The page sends {id, module} once, then {id, call, args};
 // every message is answered by {id, value} or {id, error}; plans report {id, progress} and, as far as
 // there is something to show, {id, early}.
-import init, { check, newJob, plan, schema, version } from "evencut-module";
+import init, { check, newJob, plan, schema, texture, version } from "evencut-module";
 
 /** Progress is told at most this often, ms. */
 const PAUSE = 50;
@@ -22,6 +22,7 @@ const calls = {
   newJob: (_id, name, bytes) => newJob(name, bytes),
   facts: () => ({ schema: JSON.parse(schema()), version: version() }),
   plan: planned,
+  texture: textured,
 };
 
 function planned(id, name, source, surface, wall) {
@@ -41,12 +42,23 @@ function planned(id, name, source, surface, wall) {
   return taken(plan(name, source, surface, wall, report, show), seconds());
 }
 
+function textured(_id, source, surface, wall, path, at) {
+  const made = texture(source, surface, wall, path, Float64Array.from(at));
+  try {
+    return { files: files(made), summary: made.summary(), tables: {} };
+  } finally {
+    made.free();
+  }
+}
+
+const files = (made) => made.names().map((file) => ({ name: file, bytes: made.file(file) }));
+
 /** What the page needs of a plan, which is freed. */
 function taken(made, seconds) {
   try {
     const report = made.report();
     return {
-      files: made.names().map((file) => ({ name: file, bytes: made.file(file) })),
+      files: files(made),
       report: report ? JSON.parse(report) : null,
       summary: made.summary() ?? null,
       scales: JSON.parse(made.scales()),

@@ -6,6 +6,7 @@
 mod fault;
 mod plan;
 mod tables;
+mod texture;
 
 use evencut_cli::new::facts;
 use evencut_core::job;

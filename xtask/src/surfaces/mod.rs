@@ -3,6 +3,7 @@
 mod blade;
 mod crown;
 mod franke;
+pub mod revolved;
 mod saddle;
 mod wigley;
 
@@ -19,6 +20,7 @@ pub fn all() -> Result<Vec<(&'static str, Vec<u8>)>, String> {
         ("naca-blade.ply", mesh_file::ply(&blade::pressure_side()?)),
         ("saddle-island.obj", mesh_file::obj(&saddle::patch_with_island()?)),
         ("crowned-block.stl", mesh_file::stl(&crown::block()?)),
+        ("dome.json", revolved::dome()),
     ])
 }
 

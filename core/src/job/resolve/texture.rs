@@ -3,40 +3,32 @@
 use super::Resolver;
 use crate::geometry::DVec2;
 use crate::job::units::radians;
-use crate::job::{Job, TextureCells, TextureOptions};
-
-/// Sides of a window by default, nominal side steps: each of the five sections of a line holds a cusp.
-const SIDE_STEPS: f64 = 5.0;
-/// Cells in the smaller of feed per tooth and side step by default.
-const CELLS: f64 = 10.0;
+use crate::job::{Job, TextureOptions};
 
 impl Resolver<'_> {
     /// The window, if the job has one. `job`: all of it but its window.
     pub(super) fn texture(&mut self, job: &Job) -> Option<TextureOptions> {
         let table = &self.file.texture;
-        let at = self.point(table.at?);
-        let side_step = job.nominal_side_step();
-        let per_tooth = job.cut.feed / (job.cut.spindle * f64::from(job.flutes));
-        let size = match table.size {
-            Some(size) => DVec2::from(size) * self.unit,
-            None => DVec2::splat(SIDE_STEPS * side_step),
+        let by_default = TextureOptions::about(self.point(table.at?), job);
+        let flutes = by_default.tooth_runout.len();
+        let teeth = match &table.tooth_runout {
+            Some(teeth) => teeth.iter().map(|t| t * self.unit).collect(),
+            None => by_default.tooth_runout,
         };
-        let flutes = job.flutes as usize;
-        let teeth = table.tooth_runout.clone().unwrap_or_else(|| vec![0.0; flutes]);
         if teeth.len() != flutes {
             let message = format!("{} numbers for {flutes} flutes", teeth.len());
             let named = self.named("tool.flutes");
             self.fault("texture.tooth_runout", message, format!("give one for each of {named}"));
         }
         Some(TextureOptions {
-            at,
-            size,
-            spacing: self.length(table.spacing, per_tooth.min(side_step) / CELLS),
-            runout: self.length(table.runout, 0.0),
+            size: table.size.map_or(by_default.size, |size| DVec2::from(size) * self.unit),
+            spacing: self.length(table.spacing, by_default.spacing),
+            runout: self.length(table.runout, by_default.runout),
             runout_angle: radians(table.runout_angle.unwrap_or(0.0)),
-            tooth_runout: teeth.iter().map(|t| t * self.unit).collect(),
+            tooth_runout: teeth,
             spindle_phase: radians(table.spindle_phase.unwrap_or(0.0)),
-            cells: table.discretisation.unwrap_or(TextureCells::Uniform),
+            cells: table.discretisation.unwrap_or(by_default.cells),
+            ..by_default
         })
     }
 }

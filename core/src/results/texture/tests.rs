@@ -17,7 +17,7 @@ pattern = \"iso-planar\"
 angle = 0
 ";
 
-fn made(texture: &str, threads: usize) -> Result<TextureResults, TextureError> {
+fn made(texture: &str, threads: usize) -> Result<TextureResults, ResultsError> {
     let job = job::read(format!("{JOB}{texture}").as_bytes()).unwrap().job;
     texture_results(&job, Files::default(), threads, &mut |_, _| {})
 }
@@ -32,7 +32,7 @@ fn a_planned_plane_has_the_cusps_of_its_passes() {
     for threads in [2, 3] {
         assert_eq!(made(WINDOW, threads).unwrap().files, one.files);
     }
-    let report = &one.report;
+    let report = &one.figures;
     assert_eq!((report.window.nodes, report.window.uncut), ([21, 51], 0));
     // Passes are a little nearer than asked, so that they fill the plane.
     let known = 0.5 * 0.5 / 40.0 * 1e3;
@@ -40,12 +40,12 @@ fn a_planned_plane_has_the_cusps_of_its_passes() {
     assert!(report.window.facets_um < 1e-9 && report.window.feed[0].abs() > 0.999);
     assert!(report.summary().contains("Rz across wants 2.500 mm"));
     let constant = made(&format!("{WINDOW}discretisation = \"constant\"\n"), 1).unwrap();
-    assert!((constant.report.areal.sa_um / report.areal.sa_um - 1.0).abs() < 1e-3);
+    assert!((constant.figures.areal.sa_um / report.areal.sa_um - 1.0).abs() < 1e-3);
 }
 
 #[test]
 fn what_cannot_be_simulated_is_told() {
-    assert!(matches!(made("", 1), Err(TextureError::NoWindow)));
+    assert!(matches!(made("", 1), Err(ResultsError::Texture(TextureError::NoWindow))));
     let told = |texture: &str| made(texture, 1).unwrap_err().to_string();
     assert!(
         told("[texture]\nat = [0, 0, 9]\nsize = [1, 1]\n").contains("no nearer than 9.0000 mm")
@@ -55,7 +55,7 @@ fn what_cannot_be_simulated_is_told() {
     let job = job::read(format!("{JOB}{WINDOW}").as_bytes()).unwrap().job;
     let still = Job { cut: crate::job::Cut { spindle: 0.0, ..job.cut }, ..job.clone() };
     let still = texture_results(&still, Files::default(), 1, &mut |_, _| {});
-    assert!(matches!(still, Err(TextureError::Still { .. })));
+    assert!(matches!(still, Err(ResultsError::Texture(TextureError::Still { .. }))));
     assert!(engaged(&job, Some(4.0), Some(4.0)).is_err());
     assert!(engaged(&job, Some(40.0), Some(4.0)).unwrap() >= 10.0);
     assert!((engaged(&job, None, None).unwrap() - 0.2).abs() < 1e-15);
