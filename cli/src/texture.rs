@@ -23,7 +23,10 @@ const RESULTS: [&str; 2] = ["job.resolved.toml", "toolpath.csv"];
 pub struct Texture {
     /// Job file, which is planned; `-` reads standard input. Or a directory of results, whose path is taken as it is
     #[arg(value_name = "JOB|RESULTS")]
-    job: PathBuf,
+    input: PathBuf,
+    /// Job of the results, where they are not near its surface [default: the one that is with them]
+    #[arg(long, value_name = "JOB")]
+    job: Option<PathBuf>,
     /// Place of the window, mm [default: the job's texture.at]
     #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', allow_hyphen_values = true)]
     at: Option<Vec<f64>>,
@@ -87,23 +90,34 @@ impl Texture {
         Ok(())
     }
 
-    /// The job's file: of results, the one that is with them.
+    /// The job's file: of results, the one that is with them, unless another is named.
     fn job_file(&self) -> PathBuf {
-        if self.job.is_dir() { self.job.join(RESULTS[0]) } else { self.job.clone() }
+        match &self.job {
+            Some(job) => job.clone(),
+            None if self.input.is_dir() => self.input.join(RESULTS[0]),
+            None => self.input.clone(),
+        }
     }
 
     /// The path of results; `None` for a job.
     fn path(&self) -> Result<Option<Toolpath>, Failed> {
-        if !self.job.is_dir() {
-            return Ok(None);
+        if !self.input.is_dir() {
+            return match self.job {
+                None => Ok(None),
+                Some(_) => {
+                    let message = "--job goes with a directory of results, which this is not";
+                    Err(Failed::file(Exit::BadJob, message, &self.input))
+                }
+            };
         }
-        if let Some(missing) = RESULTS.iter().find(|name| !self.job.join(name).is_file()) {
+        let wanted = if self.job.is_some() { &RESULTS[1..] } else { &RESULTS };
+        if let Some(missing) = wanted.iter().find(|name| !self.input.join(name).is_file()) {
             let message = format!(
                 "the directory holds no {missing}; give a job, or a directory of results as `evencut plan` writes them"
             );
-            return Err(Failed::file(Exit::BadJob, message, &self.job));
+            return Err(Failed::file(Exit::BadJob, message, &self.input));
         }
-        let file = self.job.join(RESULTS[1]);
+        let file = self.input.join(RESULTS[1]);
         let failed = |error: &dyn std::fmt::Display| Failed::file(Exit::BadJob, error, &file);
         let text = std::fs::read_to_string(&file).map_err(|error| failed(&error))?;
         Toolpath::from_csv(&text).map(Some).map_err(|error| failed(&error))
@@ -137,12 +151,17 @@ impl Texture {
         path: Option<&Toolpath>,
         source: &[u8],
     ) -> Result<TextureResults, Failed> {
-        let contents = match path {
-            None => Contents::of_job(&self.job, job, source),
-            Some(_) => {
-                let (surface, wall) = input::files_of_results(&self.job, job);
-                Contents::read(surface, wall, source)
+        let contents = match (path, &self.job) {
+            (Some(_), None) => {
+                let (surface, wall) = input::files_of_results(&self.input, job);
+                Contents::read(surface, wall, source).map_err(|mut fault| {
+                    fault.help = vec![
+                        "the job of these results is somewhere else: name it with --job".into(),
+                    ];
+                    fault
+                })
             }
+            _ => Contents::of_job(&self.job_file(), job, source),
         };
         let contents = contents
             .map_err(|fault| self.failed(Exit::BadSurface, &Faults(vec![fault]), source))?;
@@ -175,9 +194,9 @@ impl Texture {
         match &self.output {
             Some(directory) => directory.clone(),
             None => {
-                let stem = match input::is_standard_input(&self.job) {
+                let stem = match input::is_standard_input(&self.input) {
                     true => "job".into(),
-                    false => self.job.file_stem().unwrap_or_default().to_string_lossy(),
+                    false => self.input.file_stem().unwrap_or_default().to_string_lossy(),
                 };
                 Path::new("results").join(format!("{stem}-texture"))
             }

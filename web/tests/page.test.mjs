@@ -209,7 +209,7 @@ describe("texture", () => {
     const at = await page.locator("#texture-result").getAttribute("data-at");
     const [results, folder] = ["clicked", "clicked-texture"].map((name) => join(scratch, name));
     await promisify(execFile)(EVENCUT, ["plan", "-q", "-o", results, "jobs/texture.toml"]);
-    await promisify(execFile)(EVENCUT, ["texture", "-q", `--at=${at}`, "-o", folder, results]);
+    await promisify(execFile)(EVENCUT, ["texture", "-q", `--at=${at}`, "--job=jobs/texture.toml", "-o", folder, results]);
     for (const link of await page.locator("#texture-result .links a").all()) {
       const { name, bytes } = await downloaded(page, link);
       assert.equal(sha256(bytes), sha256(readFileSync(join(folder, name))), name);

@@ -1,6 +1,6 @@
 //! Project tasks: `cargo xtask test` runs all tests, `cargo xtask page` builds the page for the
 //! browser, `cargo xtask serve` shows it, `cargo xtask patterns` compares the patterns, `cargo xtask
-//! surfaces` writes the surfaces that `jobs/` machines.
+//! texture` the textures of two tilts, `cargo xtask surfaces` writes the surfaces that `jobs/` machines.
 
 mod mesh_file;
 mod page;
@@ -8,6 +8,7 @@ mod patterns;
 mod serve;
 mod surfaces;
 mod test;
+mod texture;
 mod triangulate;
 
 use std::path::{Path, PathBuf};
@@ -21,6 +22,7 @@ usage: cargo xtask test        runs all tests, natively and of the page
        cargo xtask serve [PORT]  builds it and serves it on this machine, port 8080 unless told
        cargo xtask speed       plans all jobs in the page and natively, and compares the times
        cargo xtask patterns    writes docs/patterns.md, every pattern on every surface
+       cargo xtask texture     writes the table of docs/texture.md
        cargo xtask surfaces    writes jobs/surfaces/*";
 
 fn main() -> ExitCode {
@@ -34,6 +36,7 @@ fn main() -> ExitCode {
         ["serve", port] => report(serve(port)),
         ["speed"] => report(test::speed(&project())),
         ["patterns"] => report(patterns::patterns(&project())),
+        ["texture"] => report(texture::texture(&project())),
         ["surfaces"] => report(write_surfaces(&surfaces_folder())),
         _ => {
             eprintln!("{USAGE}");

@@ -18,7 +18,7 @@ use thiserror::Error;
 
 /// Header of the table as comma-separated values.
 pub const CSV_HEADER: &str = "tilt_deg,feed_per_tooth_mm,feed_mm_per_min,length_mm,machine_time_s,sa_um,sq_um,sz_um,\
-ssk,sku,ra_along_um,rz_along_um,ra_across_um,rz_across_um,kept";
+ssk,sku,ra_along_um,rz_along_um,ra_across_um,rz_across_um,tests_per_node,kept";
 
 /// Cells in a feed per tooth, at least.
 const CELLS: f64 = 10.0;
@@ -225,6 +225,7 @@ pub fn to_csv(rows: &[Row]) -> String {
                     along.rz_um,
                     across.ra_um,
                     across.rz_um,
+                    made.figures.work.tests as f64 / made.heights.len().max(1) as f64,
                 ];
                 let numbers = numbers.map(|x| format!("{x:.6}")).join(",");
                 format!("{numbers},{}", made.broken.is_empty())

@@ -98,7 +98,10 @@ fn is_bug(error: &ResultsError) -> bool {
         }
         ResultsError::Plan(_) | ResultsError::Verify(VerifyError::TooFine { .. }) => false,
         ResultsError::Post(PostError::Singular { .. } | PostError::Travel { .. }) => false,
-        ResultsError::Post(_) | ResultsError::Program(_) | ResultsError::Verify(_) => true,
+        ResultsError::Post(_)
+        | ResultsError::Program(_)
+        | ResultsError::Verify(_)
+        | ResultsError::Texture(_) => true,
     }
 }
 

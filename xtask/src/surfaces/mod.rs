@@ -2,7 +2,7 @@
 
 mod blade;
 mod crown;
-mod franke;
+pub mod franke;
 pub mod revolved;
 mod saddle;
 mod wigley;

@@ -74,8 +74,8 @@ mod tests {
                 let p = surface.point(at);
                 // Seen from the middle of the ring.
                 let q = DVec3::new(p.x, p.y, up * p.z + major + 30.0);
-                let ring = q.x.hypot(q.z) - major;
-                assert!((ring.hypot(q.y) - 30.0).abs() < 1e-6, "{p}");
+                let ring = DVec2::new(q.x, q.z).length() - major;
+                assert!((DVec2::new(ring, q.y).length() - 30.0).abs() < 1e-6, "{p}");
                 assert!(surface.normal(at).z > 0.9);
             }
         }
