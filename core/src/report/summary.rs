@@ -27,10 +27,7 @@ pub fn summary(report: &Report) -> String {
         }
     }
     if let Some(texture) = &report.texture {
-        let _ = writeln!(text, "\n  texture that the teeth leave");
-        for (label, line) in texture.lines() {
-            let _ = writeln!(text, "  {label:<12}{line}");
-        }
+        let _ = writeln!(text, "  {:<10}{}", "texture", texture.caption());
     }
     warnings(&mut text, &report.warnings);
     text

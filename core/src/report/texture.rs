@@ -149,8 +149,8 @@ impl TextureFigures {
     pub fn caption(&self) -> String {
         let (a, l, c) = (&self.areal, &self.along, &self.across);
         format!(
-            "Sa {:.3}, Sq {:.3}, Sz {:.3} µm; along the feed Ra {:.3}, Rz {:.3} µm; across Ra {:.3}, Rz {:.3} µm",
-            a.sa_um, a.sq_um, a.sz_um, l.ra_um, l.rz_um, c.ra_um, c.rz_um
+            "Sa {:.3}, Sz {:.3}; along the feed Ra {:.3}, Rz {:.3}; across Ra {:.3}, Rz {:.3} µm",
+            a.sa_um, a.sz_um, l.ra_um, l.rz_um, c.ra_um, c.rz_um
         )
     }
 

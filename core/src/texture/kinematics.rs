@@ -13,6 +13,8 @@ use crate::geometry::{DVec3, any_perpendicular};
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use std::f64::consts::TAU;
 
+/// Part of a move that has to be across the axis to give a direction.
+const ACROSS: f64 = 1e-3;
 /// Opposite axes have no smallest rotation; `1 + cos` of a turn that counts as one.
 const OPPOSITE: f64 = 1e-9;
 
@@ -135,8 +137,10 @@ fn normals(from: &PathPoint, to: &PathPoint) -> Option<[DVec3; 2]> {
 fn first_x(points: &[PathPoint]) -> DVec3 {
     let across = |pair: &[PathPoint]| {
         let (way, axis) = (pair[1].tip - pair[0].tip, pair[0].axis);
-        let across = (way - axis * way.dot(axis)).try_normalize()?;
-        (pair[1].kind != MoveKind::Rapid).then_some((across, axis))
+        let across = way - axis * way.dot(axis);
+        // A plunge along the axis has no direction but that of rounding.
+        let has_one = across.length() > ACROSS * way.length();
+        (pair[1].kind != MoveKind::Rapid && has_one).then_some((across.normalize(), axis))
     };
     let Some(first) = points.first() else { return DVec3::X };
     let found = points.windows(2).find_map(across);
@@ -213,6 +217,18 @@ mod tests {
         assert_eq!(moves.len(), 2);
         assert!(moves.iter().all(|m| m.pose(0.3).x == DVec3::Y));
         assert_eq!(moves[0].tip_feed(), 1.0);
+    }
+
+    #[test]
+    fn a_plunge_gives_the_frame_no_direction() {
+        let points = [
+            (MoveKind::Rapid, DVec3::Z * 9.0, 0.0),
+            (MoveKind::Link, DVec3::new(1e-9, -1e-9, 0.0), 1.0),
+            (MoveKind::Cut, DVec3::Y, 2.0),
+        ];
+        let points = points.map(|(kind, tip, t)| point(kind, tip, DVec3::Z, t)).to_vec();
+        let moves = feed_moves(&Toolpath { points }, 5.0);
+        assert!(moves.iter().all(|m| m.pose(0.3).x.distance(DVec3::Y) < 1e-8));
     }
 
     #[test]
