@@ -214,7 +214,7 @@ describe("texture", () => {
       const { name, bytes } = await downloaded(page, link);
       assert.equal(sha256(bytes), sha256(readFileSync(join(folder, name))), name);
     }
-    assert.equal(await page.locator("#texture-result .links a").count(), 4);
+    assert.equal(await page.locator("#texture-result .links a").count(), 5);
     assert.deepEqual(complaints, []);
     await context.close();
   });

@@ -21,6 +21,7 @@ mod surface_view;
 mod svg;
 mod tensor_map;
 mod texture_map;
+mod texture_png;
 mod view;
 
 pub use comparison::{Bars, comparison};
@@ -32,6 +33,7 @@ pub use regions_map::regions_map;
 pub use surface_view::surface_view;
 pub use tensor_map::tensor_map;
 pub use texture_map::{TexturePanel, texture_map, texture_panels};
+pub use texture_png::texture_png;
 
 #[cfg(test)]
 mod samples;

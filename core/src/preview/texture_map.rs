@@ -105,20 +105,20 @@ pub fn texture_panels(title: &str, panels: &[TexturePanel]) -> String {
 }
 
 /// Length of a map along the feed and its width, mm.
-fn length_and_width(map: &Matrix) -> DVec2 {
+pub(super) fn length_and_width(map: &Matrix) -> DVec2 {
     let side = |k: usize| (map.counts[k].max(2) - 1) as f64 * map.steps[k];
     DVec2::new(side(0), side(1))
 }
 
 /// The range of heights, µm.
-struct Heights {
-    low: f64,
-    high: f64,
+pub(super) struct Heights {
+    pub low: f64,
+    pub high: f64,
 }
 
 impl Heights {
     /// Of all maps together.
-    fn of_all(maps: &[Matrix]) -> Self {
+    pub fn of_all(maps: &[Matrix]) -> Self {
         Self::around(maps.iter().flat_map(|map| map.heights.iter().map(|h| h * MICRO)))
     }
 
@@ -134,12 +134,13 @@ impl Heights {
         }
     }
 
-    fn share(&self, height: f64) -> f64 {
+    /// The part of the range that lies below a height.
+    pub fn share(&self, height: f64) -> f64 {
         ((height - self.low) / (self.high - self.low)).clamp(0.0, 1.0)
     }
 
     /// Round heights in the range.
-    fn ticks(&self, most: f64) -> Vec<(f64, f64)> {
+    pub fn ticks(&self, most: f64) -> Vec<(f64, f64)> {
         let step = round_step(self.high - self.low, most);
         let first = (self.low / step).ceil() as i64;
         let last = (self.high / step).floor() as i64;
@@ -228,7 +229,7 @@ fn profile(svg: &mut Svg, corner: DVec2, (name, length, heights): (&str, f64, &[
 }
 
 /// A number with the decimals of its step.
-fn number(value: f64, step: f64) -> String {
+pub(super) fn number(value: f64, step: f64) -> String {
     let decimals = (0..9).find(|d| {
         let shifted = step * 10f64.powi(*d);
         (shifted - shifted.round()).abs() < 1e-6 * shifted

@@ -8,7 +8,7 @@ use crate::flatten::{Chart, Locator};
 use crate::geometry::DVec3;
 use crate::job::{Job, TextureCells, TextureOptions};
 use crate::plan::{Files, Stage, laid_flat, plan};
-use crate::preview::texture_map;
+use crate::preview::{texture_map, texture_png};
 use crate::report::{
     ArealFigures, CuttingFigures, ProfileFigures, TextureFigures, WindowFigures, WorkFigures,
 };
@@ -217,6 +217,7 @@ impl Simulated {
             file("texture.asc", asc(&matrix)),
             file("texture.x3p", x3p(&matrix)?),
             file(PICTURE, texture_map(&picture, &caption).into_bytes()),
+            file("texture.png", texture_png(&picture, [&job.name, &figures.caption()])),
             file("texture.json", json(&job.name, &figures)),
         ];
         Ok(TextureResults { files, figures })
