@@ -115,7 +115,9 @@ fn of_texture(error: &TextureError) -> Failure {
     match error {
         TextureError::NoWindow | TextureError::Grid(_) => bad_window(&["texture"]),
         TextureError::Still { .. } => bad_window(&["cut.spindle"]),
-        TextureError::Window(WindowError::OffSurface { .. } | WindowError::NoPass) => {
+        TextureError::NoTime => bad_window(&[]),
+        TextureError::NotCut { .. }
+        | TextureError::Window(WindowError::OffSurface { .. } | WindowError::NoPass) => {
             bad_window(&["texture.at"])
         }
         TextureError::TooConcave(_) => limit(&["tool.diameter"]),

@@ -74,6 +74,12 @@ impl Texture {
         let target = self.target();
         // Before the work, not after it.
         output::check(&target).map_err(|error| of_output(&error))?;
+        if let Some(plan) = RESULTS.iter().find(|name| target.join(name).exists()) {
+            let message = format!(
+                "the directory holds a plan ({plan}), which would be lost: name another one with -o"
+            );
+            return Err(Failed::file(Exit::BadJob, message, &target));
+        }
         let results = self.results(&resolved.job, path.as_ref(), &source)?;
         let write = || {
             let mut directory = ResultDirectory::begin(&target)?;

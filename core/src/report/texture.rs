@@ -3,6 +3,10 @@
 use crate::texture::parameters::{Profile, SECTIONS};
 use serde::Serialize;
 
+/// Fewest cells that show the mark of a tooth.
+const FEWEST: f64 = 4.0;
+/// Tolerances below the surface that a path comes to where it belongs to it.
+const SUNK: f64 = 3.0;
 /// Facets that are higher than this part of Sz are worth a word.
 const ROUGH: f64 = 0.1;
 
@@ -117,10 +121,34 @@ impl ProfileFigures {
 }
 
 impl TextureFigures {
-    /// What deserves a second look.
-    pub(crate) fn second_looks(&self) -> Vec<String> {
+    /// What deserves a second look. `lowest`: height of the deepest node, mm; `tolerance`: how far the path may be off
+    /// the surface, mm.
+    pub(crate) fn second_looks(&self, lowest: f64, tolerance: f64) -> Vec<String> {
         let mut notes = Vec::new();
         let window = &self.window;
+        if lowest < -SUNK * tolerance {
+            notes.push(format!(
+                "the teeth come {:.1} µm below the surface, where the path may be {:.1} µm off it: path and surface do not \
+                 belong together, or the path cuts into the part",
+                -1e3 * lowest,
+                1e3 * tolerance
+            ));
+        }
+        if 1e3 * tolerance > ROUGH * self.areal.sz_um {
+            notes.push(format!(
+                "the path is straight from point to point and up to {:.1} µm (cut.tolerance) off the surface, which shows \
+                 in the heights; a smaller tolerance shows the teeth alone",
+                1e3 * tolerance
+            ));
+        }
+        let finest = self.cutting.feed_per_tooth_mm / FEWEST;
+        if window.spacing_mm[0] > finest * (1.0 + 1e-6) {
+            notes.push(format!(
+                "cells of {:.4} mm along the feed are too long to show a feed per tooth of {:.4} mm: give a texture.spacing \
+                 of {finest:.4} mm or less",
+                window.spacing_mm[0], self.cutting.feed_per_tooth_mm
+            ));
+        }
         if window.uncut > 0 {
             notes.push(format!(
                 "{} nodes were not cut: they stand at the start height of {} mm",
@@ -138,8 +166,7 @@ impl TextureFigures {
         let wanted = SECTIONS as f64 * self.cutting.side_step_mm;
         if across < wanted * (1.0 - 1e-6) {
             notes.push(format!(
-                "the window is {across:.3} mm across the feed; Rz across wants {wanted:.3} mm, a side step for each of \
-                 its sections"
+                "the window is {across:.3} mm across the feed; for Rz across it should have {wanted:.3} mm, five side steps"
             ));
         }
         notes

@@ -52,6 +52,18 @@ pub enum TextureError {
         /// Feed, mm/min.
         feed: f64,
     },
+    /// No move at feed takes time.
+    #[error("texture: no move of the path at feed takes time: its times do not grow")]
+    NoTime,
+    /// The path leaves the window as it was.
+    #[error(
+        "texture: nothing of the window is cut, within {start} mm above and below the surface: the path does not come \
+         there, or does not belong to this surface"
+    )]
+    NotCut {
+        /// Height of the material, mm.
+        start: f64,
+    },
     /// There is no window there.
     #[error(transparent)]
     Window(#[from] WindowError),
@@ -193,7 +205,13 @@ impl Simulated {
             threads,
         };
         let moves = feed_moves(path, job.tool.corner_radius());
+        if moves.is_empty() {
+            return Err(TextureError::NoTime);
+        }
         let map = sweep(&grid, &cutter(job, options), &moves, &sweep_options);
+        if map.heights.iter().all(|height| *height >= start) {
+            return Err(TextureError::NotCut { start });
+        }
         Ok(Self {
             grid,
             map,
@@ -268,7 +286,8 @@ impl Simulated {
             },
             notes: Vec::new(),
         };
-        figures.notes = figures.second_looks();
+        let lowest = self.map.heights.iter().copied().fold(f64::INFINITY, f64::min);
+        figures.notes = figures.second_looks(lowest, job.cut.tolerance);
         figures
     }
 }

@@ -39,7 +39,7 @@ fn a_planned_plane_has_the_cusps_of_its_passes() {
     let known = 0.5 * 0.5 / 40.0 * 1e3;
     assert!(report.across.rt_um > 0.8 * known && report.across.rt_um < 1.1 * known, "{report:?}");
     assert!(report.window.facets_um < 1e-9 && report.window.feed[0].abs() > 0.999);
-    assert!(report.summary().contains("Rz across wants 2.500 mm"));
+    assert!(report.summary().contains("should have 2.500 mm"));
     let constant = made(&format!("{WINDOW}discretisation = \"constant\"\n"), 1).unwrap();
     assert!((constant.figures.areal.sa_um / report.areal.sa_um - 1.0).abs() < 1e-3);
 }
@@ -60,4 +60,24 @@ fn what_cannot_be_simulated_is_told() {
     assert!(engaged(&job, Some(4.0), Some(4.0)).is_err());
     assert!(engaged(&job, Some(40.0), Some(4.0)).unwrap() >= 10.0);
     assert!((engaged(&job, None, None).unwrap() - 0.2).abs() < 1e-15);
+}
+
+#[test]
+fn a_path_that_does_not_belong_to_the_surface_is_told() {
+    let job = job::read(format!("{JOB}{WINDOW}").as_bytes()).unwrap().job;
+    let path = plan(&job, Files::default(), 1, &mut |_, _| {}).unwrap().toolpath;
+    let shifted = |z: f64| {
+        let mut path = path.clone();
+        path.points.iter_mut().for_each(|point| point.tip.z += z);
+        texture_of_path(&job, Files::default(), &path, 1, &mut |_, _| {})
+    };
+    let not_cut =
+        |result| matches!(result, Err(ResultsError::Texture(TextureError::NotCut { .. })));
+    assert!(not_cut(shifted(50.0)) && not_cut(shifted(-3.0)));
+    let notes = shifted(-0.1).unwrap().figures.notes;
+    assert!(notes.iter().any(|note| note.contains("below the surface")), "{notes:?}");
+    let mut still = path.clone();
+    still.points.iter_mut().for_each(|point| point.time = 0.0);
+    let still = texture_of_path(&job, Files::default(), &still, 1, &mut |_, _| {});
+    assert!(matches!(still, Err(ResultsError::Texture(TextureError::NoTime))));
 }
