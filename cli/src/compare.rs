@@ -124,11 +124,15 @@ impl Compare {
         let own = job.cut.feed / (job.cut.spindle * f64::from(job.flutes));
         let feeds = choices.iter().map(|choice| choice.feed_per_tooth.unwrap_or(own));
         let finest = feeds.fold(own, f64::min);
+        // All that cannot be is told before anything is planned.
+        let varied: Result<Vec<Job>, _> =
+            choices.iter().map(|choice| choice.of(&job, finest)).collect();
+        let varied = varied.map_err(|error| {
+            let place = input::name(&self.job);
+            Failed(Exit::BadJob, format!("error: {error}\n --> {place}\n"))
+        })?;
         let (mut rows, mut exits) = (Vec::new(), Vec::new());
-        for choice in choices {
-            let varied = choice
-                .of(&job, finest)
-                .map_err(|error| Failed(Exit::BadJob, format!("error: {error}\n")))?;
+        for varied in varied {
             streams.message(&format!("planning row {}\n", rows.len() + 1));
             let threads = self.threads.map_or(1, std::num::NonZeroUsize::get);
             let made = texture::made(&varied, contents.files(), threads).map_err(|error| {

@@ -133,8 +133,9 @@ impl Texture {
     fn window(&self, job: &Job) -> Result<Option<TextureOptions>, Failed> {
         let numbers = |name: &str, given: &Option<Vec<f64>>, count: usize| match given {
             Some(numbers) if numbers.len() != count || numbers.iter().any(|x| !x.is_finite()) => {
-                let message =
-                    format!("error: {name} takes {count} numbers with commas between them\n");
+                let message = format!(
+                    "error: {name} takes {count} finite numbers with commas between them\n"
+                );
                 Err(Failed(Exit::BadJob, message))
             }
             given => Ok(given.clone()),

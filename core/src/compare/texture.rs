@@ -36,7 +36,7 @@ pub struct Choice {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ChoiceError {
     /// The machine holds its axis upright.
-    #[error("a tilt needs a machine with rotary axes: set machine.axes")]
+    #[error("a tilt needs a machine with rotary axes: give axes = \"xyzac\" in [machine]")]
     Upright,
     /// An upright cutter with a flat bottom on a machine that tilts it.
     #[error(
