@@ -73,7 +73,7 @@ fn a_path_that_does_not_belong_to_the_surface_is_told() {
     };
     let not_cut =
         |result| matches!(result, Err(ResultsError::Texture(TextureError::NotCut { .. })));
-    assert!(not_cut(shifted(50.0)) && not_cut(shifted(-3.0)));
+    assert!(not_cut(shifted(50.0)));
     let notes = shifted(-0.1).unwrap().figures.notes;
     assert!(notes.iter().any(|note| note.contains("below the surface")), "{notes:?}");
     let mut still = path.clone();
