@@ -60,7 +60,7 @@ pub fn asc(map: &Matrix) -> Vec<u8> {
     for row in map.heights.chunks(map.counts[0].max(1)) {
         for (i, h) in row.iter().enumerate() {
             let gap = if i == 0 { "" } else { " " };
-            let _ = write!(text, "{gap}{:.4}", h * MICRO);
+            let _ = write!(text, "{gap}{:.7}", h * MICRO);
         }
         text.push('\n');
     }
