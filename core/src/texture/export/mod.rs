@@ -48,7 +48,7 @@ pub fn csv(map: &Matrix) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// The map as a matrix of heights in µm, to 0.1 nm, under a header in the manner of Gwyddion's text export: width and
+/// The map as a matrix of heights in µm, to 0.1 pm, under a header in the manner of Gwyddion's text export: width and
 /// height of the map in mm, which are the steps times the numbers of nodes.
 pub fn asc(map: &Matrix) -> Vec<u8> {
     let size = |axis: usize| map.steps[axis] * map.counts[axis] as f64;
@@ -80,6 +80,6 @@ mod tests {
         assert_eq!(table.lines().last(), Some("0.200000,0.200000,5.0001"));
         let matrix = String::from_utf8(asc(&map)).unwrap();
         assert!(matrix.contains("# Width: 0.300000000 mm"));
-        assert_eq!(matrix.lines().last(), Some("3.0000 4.0000 5.0001"));
+        assert_eq!(matrix.lines().last(), Some("3.0000000 4.0000000 5.0001000"));
     }
 }
