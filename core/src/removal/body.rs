@@ -8,12 +8,14 @@
 //!
 //! A wall parallel to the columns would let each fall at once, and a rate summed over columns would
 //! jump with them. There the wall is smeared over the width of a column: it takes the part of the
-//! column that it covers.
+//! column that it covers. A column that leans lets a wall pass over it by and by, and is cut as it is.
 
 use crate::geometry::DVec3;
 use crate::geometry::disc::{self, Disc};
 use crate::tool::Tool;
 
+/// A column that leans over its foot by less than this part of its width is upright: a wall is smeared over it.
+const UPRIGHT: f64 = 0.3;
 /// A cosine to the axis below this is a right angle.
 const FLAT: f64 = 1e-9;
 /// A squared sine below this is none.
@@ -321,9 +323,15 @@ impl Body {
     /// `h(t)` is convex along a straight move, so its least is at an end or where its slope
     /// changes sign; the start was the end of the move before.
     pub fn lowered(&self, stroke: &Stroke, line: &Line, height: f64) -> f64 {
-        if self.corner == 0.0 && self.smear == 0.0 {
-            return self.under_disc(stroke, line).map_or(height, |low| height.min(low));
+        if self.corner > 0.0 {
+            return self.lowered_by_side(stroke, line, height);
         }
+        let height = self.under_disc(stroke, line).map_or(height, |low| height.min(low));
+        if self.smear > 0.0 { self.lowered_by_side(stroke, line, height) } else { height }
+    }
+
+    /// The same without what the edge of a flat end leaves in between.
+    fn lowered_by_side(&self, stroke: &Stroke, line: &Line, height: f64) -> f64 {
         if self.stays_clear(stroke, line, height) {
             return height;
         }
@@ -337,11 +345,19 @@ impl Body {
         self.lowered_between(stroke, line, height, end)
     }
 
-    /// How low a flat end comes over a column in a move. Not only at its end: on the side of a strip a column
-    /// is the lowest where the edge leaves it.
+    /// Whether a wall is smeared over a column whose top is `lean` mm beside its foot, seen along the axis.
+    fn is_upright(&self, lean: f64) -> bool {
+        lean < UPRIGHT * self.smear
+    }
+
+    /// How low a flat end comes over a column in a move. Not only at its end: on the side of a strip, and behind a
+    /// cutter that sinks, a column is the lowest where the edge leaves it. Of an upright one all is to be covered.
     fn under_disc(&self, stroke: &Stroke, line: &Line) -> Option<f64> {
         let ends = [&stroke.from, &stroke.to].map(|p| Disc { middle: p.tip, axis: p.axis });
-        let low = disc::lowest(ends, self.radius, line.foot, line.normal);
+        let lean = self.layer.depth * line.normal.cross(stroke.to.axis).length();
+        let covering = if self.is_upright(lean) { 0.5 * self.smear } else { 0.0 };
+        let radius = self.radius - covering;
+        let low = disc::lowest(ends, radius.max(0.0), line.foot, line.normal);
         low.map(|low| low.max(self.layer.stock))
     }
 
@@ -386,14 +402,15 @@ impl Body {
         }
         let view = View::new(q, z, cosine, line);
         let lean = view.a.max(0.0).sqrt() * self.layer.depth;
-        let reach = if lean < self.smear { self.reach() } else { self.radius };
+        let upright = self.is_upright(lean);
+        let reach = if upright { self.reach() } else { self.radius };
         let near = view.rho_squared(self.layer.stock + 0.5 * self.layer.depth);
         // The middle of the column lies within half its lean of all of it.
         let farthest = reach + 0.5 * lean;
         if near > farthest * farthest {
             return None;
         }
-        if lean < self.smear && self.corner < self.layer.depth {
+        if upright && self.corner < self.layer.depth {
             self.meet_smeared(pose, stroke, line, &view, near.max(0.0).sqrt())
         } else {
             self.under_bottom(pose, stroke, line, &view)

@@ -179,6 +179,24 @@ fn an_upright_flat_end_on_a_slope_takes_the_side_step_less_its_steps() {
     }
 }
 
+/// An upright flat end on a slope, uphill and straight down: its front or its rear touches, and beside that its edge
+/// stands `(R - sqrt(R² - y²)) sin` above the surface.
+#[test]
+fn an_upright_flat_end_takes_a_slot_up_and_down_a_slope() {
+    for slope in [0.1, 0.3, 0.6] {
+        let (plate, tool) = (Plate::new(60.0, 40.0, slope), Tool::new(R, 0.0).unwrap());
+        let (low, high) = (DVec2::new(8.0, 20.0), DVec2::new(52.0, 20.0));
+        let height = |y: f64| LAYER.depth - (R - (R * R - y * y).sqrt()) * sin(slope);
+        let strip = |k: i32| height(R * (f64::from(k) + 0.5) / 1000.0).max(0.0);
+        let section = (-1000..1000).map(strip).sum::<f64>() * R / 1000.0;
+        for ends in [(low, high), (high, low)] {
+            let path = passes(&plate, &tool, LAYER.stock, &[ends]);
+            let rates = last_rates(&plate, &tool, 1.5, &path, 7.0);
+            assert_close(&rates, section * FEED, 0.02);
+        }
+    }
+}
+
 #[test]
 fn threads_change_nothing() {
     let (plate, tool) = (Plate::new(60.0, 40.0, 0.2), Tool::new(R, 1.0).unwrap());

@@ -6,7 +6,7 @@
 //!
 //! For the volume that is taken, a sample stands for a cell as wide as the distance of samples: where a
 //! wall of the cutter passes over it, it goes by parts, so that the rate does not count samples but
-//! area. The residual knows no cells.
+//! area; not where the line leans over its cell, as on steep places. The residual knows no cells.
 //!
 //! Most steps near a tile do not reach what is left of it. A block of samples is left out where a
 //! plane parts it from the cutter (`bound`).
@@ -26,6 +26,9 @@ pub struct Material {
     /// Gouges deeper than this are reported as this deep, mm.
     pub deepest: f64,
 }
+
+/// A line leans over its cell from this part of the cell's width on.
+const LEANING: f64 = 0.3;
 
 /// A sample after the sweep.
 #[derive(Copy, Clone, Debug)]
@@ -49,7 +52,8 @@ pub struct Swept {
 /// What the mean height over a sample's cell goes by.
 #[derive(Copy, Clone, Debug, PartialEq)]
 enum Cell {
-    /// The sample's line: no wall of the cutter is in the material.
+    /// The sample's line: no wall of the cutter is in the material. So it does on any step to whose axis it leans, as it
+    /// does on steep places.
     Line,
     /// A wall that has yet to pass over the whole of it.
     Open,
@@ -257,7 +261,7 @@ impl StepCut<'_> {
         let (step, body, material) = (self.step, self.body, self.material);
         let mut lowered = false;
         let height = if line { lowered_to(s, step, body, material) } else { None };
-        if s.sample.machined && (cell || s.cell == Cell::Line) {
+        if s.sample.machined && (cell || height.is_some() || s.cell == Cell::Line) {
             let (left, cell) = left_on_cell(s, height, step, body, material);
             self.volume += (s.left - left) * s.sample.area;
             lowered = left < s.left;
@@ -342,12 +346,14 @@ fn left_on_cell(
     body: &Body,
     material: Material,
 ) -> (f64, Cell) {
-    if s.cell == Cell::Line {
-        return (s.left.min(height.unwrap_or(s.height)), Cell::Line);
-    }
     let Sample { centroid, normal, .. } = s.sample;
-    let middle = centroid + normal * (0.5 * material.height);
     let width = s.sample.cell_width();
+    // How far the top of the line is beside its foot, seen along the axis: a wall takes as long to pass over it.
+    let lean = material.height * normal.cross(step.to.axis).length();
+    if s.cell == Cell::Line || lean >= LEANING * width {
+        return (s.left.min(height.unwrap_or(s.height)), s.cell);
+    }
+    let middle = centroid + normal * (0.5 * material.height);
     let (mut left, mut cell) = (s.left, s.cell);
     for at in [&step.middle, &step.to] {
         let w = middle - at.tip;

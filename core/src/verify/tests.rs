@@ -250,6 +250,34 @@ fn rate_of_a_ball_leaves_the_cusps() {
     }
 }
 
+/// Whatever side walls come from on a steep place, what is not left was removed: every other pass, and those between
+/// in the order of their places or against it, along the slope or up and down.
+#[test]
+fn all_that_a_flat_end_takes_of_a_slope_is_removed() {
+    let (r, d, slope) = (3.0, 0.9, 50f64.to_radians());
+    let (c, s) = (math::cos(slope), math::sin(slope));
+    let tilt = |x: f64, y: f64| DVec3::new(x, y * c, y * s);
+    let part = Part::grid(2, 2, |u, v| tilt(16.0 * u, 16.0 * v));
+    let tip = |x, y| (tilt(x, y) - DVec3::Y * r, DVec3::Z);
+    for along in [true, false] {
+        let pass = |i: i32| {
+            let at = d * f64::from(i);
+            if along {
+                vec![tip(-5.0, at), tip(21.0, at)]
+            } else {
+                vec![tip(at, 21.0), tip(at, -5.0), tip(at, 21.0)]
+            }
+        };
+        let up = (-1..20).step_by(2);
+        let between: Vec<i32> = (0..20).step_by(2).collect();
+        for order in [between.clone(), between.into_iter().rev().collect()] {
+            let passes: Vec<_> = up.clone().chain(order).map(pass).collect();
+            let v = judged(&path(&passes), &part, &options(r, 0.0));
+            assert_close(v.rate.volume, v.figures.area * (0.5 - v.figures.mean), 1e-3);
+        }
+    }
+}
+
 #[test]
 fn same_result_for_any_number_of_threads() {
     let path = path(&raster(20.0, &evenly(0.0, 0.9, 23)));
