@@ -30,7 +30,7 @@ pub enum PlanError {
     #[error("walls: the job names the file {0:?} in path.wall_file, but it was not given")]
     NoWallFile(String),
     /// Nothing can be made of the mesh beside the surface.
-    #[error("walls: path.wall_file: {0}")]
+    #[error("walls: {}", without_subject(.0))]
     WallFile(Box<PlanError>),
     /// The NURBS surface or the STEP file cannot be used.
     #[error(transparent)]
@@ -136,4 +136,13 @@ pub enum PlanError {
         /// Raise there, mm.
         raise: f64,
     },
+}
+
+/// What an error says, without what it says that of.
+fn without_subject(error: &PlanError) -> String {
+    let whole = error.to_string();
+    match whole.split_once(": ") {
+        Some((subject, rest)) if !subject.contains(' ') => rest.to_owned(),
+        _ => whole,
+    }
 }
