@@ -8,6 +8,11 @@ use std::path::PathBuf;
 use evencut_core::geometry::DVec3;
 use evencut_core::job::{Component, Selection, SurfaceOptions, SurfaceSource};
 
+/// Tells a figure for the ledger, which `cargo xtask accept` writes: what was asked for and what was measured.
+pub fn ledger(figure: &str, asked: &str, measured: &str) {
+    println!("ledger: | {figure} | {asked} | {measured} |");
+}
+
 /// The folder of real geometry beside the repository. Where it is missing, says that the test is skipped.
 ///
 /// # Panics

@@ -1,7 +1,8 @@
-//! Project tasks: `cargo xtask test` runs all tests, `cargo xtask page` builds the page for the
-//! browser, `cargo xtask serve` shows it, `cargo xtask patterns` compares the patterns, `cargo xtask
+//! Project tasks: `cargo xtask test` runs all tests but the long ones of `cargo xtask accept`, `cargo xtask page`
+//! builds the page for the browser, `cargo xtask serve` shows it, `cargo xtask patterns` compares the patterns, `cargo xtask
 //! texture` the textures of two tilts, `cargo xtask surfaces` writes the surfaces that `jobs/` machines.
 
+mod accept;
 mod mesh_file;
 mod page;
 mod patterns;
@@ -15,7 +16,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 const USAGE: &str = "\
-usage: cargo xtask test        runs all tests, natively and of the page
+usage: cargo xtask test        runs the tests, natively and of the page
+       cargo xtask accept      runs the tests that last long and writes docs/ledger.md, asked and measured figures
        cargo xtask test page   runs the tests of the page only
        cargo xtask test parity compares native with WebAssembly in node, as the page's tests do in a browser
        cargo xtask page        builds the page for the browser into web/dist
@@ -31,6 +33,7 @@ fn main() -> ExitCode {
         ["test"] => report(test::test(&project())),
         ["test", "page"] => report(test::page(&project())),
         ["test", "parity"] => report(test::parity(&project())),
+        ["accept"] => report(accept::accept(&project())),
         ["page"] => report(page::page(&project()).map(|_| ())),
         ["serve"] => report(serve("8080")),
         ["serve", port] => report(serve(port)),
