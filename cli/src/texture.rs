@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use evencut_core::geometry::{DVec2, DVec3};
 use evencut_core::job::{self, Faults, Job, Severity, TextureOptions};
-use evencut_core::plan::Stage;
 use evencut_core::results::texture::{TextureResults, texture_of_path, texture_results};
 use evencut_core::toolpath::Toolpath;
 
@@ -177,10 +176,7 @@ impl Texture {
             if self.quiet { Progress::hidden() } else { Progress::on_standard_error() };
         let all = || std::thread::available_parallelism().ok();
         let threads = self.threads.or_else(all).map_or(1, std::num::NonZeroUsize::get);
-        let mut tell = |stage, part| {
-            let words = if stage == Stage::Verify { "sweeping the window" } else { words(stage) };
-            progress.report(words, part);
-        };
+        let mut tell = |stage, part| progress.report(words(stage), part);
         let results = match path {
             None => texture_results(job, contents.files(), threads, &mut tell),
             Some(path) => texture_of_path(job, contents.files(), path, threads, &mut tell),

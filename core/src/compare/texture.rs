@@ -119,7 +119,7 @@ pub fn made(job: &Job, files: Files, threads: usize) -> Result<Made, ResultsErro
     let options = window_of(job)?;
     let planned = plan(job, files, threads, &mut |_: Stage, _| {})?;
     let on = PathOn { surface: &planned.surface, chart: &planned.chart, path: &planned.toolpath };
-    let simulated = Simulated::of(job, options, on, threads)?;
+    let simulated = Simulated::of(job, options, on, threads, &mut |_| {})?;
     let report = judged(job, &planned, threads)?.report;
     let levelled = simulated.levelled();
     Ok(Made {

@@ -20,7 +20,7 @@ use crate::texture::grid::{Discretisation, Grid, GridError};
 use crate::texture::kinematics::{Spindle, feed_moves};
 use crate::texture::parameters::Levelled;
 use crate::texture::steps::feed_per_tooth;
-use crate::texture::sweep::{Cutter, EdgePart, HeightMap, SweepOptions, sweep};
+use crate::texture::sweep::{Cutter, EdgePart, HeightMap, Search, SweepOptions, sweep};
 use crate::texture::window::{Window, WindowError};
 use crate::tool::ToolKind;
 use crate::toolpath::Toolpath;
@@ -99,7 +99,7 @@ pub struct PathOn<'a> {
 }
 
 /// Plans a job without judging it, and simulates what the teeth leave in its window. Arguments as of
-/// [`plan`](crate::plan::plan()); the simulation is told as [`Stage::Verify`].
+/// [`plan`](crate::plan::plan()).
 ///
 /// # Errors
 /// [`ResultsError::Plan`]: a job that cannot be planned; [`ResultsError::Texture`]: no window, or one that cannot be
@@ -112,9 +112,9 @@ pub fn texture_results(
 ) -> Result<TextureResults, ResultsError> {
     let options = window_of(job)?;
     let planned = plan(job, files, threads, progress)?;
-    progress(Stage::Verify, 0.0);
+    progress(Stage::Texture, 0.0);
     let on = PathOn { surface: &planned.surface, chart: &planned.chart, path: &planned.toolpath };
-    Ok(texture_on(job, options, on, threads)?)
+    Ok(texture_on(job, options, on, threads, &mut |part| progress(Stage::Texture, part))?)
 }
 
 /// Simulates what the teeth leave of a path that was planned before, in the window of `job`. Arguments and errors as of
@@ -132,8 +132,9 @@ pub fn texture_of_path(
     let options = window_of(job)?;
     progress(Stage::Flatten, 0.0);
     let (surface, chart) = laid_flat(job, files)?;
-    progress(Stage::Verify, 0.0);
-    Ok(texture_on(job, options, PathOn { surface: &surface, chart: &chart, path }, threads)?)
+    progress(Stage::Texture, 0.0);
+    let on = PathOn { surface: &surface, chart: &chart, path };
+    Ok(texture_on(job, options, on, threads, &mut |part| progress(Stage::Texture, part))?)
 }
 
 /// The window of a job, before anything is done for it.
@@ -147,7 +148,7 @@ pub(crate) fn window_of(job: &Job) -> Result<&TextureOptions, TextureError> {
     Ok(options)
 }
 
-/// Simulates a window and makes its files.
+/// Simulates a window and makes its files. `progress` is called with the part done.
 ///
 /// # Errors
 /// [`TextureError`]: a window that is not on the surface, has too many nodes, or does not hold the cutter.
@@ -156,8 +157,9 @@ pub(crate) fn texture_on(
     options: &TextureOptions,
     on: PathOn,
     threads: usize,
+    progress: &mut dyn FnMut(f64),
 ) -> Result<TextureResults, TextureError> {
-    Simulated::of(job, options, on, threads)?.results(job)
+    Simulated::of(job, options, on, threads, progress)?.results(job)
 }
 
 /// A window and what is left on it.
@@ -172,7 +174,7 @@ pub(crate) struct Simulated {
 }
 
 impl Simulated {
-    /// Sweeps the window of a job.
+    /// Sweeps the window of a job. `progress` is called with the part done.
     ///
     /// # Errors
     /// [`TextureError`]: a window that is not on the surface, has too many nodes, or does not hold the cutter.
@@ -181,6 +183,7 @@ impl Simulated {
         options: &TextureOptions,
         PathOn { surface, chart, path }: PathOn,
         threads: usize,
+        progress: &mut dyn FnMut(f64),
     ) -> Result<Self, TextureError> {
         let locator = Locator::new(surface.connectivity(), chart.uv());
         let allowed = options.size.max_element();
@@ -201,6 +204,8 @@ impl Simulated {
             thickness: engaged(job, near, reached)?,
             slack: SLACK * job.cut.tolerance,
             part: EdgePart::Effective,
+            pace: EdgePart::Effective,
+            search: Search::Near,
             resolution: None,
             threads,
         };
@@ -208,7 +213,7 @@ impl Simulated {
         if moves.is_empty() {
             return Err(TextureError::NoTime);
         }
-        let map = sweep(&grid, &cutter(job, options), &moves, &sweep_options);
+        let map = sweep(&grid, &cutter(job, options), &moves, &sweep_options, progress);
         if map.heights.iter().all(|height| *height >= start) {
             return Err(TextureError::NotCut { start });
         }
