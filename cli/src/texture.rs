@@ -5,7 +5,11 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use evencut_core::geometry::{DVec2, DVec3};
 use evencut_core::job::{self, Faults, Job, Severity, TextureOptions};
-use evencut_core::results::texture::{TextureResults, texture_of_path, texture_results};
+use evencut_core::results::ResultsError;
+use evencut_core::results::texture::{
+    TextureError, TextureResults, texture_of_path, texture_results,
+};
+use evencut_core::texture::grid::GridError;
 use evencut_core::toolpath::Toolpath;
 
 use crate::input::Contents;
@@ -59,6 +63,7 @@ impl Texture {
     }
 
     fn simulate(&self, streams: &mut Streams<'_>) -> Result<(), Failed> {
+        self.exists()?;
         let path = self.path()?;
         let file = self.job_file();
         let source = input::read_job(&file)
@@ -93,6 +98,15 @@ impl Texture {
             streams.message(&format!("texture in {}\n", input::shown(&target)));
         }
         Ok(())
+    }
+
+    /// Whether there is something to read.
+    fn exists(&self) -> Result<(), Failed> {
+        if input::is_standard_input(&self.input) || self.input.exists() {
+            return Ok(());
+        }
+        let message = "there is no such file; give a job, or a directory of results as `evencut plan` writes them";
+        Err(Failed::file(Exit::BadJob, message, &self.input))
     }
 
     /// The job's file: of results, the one that is with them, unless another is named.
@@ -182,9 +196,31 @@ impl Texture {
             Some(path) => texture_of_path(job, contents.files(), path, threads, &mut tell),
         };
         results.map_err(|error| {
+            if let Some(failed) = self.of_arguments(&error) {
+                return failed;
+            }
             let (exit, fault) = failure::explain(&error, source, surface.as_deref());
             self.failed(exit, &Faults(vec![fault]), source)
         })
+    }
+
+    /// An error about a window that the arguments chose: it points at them, not at the job.
+    fn of_arguments(&self, error: &ResultsError) -> Option<Failed> {
+        let ResultsError::Texture(error) = error else { return None };
+        let at = ("--at", self.at.is_some());
+        let size = ("--size", self.size.is_some());
+        let spacing = ("--spacing", self.spacing.is_some());
+        let about = match error {
+            TextureError::Window(_) | TextureError::NotCut { .. } => vec![at],
+            TextureError::Grid(GridError::OffSurface { .. }) => vec![at, size],
+            TextureError::Grid(_) => vec![size, spacing],
+            _ => vec![],
+        };
+        let given: Vec<&str> =
+            about.into_iter().filter_map(|(name, is_given)| is_given.then_some(name)).collect();
+        let message = error.to_string().replace("`texture.at`", "it");
+        (!given.is_empty())
+            .then(|| Failed(Exit::BadJob, format!("error: {message}\n --> {}\n", given.join(", "))))
     }
 
     fn failed(&self, exit: Exit, faults: &Faults, source: &[u8]) -> Failed {

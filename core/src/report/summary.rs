@@ -28,6 +28,9 @@ pub fn summary(report: &Report) -> String {
     }
     if let Some(texture) = &report.texture {
         let _ = writeln!(text, "  {:<10}{}", "texture", texture.caption());
+        for note in &texture.notes {
+            let _ = writeln!(text, "  {:<10}note: {note}", "");
+        }
     }
     warnings(&mut text, &report.warnings);
     text

@@ -342,4 +342,4 @@ fn cutter(job: &Job, options: &TextureOptions) -> Cutter {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -35,8 +35,8 @@ pub struct Node {
 pub enum GridError {
     /// A node is not on the surface.
     #[error(
-        "texture: the window leaves the surface {u:.4} mm along and {v:.4} mm across the feed from its middle: make \
-         it smaller or move it"
+        "texture: the window leaves the surface {} from its middle: make it smaller or move it",
+        from_middle(*.u, *.v)
     )]
     OffSurface {
         /// First parameter of the node.
@@ -66,8 +66,9 @@ pub enum GridError {
     },
     /// A net of constant cells does not close over the surface.
     #[error(
-        "texture: no cells of constant length near {u:.4} mm along and {v:.4} mm across the feed: the surface turns \
-         too much for its window; use the uniform discretisation"
+        "texture: no cells of constant length {} from the middle of the window: the surface turns too much for it; use \
+         the uniform discretisation",
+        from_middle(*.u, *.v)
     )]
     NoNet {
         /// First parameter.
@@ -75,6 +76,13 @@ pub enum GridError {
         /// Second parameter.
         v: f64,
     },
+}
+
+/// Where a place is, seen from the middle of a window by somebody who looks along the feed.
+fn from_middle(u: f64, v: f64) -> String {
+    let along = if u < 0.0 { "behind" } else { "ahead" };
+    let across = if v < 0.0 { "to the right of" } else { "to the left of" };
+    format!("{:.4} mm {along} and {:.4} mm {across} the feed", u.abs(), v.abs())
 }
 
 /// Which cells a grid has.

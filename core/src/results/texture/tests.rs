@@ -1,7 +1,8 @@
 use super::*;
 use crate::job;
 
-const JOB: &str = "version = 1
+/// A plane under a ball, without a machine and without a window.
+pub(crate) const JOB: &str = "version = 1
 [surface]
 analytic = { kind = \"plane\", size = 8, resolution = 1 }
 [tool]
@@ -22,7 +23,9 @@ fn made(texture: &str, threads: usize) -> Result<TextureResults, ResultsError> {
     texture_results(&job, Files::default(), threads, &mut |_, _| {})
 }
 
-const WINDOW: &str = "[texture]\nat = [0.2, 0.1, 0]\nsize = [0.4, 1.0]\nspacing = 0.02\n";
+/// A small window on it.
+pub(crate) const WINDOW: &str =
+    "[texture]\nat = [0.2, 0.1, 0]\nsize = [0.4, 1.0]\nspacing = 0.02\n";
 
 #[test]
 fn a_planned_plane_has_the_cusps_of_its_passes() {
