@@ -36,6 +36,9 @@ pub struct Texture {
     /// Its size along and across the feed, mm [default: the job's texture.size, or five side steps]
     #[arg(long, value_name = "MM,MM", value_delimiter = ',', allow_hyphen_values = true)]
     size: Option<Vec<f64>>,
+    /// All of the surface instead of a window
+    #[arg(long, conflicts_with = "size")]
+    whole: bool,
     /// Length of a cell of its grid, mm [default: the job's texture.spacing, or a tenth of the feed per tooth]
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     spacing: Option<f64>,
@@ -158,8 +161,10 @@ impl Texture {
         let mut window = match (&job.texture, at) {
             (Some(window), at) => TextureOptions { at: at.unwrap_or(window.at), ..window.clone() },
             (None, Some(at)) => TextureOptions::about(at, job),
+            (None, None) if self.whole => TextureOptions::of_all(job),
             (None, None) => return Ok(None),
         };
+        window.whole = self.whole || (window.whole && at.is_none() && size.is_none());
         window.size = size.unwrap_or(window.size);
         window.spacing = self.spacing.unwrap_or(window.spacing);
         Ok(Some(window))
@@ -208,7 +213,10 @@ impl Texture {
     fn of_arguments(&self, error: &ResultsError) -> Option<Failed> {
         let ResultsError::Texture(error) = error else { return None };
         let at = ("--at", self.at.is_some());
-        let size = ("--size", self.size.is_some());
+        let size = match self.whole {
+            true => ("--whole", true),
+            false => ("--size", self.size.is_some()),
+        };
         let spacing = ("--spacing", self.spacing.is_some());
         let about = match error {
             TextureError::Window(_) | TextureError::NotCut { .. } => vec![at],

@@ -35,6 +35,20 @@ fn the_files_of_a_window_are_written() {
 }
 
 #[test]
+fn a_whole_surface_needs_no_window() {
+    let path = with_job("whole");
+    let job = JOB.lines().filter(|line| !line.starts_with("texture"));
+    fs::write(path.join("bare.toml"), job.collect::<Vec<_>>().join("\n")).unwrap();
+    let arguments = ["texture", "bare.toml", "--whole", "--spacing", "0.05", "-o", "out"];
+    let output = evencut(&path, &arguments);
+    let (exit, told, messages) = streams(&output);
+    assert_eq!(exit, 0, "{messages}");
+    assert!(told.contains("121 x 121 nodes"), "{told}");
+    let output = evencut(&path, &["texture", "bare.toml", "--whole", "--size", "1,1"]);
+    assert_eq!(streams(&output).0, 2);
+}
+
+#[test]
 fn errors_point_at_what_chose_the_window() {
     let path = with_job("errors");
     let told = |arguments: &[&str]| {

@@ -5,7 +5,7 @@
 
 use super::{OutputFile, ResultsError};
 use crate::flatten::{Chart, Locator};
-use crate::geometry::DVec3;
+use crate::geometry::{DVec2, DVec3};
 use crate::job::{Job, TextureCells, TextureOptions};
 use crate::plan::{Files, Stage, laid_flat, plan};
 use crate::preview::{texture_map, texture_png};
@@ -16,7 +16,7 @@ use crate::surface::Surface;
 use crate::texture::edge::Runout;
 use crate::texture::engagement::{Shape, TooConcave, thickness};
 use crate::texture::export::{MICRO, Matrix, X3pError, asc, csv, x3p};
-use crate::texture::grid::{Discretisation, Grid, GridError};
+use crate::texture::grid::{Discretisation, Grid, GridError, Node};
 use crate::texture::kinematics::{Spindle, feed_moves};
 use crate::texture::parameters::Levelled;
 use crate::texture::steps::feed_per_tooth;
@@ -186,22 +186,26 @@ impl Simulated {
         progress: &mut dyn FnMut(f64),
     ) -> Result<Self, TextureError> {
         let locator = Locator::new(surface.connectivity(), chart.uv());
-        let allowed = options.size.max_element();
+        let allowed = if options.whole { f64::INFINITY } else { options.size.max_element() };
         let by = (path, &job.tool);
         let window = Window::new(surface, chart, &locator, by, (options.at, allowed))?;
         let cells = match options.cells {
             TextureCells::Uniform => Discretisation::Uniform,
             TextureCells::Constant => Discretisation::Constant { eps: EPS * options.spacing },
         };
-        let grid = Grid::new(options.size, options.spacing, cells, threads, &|uv| window.node(uv))?;
+        let (at, size) = if options.whole { window.whole() } else { (DVec2::ZERO, options.size) };
+        let beyond = options.whole.then_some(Node::BEYOND);
+        let node = |uv: DVec2| window.node(at + uv).or(beyond);
+        let grid = Grid::new(size, options.spacing, cells, threads, &node)?;
         let curvature = surface.curvature(job.surface.curvature_radius);
-        let half = 0.5 * options.size.length();
+        let half = if options.whole { f64::INFINITY } else { 0.5 * size.length() };
         let near = window.least_concave_radius(&curvature, half);
         let reached = window.least_concave_radius(&curvature, half + 2.0 * job.tool.radius());
         let start = job.cut.stock + job.cut.axial_depth;
         let sweep_options = SweepOptions {
             start,
-            thickness: engaged(job, near, reached)?,
+            // On a whole surface the cutter leaves places out into which it does not fit.
+            thickness: engaged(job, near.filter(|_| !options.whole), reached)?,
             slack: SLACK * job.cut.tolerance,
             part: EdgePart::Effective,
             pace: EdgePart::Effective,
@@ -214,7 +218,7 @@ impl Simulated {
             return Err(TextureError::NoTime);
         }
         let map = sweep(&grid, &cutter(job, options), &moves, &sweep_options, progress);
-        if map.heights.iter().all(|height| *height >= start) {
+        if !map.heights.iter().any(|height| *height < start) {
             return Err(TextureError::NotCut { start });
         }
         Ok(Self {
@@ -223,7 +227,7 @@ impl Simulated {
             middle: window.middle,
             feed: window.feed,
             start,
-            facets: window.facets(options.size),
+            facets: window.facets((at, size)),
             least_concave_radius: near,
         })
     }
@@ -264,6 +268,8 @@ impl Simulated {
                 spacing_mm: cells.mean,
                 cells_mm: [cells.least, cells.largest],
                 start_mm: self.start,
+                beyond: self.grid.nodes().iter().filter(|node| !node.is_on_surface()).count()
+                    as u64,
                 uncut,
                 facets_um: self.facets * MICRO,
             },

@@ -93,7 +93,7 @@ pub struct SweepOptions {
 /// The heights over a grid, and what they took.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeightMap {
-    /// Height of each node along its normal, mm, in the grid's order.
+    /// Height of each node along its normal, mm, in the grid's order; NaN beyond the surface.
     pub heights: Vec<f64>,
     /// What it took.
     pub work: Work,
@@ -273,8 +273,7 @@ impl Group {
 impl Sweep<'_> {
     fn tile(&self, tile: &Tile) -> Swept {
         let Some(local) = Local::new(self.grid, tile, self.start) else {
-            let count = tile.columns.len() * tile.rows.len();
-            return Swept { heights: vec![self.start; count], work: Work::default() };
+            return Swept::before(self, tile);
         };
         let mut over = Over::new(self, tile, local);
         match self.search {

@@ -48,6 +48,36 @@ impl Tile {
         }
     }
 
+    /// The mean of the sides of its cells along an axis, and of those that lead on from it; `None` where there are none.
+    fn side(&self, grid: &Grid, axis: usize) -> Option<DVec3> {
+        let counts = grid.counts();
+        let (mut sum, mut count) = (DVec3::ZERO, 0.0);
+        for j in self.rows.start.saturating_sub(1)..self.rows.end {
+            for i in self.columns.start.saturating_sub(1)..self.columns.end {
+                let next = [i + usize::from(axis == 0), j + usize::from(axis == 1)];
+                if next[0] < counts[0] && next[1] < counts[1] {
+                    let way = grid.node(next[0], next[1]).place - grid.node(i, j).place;
+                    if !way.is_nan() {
+                        (sum, count) = (sum + way, count + 1.0);
+                    }
+                }
+            }
+        }
+        (count > 0.0).then(|| sum / count)
+    }
+
+    /// The mean place of its nodes, and their mean grid coordinates from its own first ones; `None` where none is on the
+    /// surface.
+    fn middle(&self, grid: &Grid) -> Option<(DVec3, DVec3)> {
+        let (mut place, mut at, mut count) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+        for (k, node) in self.nodes(grid).enumerate().filter(|(_, node)| node.is_on_surface()) {
+            let columns = self.columns.len();
+            at += DVec3::new((k % columns) as f64, (k / columns) as f64, 0.0);
+            (place, count) = (place + node.place, count + 1.0);
+        }
+        (count > 0.0).then(|| (place / count, at / count))
+    }
+
     /// Its nodes, `u` fastest.
     pub fn nodes<'a>(&self, grid: &'a Grid) -> impl Iterator<Item = &'a Node> {
         let columns = self.columns.clone();
@@ -87,42 +117,18 @@ pub struct Bounds {
 }
 
 impl Local {
-    /// The map of a tile whose lines reach `height` mm either way; `None` where its grid has no area.
+    /// The map of a tile whose lines reach `height` mm either way; `None` where its grid has no area, or no node on the
+    /// surface.
     pub fn new(grid: &Grid, tile: &Tile, height: f64) -> Option<Self> {
         let counts = [tile.columns.len(), tile.rows.len()];
-        let corner = |a: usize, b: usize| {
-            let i = if a == 0 { tile.columns.start } else { tile.columns.end - 1 };
-            let j = if b == 0 { tile.rows.start } else { tile.rows.end - 1 };
-            grid.node(i, j).place
-        };
-        let [nu, nv] = grid.counts();
-        let [du, dv] = [0, 1].map(|axis| match (counts[axis], axis) {
-            // A single row or column leans on the one beside it.
-            (1, 0) => {
-                let i = tile.columns.start.min(nu.saturating_sub(2));
-                grid.node((i + 1).min(nu - 1), tile.rows.start).place
-                    - grid.node(i, tile.rows.start).place
-            }
-            (1, _) => {
-                let j = tile.rows.start.min(nv.saturating_sub(2));
-                grid.node(tile.columns.start, (j + 1).min(nv - 1)).place
-                    - grid.node(tile.columns.start, j).place
-            }
-            (n, 0) => {
-                0.5 * (corner(1, 0) - corner(0, 0) + corner(1, 1) - corner(0, 1)) / (n - 1) as f64
-            }
-            (n, _) => {
-                0.5 * (corner(0, 1) - corner(0, 0) + corner(1, 1) - corner(1, 0)) / (n - 1) as f64
-            }
-        });
+        let [du, dv] = [0, 1].map(|axis| tile.side(grid, axis));
         let normal = tile.nodes(grid).map(|n| n.normal).sum::<DVec3>().try_normalize()?;
-        let columns = DMat3::from_cols(du, dv, normal);
+        let columns = DMat3::from_cols(du?, dv?, normal);
         if columns.determinant().abs() <= f64::MIN_POSITIVE {
             return None;
         }
         let inverse = columns.inverse().transpose();
-        let middle = 0.25 * (corner(0, 0) + corner(1, 0) + corner(0, 1) + corner(1, 1));
-        let origin = DVec3::new((counts[0] - 1) as f64, (counts[1] - 1) as f64, 0.0) * 0.5;
+        let (middle, origin) = tile.middle(grid)?;
         let mut local = Self {
             middle,
             radius: 0.0,
@@ -134,7 +140,7 @@ impl Local {
             counts,
             shortest: [inverse.x_axis, inverse.y_axis].map(|row| 1.0 / row.length()),
         };
-        for (k, node) in tile.nodes(grid).enumerate() {
+        for (k, node) in tile.nodes(grid).enumerate().filter(|(_, node)| node.is_on_surface()) {
             local.widen(node, (k % counts[0], k / counts[0]), height);
         }
         Some(local)
@@ -159,7 +165,8 @@ impl Local {
     /// Lowers the top to the highest of what is left on the nodes of the tile, to whose `heights` nothing is added.
     pub fn lower_top(&mut self, grid: &Grid, tile: &Tile, heights: &[f64]) {
         let normal = self.rows[2];
-        let top = tile.nodes(grid).zip(heights).map(|(node, height)| {
+        let held = tile.nodes(grid).zip(heights).filter(|(node, _)| node.is_on_surface());
+        let top = held.map(|(node, height)| {
             let cosine = node.normal.dot(normal);
             // A line that goes down where others go up tells nothing.
             let up = if cosine > 0.0 { cosine * height } else { f64::INFINITY };

@@ -10,6 +10,7 @@ use super::{ROUNDING, Search, Stint, Sweep, Work};
 use crate::geometry::DVec3;
 use crate::geometry::math::{asin, atan2};
 use crate::texture::engagement::Stretch;
+use crate::texture::grid::Node;
 use crate::texture::kinematics::Pose;
 use crate::texture::tile::{Local, Tile, met};
 use std::f64::consts::{PI, TAU};
@@ -20,10 +21,18 @@ const RUN: u32 = 4;
 /// Time steps after which the top is looked for again: that takes about as long as some of them.
 const LOOK: u32 = 64;
 
-/// Heights of a tile's nodes.
+/// Heights of a tile's nodes; NaN beyond the surface.
 pub(super) struct Swept {
     pub heights: Vec<f64>,
     pub work: Work,
+}
+
+impl Swept {
+    /// Of a tile to which nothing came.
+    pub fn before(sweep: &Sweep, tile: &Tile) -> Self {
+        let height = |node: &Node| if node.is_on_surface() { sweep.start } else { f64::NAN };
+        Self { heights: tile.nodes(sweep.grid).map(height).collect(), work: Work::default() }
+    }
 }
 
 /// A simulation over one tile.
@@ -58,8 +67,7 @@ impl<'a> Over<'a> {
         if sweep.search == Search::Buckets {
             local.forget_heights();
         }
-        let heights = vec![sweep.start; tile.columns.len() * tile.rows.len()];
-        let swept = Swept { heights, work: Work::default() };
+        let swept = Swept::before(sweep, tile);
         Self { sweep, tile, local, swept, is_lower: false }
     }
 
