@@ -176,6 +176,7 @@ pub fn words(stage: Stage) -> &'static str {
         Stage::Cut => "cutting within the limit",
         Stage::Locate => "locating the cutter",
         Stage::Verify => "simulating the path",
+        Stage::Texture => "simulating what the teeth leave",
         Stage::Write => "writing the results",
     }
 }

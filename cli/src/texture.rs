@@ -5,8 +5,11 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use evencut_core::geometry::{DVec2, DVec3};
 use evencut_core::job::{self, Faults, Job, Severity, TextureOptions};
-use evencut_core::plan::Stage;
-use evencut_core::results::texture::{TextureResults, texture_of_path, texture_results};
+use evencut_core::results::ResultsError;
+use evencut_core::results::texture::{
+    TextureError, TextureResults, texture_of_path, texture_results,
+};
+use evencut_core::texture::grid::GridError;
 use evencut_core::toolpath::Toolpath;
 
 use crate::input::Contents;
@@ -33,6 +36,9 @@ pub struct Texture {
     /// Its size along and across the feed, mm [default: the job's texture.size, or five side steps]
     #[arg(long, value_name = "MM,MM", value_delimiter = ',', allow_hyphen_values = true)]
     size: Option<Vec<f64>>,
+    /// All of the surface instead of a window
+    #[arg(long, conflicts_with = "size")]
+    whole: bool,
     /// Length of a cell of its grid, mm [default: the job's texture.spacing, or a tenth of the feed per tooth]
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     spacing: Option<f64>,
@@ -60,6 +66,7 @@ impl Texture {
     }
 
     fn simulate(&self, streams: &mut Streams<'_>) -> Result<(), Failed> {
+        self.exists()?;
         let path = self.path()?;
         let file = self.job_file();
         let source = input::read_job(&file)
@@ -94,6 +101,15 @@ impl Texture {
             streams.message(&format!("texture in {}\n", input::shown(&target)));
         }
         Ok(())
+    }
+
+    /// Whether there is something to read.
+    fn exists(&self) -> Result<(), Failed> {
+        if input::is_standard_input(&self.input) || self.input.exists() {
+            return Ok(());
+        }
+        let message = "there is no such file; give a job, or a directory of results as `evencut plan` writes them";
+        Err(Failed::file(Exit::BadJob, message, &self.input))
     }
 
     /// The job's file: of results, the one that is with them, unless another is named.
@@ -145,8 +161,10 @@ impl Texture {
         let mut window = match (&job.texture, at) {
             (Some(window), at) => TextureOptions { at: at.unwrap_or(window.at), ..window.clone() },
             (None, Some(at)) => TextureOptions::about(at, job),
+            (None, None) if self.whole => TextureOptions::of_all(job),
             (None, None) => return Ok(None),
         };
+        window.whole = self.whole || (window.whole && at.is_none() && size.is_none());
         window.size = size.unwrap_or(window.size);
         window.spacing = self.spacing.unwrap_or(window.spacing);
         Ok(Some(window))
@@ -177,18 +195,40 @@ impl Texture {
             if self.quiet { Progress::hidden() } else { Progress::on_standard_error() };
         let all = || std::thread::available_parallelism().ok();
         let threads = self.threads.or_else(all).map_or(1, std::num::NonZeroUsize::get);
-        let mut tell = |stage, part| {
-            let words = if stage == Stage::Verify { "sweeping the window" } else { words(stage) };
-            progress.report(words, part);
-        };
+        let mut tell = |stage, part| progress.report(words(stage), part);
         let results = match path {
             None => texture_results(job, contents.files(), threads, &mut tell),
             Some(path) => texture_of_path(job, contents.files(), path, threads, &mut tell),
         };
         results.map_err(|error| {
+            if let Some(failed) = self.of_arguments(&error) {
+                return failed;
+            }
             let (exit, fault) = failure::explain(&error, source, surface.as_deref());
             self.failed(exit, &Faults(vec![fault]), source)
         })
+    }
+
+    /// An error about a window that the arguments chose: it points at them, not at the job.
+    fn of_arguments(&self, error: &ResultsError) -> Option<Failed> {
+        let ResultsError::Texture(error) = error else { return None };
+        let at = ("--at", self.at.is_some());
+        let size = match self.whole {
+            true => ("--whole", true),
+            false => ("--size", self.size.is_some()),
+        };
+        let spacing = ("--spacing", self.spacing.is_some());
+        let about = match error {
+            TextureError::Window(_) | TextureError::NotCut { .. } => vec![at],
+            TextureError::Grid(GridError::OffSurface { .. }) => vec![at, size],
+            TextureError::Grid(_) => vec![size, spacing],
+            _ => vec![],
+        };
+        let given: Vec<&str> =
+            about.into_iter().filter_map(|(name, is_given)| is_given.then_some(name)).collect();
+        let message = error.to_string().replace("`texture.at`", "it");
+        (!given.is_empty())
+            .then(|| Failed(Exit::BadJob, format!("error: {message}\n --> {}\n", given.join(", "))))
     }
 
     fn failed(&self, exit: Exit, faults: &Faults, source: &[u8]) -> Failed {

@@ -62,6 +62,8 @@ pub enum Stage {
     Locate,
     /// Simulating the path to judge it.
     Verify,
+    /// Simulating what the teeth leave in the window of the job.
+    Texture,
     /// Writing program, tables, pictures and report.
     Write,
 }

@@ -208,11 +208,14 @@ impl Inputs<'_> {
         &self,
         planned: &Planned,
         threads: usize,
+        progress: &mut dyn FnMut(Stage, f64),
         warnings: &mut Vec<Warning>,
     ) -> Option<TextureResults> {
         let options = self.job.texture.as_ref()?;
         let Planned { surface, chart, toolpath: path, .. } = planned;
-        match texture_on(self.job, options, PathOn { surface, chart, path }, threads) {
+        let on = PathOn { surface, chart, path };
+        let progress = &mut |part| progress(Stage::Texture, part);
+        match texture_on(self.job, options, on, threads, progress) {
             Ok(texture) => Some(texture),
             Err(error) => {
                 let message = without_stage(&error.to_string());
@@ -330,7 +333,7 @@ impl Written {
         });
         let mut files: Vec<OutputFile> =
             self.in_order(inputs.job, measured.iter().collect()).cloned().collect();
-        let texture = inputs.texture(planned, threads, &mut report.warnings);
+        let texture = inputs.texture(planned, threads, progress, &mut report.warnings);
         let from = files.len();
         if let Some(TextureResults { files: more, figures }) = texture {
             files.extend(more);

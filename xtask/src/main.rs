@@ -24,7 +24,7 @@ usage: cargo xtask test        runs the tests, natively and of the page
        cargo xtask serve [PORT]  builds it and serves it on this machine, port 8080 unless told
        cargo xtask speed       plans all jobs in the page and natively, and compares the times
        cargo xtask patterns    writes docs/patterns.md, every pattern on every surface
-       cargo xtask texture     writes the table of docs/texture.md
+       cargo xtask texture     writes table and picture of docs/texture.md
        cargo xtask surfaces    writes jobs/surfaces/*";
 
 fn main() -> ExitCode {

@@ -1,4 +1,5 @@
-//! `cargo xtask texture`: writes the table of docs/texture.md, the texture of two tilts on eight surfaces.
+//! `cargo xtask texture`: writes the table of docs/texture.md, the texture of two tilts on eight surfaces, and its picture
+//! of the shipped job.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -13,6 +14,7 @@ use crate::surfaces::revolved;
 use crate::test::{cargo, native, run, target_folder};
 
 const PATH: &str = "docs/texture.md";
+const PICTURE: &str = "docs/texture-tilts.svg";
 const START: &str = "<!-- table -->\n";
 const END: &str = "<!-- end of table -->\n";
 /// Half the side of a piece that is machined, mm.
@@ -28,9 +30,13 @@ machine.axes = \"xyzac\"
 texture.at = [0, 0, 0]
 ";
 
-/// Simulates all surfaces and writes the table.
+/// Simulates the shipped job and all surfaces, and writes picture and table.
 pub fn texture(project: &Path) -> Result<(), String> {
     run(cargo(project).args(["build", "--release", "--package", "evencut-cli"]))?;
+    println!("{PICTURE}");
+    let picture = compared(project, &project.join("jobs/texture.toml"), "--svg")?;
+    let path = project.join(PICTURE);
+    std::fs::write(&path, picture).map_err(|e| format!("{}: {e}", path.display()))?;
     let mut table = String::from(
         "| surface | tilt | Sa | Sq | Sz | Ssk | Sku | Ra along | Rz along | Ra across | Rz across | tests a node |\n\
          |---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n",
@@ -118,6 +124,17 @@ fn piece(surface: &Value, scale: f64) -> Result<Value, String> {
     Ok(piece)
 }
 
+/// A job at two tilts, in one of the ways in which `evencut compare` tells them.
+fn compared(project: &Path, job: &Path, kind: &str) -> Result<Vec<u8>, String> {
+    let mut command = Command::new(native(project, "release"));
+    command.arg("compare").arg(job).args(["--tilts", "0,15", kind]);
+    let output = command.output().map_err(|e| format!("{command:?}: {e}"))?;
+    match output.status.success() {
+        true => Ok(output.stdout),
+        false => Err(String::from_utf8_lossy(&output.stderr).into_owned()),
+    }
+}
+
 /// The rows of a surface.
 fn rows(project: &Path, name: &str, surface: &Value) -> Result<String, String> {
     let folder = target_folder(project).join("texture");
@@ -129,15 +146,9 @@ fn rows(project: &Path, name: &str, surface: &Value) -> Result<String, String> {
     write("surface.json", &revolved::file(surface))?;
     write("job.toml", JOB.as_bytes())?;
     let stem: String = name.chars().filter(|c| c.is_ascii_alphanumeric()).collect();
-    let compared = |kind: &str| {
-        let mut command = Command::new(native(project, "release"));
-        command.arg("compare").arg(folder.join("job.toml")).args(["--tilts", "0,15", kind]);
-        let output = command.output().map_err(|e| format!("{command:?}: {e}"))?;
-        match output.status.success() {
-            true => Ok(output.stdout),
-            false => Err(format!("{name}: {}", String::from_utf8_lossy(&output.stderr))),
-        }
-    };
+    let job = folder.join("job.toml");
+    let compared =
+        |kind: &str| compared(project, &job, kind).map_err(|error| format!("{name}: {error}"));
     write(&format!("{stem}.svg"), &compared("--svg")?)?;
     let csv = String::from_utf8_lossy(&compared("--csv")?).into_owned();
     let mut lines = csv.lines();

@@ -119,7 +119,7 @@ pub fn made(job: &Job, files: Files, threads: usize) -> Result<Made, ResultsErro
     let options = window_of(job)?;
     let planned = plan(job, files, threads, &mut |_: Stage, _| {})?;
     let on = PathOn { surface: &planned.surface, chart: &planned.chart, path: &planned.toolpath };
-    let simulated = Simulated::of(job, options, on, threads)?;
+    let simulated = Simulated::of(job, options, on, threads, &mut |_| {})?;
     let report = judged(job, &planned, threads)?.report;
     let levelled = simulated.levelled();
     Ok(Made {
@@ -269,32 +269,17 @@ pub fn to_svg<'a>(title: &str, rows: &'a [Row]) -> String {
 mod tests {
     use super::*;
     use crate::job;
+    use crate::results::texture::tests::{JOB, WINDOW};
 
-    const JOB: &str = "version = 1
-[surface]
-analytic = { kind = \"plane\", size = 6, resolution = 1 }
-[tool]
-diameter = 10
-flutes = 2
-[cut]
-stepover = 0.5
-axial_depth = 0.2
-feed = 1200
-spindle = 6000
-[path]
-pattern = \"iso-planar\"
-angle = 0
-[machine]
-axes = \"xyzac\"
-[texture]
-at = [0.2, 0.1, 0]
-size = [0.4, 1.0]
-spacing = 0.02
-";
+    /// The job on a machine with these axes.
+    fn on(axes: &str) -> Job {
+        let text = format!("{JOB}[machine]\naxes = \"{axes}\"\n{WINDOW}");
+        job::read(text.as_bytes()).unwrap().job
+    }
 
     #[test]
     fn tilts_and_feeds_are_compared_on_one_grid() {
-        let job = job::read(JOB.as_bytes()).unwrap().job;
+        let job = on("xyzac");
         let row = |tilt: f64, per_tooth: f64| {
             let choice = Choice { tilt: Some(tilt), feed_per_tooth: Some(per_tooth) };
             let job = choice.of(&job, 0.1).unwrap();
@@ -321,7 +306,7 @@ spacing = 0.02
 
     #[test]
     fn what_a_machine_cannot_do_is_refused() {
-        let upright = job::read(JOB.replace("xyzac", "3").as_bytes()).unwrap().job;
+        let upright = on("3");
         let choice = |tilt, per_tooth| Choice { tilt: Some(tilt), feed_per_tooth: Some(per_tooth) };
         assert_eq!(choice(0.1, 0.1).of(&upright, 0.1), Err(ChoiceError::Upright));
         assert!(choice(0.0, 0.1).of(&upright, 0.1).is_ok());

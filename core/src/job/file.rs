@@ -450,13 +450,16 @@ pub struct TravelTable {
 /// `[texture]`.
 #[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(extend("required" = ["at"]))]
 pub struct TextureTable {
     /// A place near the middle of the window, which lies about the nearest place of the surface; its sides run along
     /// and across the feed of the nearest pass.
-    #[schemars(extend("items" = { "type": "number", "x-unit": "mm", "minimum": -1e6, "maximum": 1e6 }))]
+    #[schemars(extend("x-default" = "required, or `whole`; with it, the origin", "items" = { "type": "number", "x-unit": "mm", "minimum": -1e6, "maximum": 1e6 }))]
     pub at: Option<[f64; 3]>,
-    /// Size of the window along and across the feed.
+    /// All of the surface instead of a window; `at` then says where its sides run along the feed. Nodes beyond the surface
+    /// are empty in the files.
+    #[schemars(extend("default" = false))]
+    pub whole: Option<bool>,
+    /// Size of the window along and across the feed; not used with `whole`.
     #[schemars(extend("x-default" = "along: five turns of the spindle, or a quarter of the width; across: five nominal side steps", "items" = { "type": "number", "x-unit": "mm", "minimum": 1e-4, "maximum": 1000.0 }))]
     pub size: Option<[f64; 2]>,
     /// Length of a cell of the grid: with `uniform` the longest, with `constant` every one.

@@ -26,8 +26,10 @@ pub enum TextureCells {
 /// A window of the surface, and the teeth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextureOptions {
-    /// A place near the window's middle, mm.
+    /// A place near the window's middle, mm; of the whole surface, one where its direction is that of the feed.
     pub at: DVec3,
+    /// Whether it is all of the surface, instead of a window of a size.
+    pub whole: bool,
     /// Size along and across the feed, mm.
     pub size: DVec2,
     /// Length of a cell of the grid, mm.
@@ -45,6 +47,11 @@ pub struct TextureOptions {
 }
 
 impl TextureOptions {
+    /// All of the surface of a job, with the feed's direction where it comes nearest to the origin.
+    pub fn of_all(job: &Job) -> Self {
+        Self { whole: true, ..Self::about(DVec3::ZERO, job) }
+    }
+
     /// The window of a job about a place, mm, where nothing else is said of it: five side steps wide, five turns of the
     /// spindle long or a quarter of its width, ten cells in the smaller of feed per tooth and side step, teeth that stand
     /// evenly.
@@ -55,6 +62,7 @@ impl TextureOptions {
         let width = CUSPS * side_step;
         Self {
             at,
+            whole: false,
             size: DVec2::new((CUSPS * per_turn).max(NARROWEST * width), width),
             spacing: per_tooth.min(side_step) / CELLS,
             runout: 0.0,

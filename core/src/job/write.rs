@@ -216,6 +216,7 @@ fn machine_table(machine: &Machine) -> MachineTable {
 fn texture_table(texture: &TextureOptions) -> TextureTable {
     TextureTable {
         at: Some(texture.at.to_array()),
+        whole: Some(texture.whole),
         size: Some(texture.size.to_array()),
         spacing: Some(texture.spacing),
         runout: Some(texture.runout),

@@ -122,8 +122,9 @@ impl Heights {
         Self::around(maps.iter().flat_map(|map| map.heights.iter().map(|h| h * MICRO)))
     }
 
-    /// Of heights in µm.
+    /// Of heights in µm; NaN are none.
     fn around(heights: impl Iterator<Item = f64> + Clone) -> Self {
+        let heights = heights.filter(|height| !height.is_nan());
         let (low, high) = (heights.clone().reduce(f64::min), heights.reduce(f64::max));
         let [low, high] = [low, high].map(|height| height.unwrap_or(0.0));
         // Of a plane, a range that can be divided by.
@@ -162,7 +163,11 @@ fn raster(map: &Matrix, scale: &Heights) -> (u32, u32, Vec<u8>) {
         let j = (rows - 1 - y) * nv / rows;
         for x in 0..columns {
             let height = map.heights[j * nu + x * nu / columns] * MICRO;
-            pixels.push(1 + (scale.share(height) * f64::from(COLOURS - 1)).round() as u8);
+            // Nothing is drawn beyond the surface.
+            pixels.push(match height.is_nan() {
+                true => 0,
+                false => 1 + (scale.share(height) * f64::from(COLOURS - 1)).round() as u8,
+            });
         }
     }
     (columns as u32, rows as u32, pixels)
@@ -225,7 +230,10 @@ fn profile(svg: &mut Svg, corner: DVec2, (name, length, heights): (&str, f64, &[
     let points = heights.iter().enumerate().step_by(every);
     let points: Vec<DVec2> =
         points.map(|(i, h)| corner + DVec2::new(i as f64 / last * PANEL.x, up(*h))).collect();
-    svg.polyline(&points, Stroke::solid(PROFILE, 1.2));
+    // A line for every stretch that is on the surface.
+    for stretch in points.split(|point| point.is_nan()).filter(|stretch| stretch.len() > 1) {
+        svg.polyline(stretch, Stroke::solid(PROFILE, 1.2));
+    }
 }
 
 /// A number with the decimals of its step.
@@ -252,6 +260,11 @@ mod tests {
         assert!(text.contains("height, µm") && text.contains("Sa &lt;1"));
         assert_eq!(text, texture_map(&map, "Sa <1"));
         assert!(text.len() < 200_000);
+        let gaps: Vec<f64> =
+            heights.iter().map(|h| if *h > 4e-4 { f64::NAN } else { *h }).collect();
+        let map = Matrix { heights: &gaps, ..map };
+        let text = texture_map(&map, "");
+        assert!(!text.contains("NaN") && text.matches("<polyline ").count() > 2);
         let plane = Matrix { counts: [2, 2], steps: [0.1, 0.1], heights: &[0.0; 4] };
         assert!(!texture_map(&plane, "").contains("NaN"));
     }

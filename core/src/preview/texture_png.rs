@@ -43,8 +43,9 @@ pub fn texture_png(levelled: &Matrix, lines: [&str; 2]) -> Vec<u8> {
         let j = ((height - 1 - y) * nv / height).min(nv - 1);
         for x in 0..width {
             let i = (x * nu / width).min(nu - 1);
-            let share = scale.share(levelled.heights[j * nu + i] * MICRO);
-            canvas.set(ROOM[0] + x, ROOM[1] + y, colour(share));
+            let height = levelled.heights[j * nu + i] * MICRO;
+            let pixel = if height.is_nan() { GROUND } else { colour(scale.share(height)) };
+            canvas.set(ROOM[0] + x, ROOM[1] + y, pixel);
         }
     }
     let foot = ROOM[1] + height;

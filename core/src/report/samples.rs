@@ -162,6 +162,7 @@ fn texture() -> TextureFigures {
             spacing_mm: [0.01, 0.01],
             cells_mm: [0.0099, 0.0101],
             start_mm: 0.2,
+            beyond: 0,
             uncut: 0,
             facets_um: 0.0,
         },

@@ -29,7 +29,8 @@ pub fn summary(report: &Report) -> String {
     if let Some(texture) = &report.texture {
         let _ = writeln!(text, "  {:<10}{}", "texture", texture.caption());
     }
-    warnings(&mut text, &report.warnings);
+    let notes = report.texture.as_ref().map_or(&[][..], |texture| &texture.notes);
+    warnings(&mut text, &report.warnings, notes);
     text
 }
 
@@ -161,8 +162,10 @@ fn clock(seconds: f64) -> String {
     format!("{}:{:02}", whole / 60, whole % 60)
 }
 
-fn warnings(text: &mut String, warnings: &[Warning]) {
-    if warnings.is_empty() {
+/// The first warnings, and the texture's notes where they leave room.
+fn warnings(text: &mut String, warnings: &[Warning], notes: &[String]) {
+    let count = warnings.len() + notes.len();
+    if count == 0 {
         return;
     }
     text.push('\n');
@@ -172,8 +175,11 @@ fn warnings(text: &mut String, warnings: &[Warning]) {
             let _ = writeln!(text, "    remedy: {remedy}");
         }
     }
-    if warnings.len() > WARNINGS {
-        let _ = writeln!(text, "  and {} more in report.json", warnings.len() - WARNINGS);
+    for note in notes.iter().take(WARNINGS.saturating_sub(warnings.len())) {
+        let _ = writeln!(text, "  note: texture: {note}");
+    }
+    if count > WARNINGS {
+        let _ = writeln!(text, "  and {} more in report.json", count - WARNINGS);
     }
 }
 
@@ -188,7 +194,9 @@ mod tests {
         let text = report.summary();
         assert!(text.lines().count() <= 38);
         assert!(text.lines().all(|line| line.chars().count() <= 104));
-        assert!(text.contains("and 5 more"));
+        assert!(text.contains("and 6 more"));
+        report.warnings.truncate(2);
+        assert!(report.summary().contains("note: texture: the window is narrow"));
     }
 
     #[test]

@@ -46,6 +46,8 @@ pub struct WindowFigures {
     pub cells_mm: [f64; 2],
     /// Height of the material before, mm.
     pub start_mm: f64,
+    /// Nodes of the grid beyond the surface, where all of it was asked for.
+    pub beyond: u64,
     /// Nodes that nothing lowered.
     pub uncut: u64,
     /// How far facets of the mesh are off a smooth surface, µm.
@@ -193,8 +195,16 @@ impl TextureFigures {
             (
                 "window",
                 format!(
-                    "{} x {} nodes, {:.4} x {:.4} mm apart, about ({x:.3}, {y:.3}, {z:.3})",
-                    w.nodes[0], w.nodes[1], w.spacing_mm[0], w.spacing_mm[1],
+                    "{} x {} nodes{}, {:.4} x {:.4} mm apart, about ({x:.3}, {y:.3}, {z:.3})",
+                    w.nodes[0],
+                    w.nodes[1],
+                    if w.beyond > 0 {
+                        format!(", {} of them beyond the surface", w.beyond)
+                    } else {
+                        String::new()
+                    },
+                    w.spacing_mm[0],
+                    w.spacing_mm[1],
                 ),
             ),
             (

@@ -5,7 +5,7 @@
 
 use super::{OutputFile, ResultsError};
 use crate::flatten::{Chart, Locator};
-use crate::geometry::DVec3;
+use crate::geometry::{DVec2, DVec3};
 use crate::job::{Job, TextureCells, TextureOptions};
 use crate::plan::{Files, Stage, laid_flat, plan};
 use crate::preview::{texture_map, texture_png};
@@ -16,11 +16,11 @@ use crate::surface::Surface;
 use crate::texture::edge::Runout;
 use crate::texture::engagement::{Shape, TooConcave, thickness};
 use crate::texture::export::{MICRO, Matrix, X3pError, asc, csv, x3p};
-use crate::texture::grid::{Discretisation, Grid, GridError};
+use crate::texture::grid::{Discretisation, Grid, GridError, Node};
 use crate::texture::kinematics::{Spindle, feed_moves};
 use crate::texture::parameters::Levelled;
 use crate::texture::steps::feed_per_tooth;
-use crate::texture::sweep::{Cutter, EdgePart, HeightMap, SweepOptions, sweep};
+use crate::texture::sweep::{Cutter, EdgePart, HeightMap, Search, SweepOptions, sweep};
 use crate::texture::window::{Window, WindowError};
 use crate::tool::ToolKind;
 use crate::toolpath::Toolpath;
@@ -99,7 +99,7 @@ pub struct PathOn<'a> {
 }
 
 /// Plans a job without judging it, and simulates what the teeth leave in its window. Arguments as of
-/// [`plan`](crate::plan::plan()); the simulation is told as [`Stage::Verify`].
+/// [`plan`](crate::plan::plan()).
 ///
 /// # Errors
 /// [`ResultsError::Plan`]: a job that cannot be planned; [`ResultsError::Texture`]: no window, or one that cannot be
@@ -112,9 +112,9 @@ pub fn texture_results(
 ) -> Result<TextureResults, ResultsError> {
     let options = window_of(job)?;
     let planned = plan(job, files, threads, progress)?;
-    progress(Stage::Verify, 0.0);
+    progress(Stage::Texture, 0.0);
     let on = PathOn { surface: &planned.surface, chart: &planned.chart, path: &planned.toolpath };
-    Ok(texture_on(job, options, on, threads)?)
+    Ok(texture_on(job, options, on, threads, &mut |part| progress(Stage::Texture, part))?)
 }
 
 /// Simulates what the teeth leave of a path that was planned before, in the window of `job`. Arguments and errors as of
@@ -132,8 +132,9 @@ pub fn texture_of_path(
     let options = window_of(job)?;
     progress(Stage::Flatten, 0.0);
     let (surface, chart) = laid_flat(job, files)?;
-    progress(Stage::Verify, 0.0);
-    Ok(texture_on(job, options, PathOn { surface: &surface, chart: &chart, path }, threads)?)
+    progress(Stage::Texture, 0.0);
+    let on = PathOn { surface: &surface, chart: &chart, path };
+    Ok(texture_on(job, options, on, threads, &mut |part| progress(Stage::Texture, part))?)
 }
 
 /// The window of a job, before anything is done for it.
@@ -147,7 +148,7 @@ pub(crate) fn window_of(job: &Job) -> Result<&TextureOptions, TextureError> {
     Ok(options)
 }
 
-/// Simulates a window and makes its files.
+/// Simulates a window and makes its files. `progress` is called with the part done.
 ///
 /// # Errors
 /// [`TextureError`]: a window that is not on the surface, has too many nodes, or does not hold the cutter.
@@ -156,8 +157,9 @@ pub(crate) fn texture_on(
     options: &TextureOptions,
     on: PathOn,
     threads: usize,
+    progress: &mut dyn FnMut(f64),
 ) -> Result<TextureResults, TextureError> {
-    Simulated::of(job, options, on, threads)?.results(job)
+    Simulated::of(job, options, on, threads, progress)?.results(job)
 }
 
 /// A window and what is left on it.
@@ -172,7 +174,7 @@ pub(crate) struct Simulated {
 }
 
 impl Simulated {
-    /// Sweeps the window of a job.
+    /// Sweeps the window of a job. `progress` is called with the part done.
     ///
     /// # Errors
     /// [`TextureError`]: a window that is not on the surface, has too many nodes, or does not hold the cutter.
@@ -181,26 +183,33 @@ impl Simulated {
         options: &TextureOptions,
         PathOn { surface, chart, path }: PathOn,
         threads: usize,
+        progress: &mut dyn FnMut(f64),
     ) -> Result<Self, TextureError> {
         let locator = Locator::new(surface.connectivity(), chart.uv());
-        let allowed = options.size.max_element();
+        let allowed = if options.whole { f64::INFINITY } else { options.size.max_element() };
         let by = (path, &job.tool);
         let window = Window::new(surface, chart, &locator, by, (options.at, allowed))?;
         let cells = match options.cells {
             TextureCells::Uniform => Discretisation::Uniform,
             TextureCells::Constant => Discretisation::Constant { eps: EPS * options.spacing },
         };
-        let grid = Grid::new(options.size, options.spacing, cells, threads, &|uv| window.node(uv))?;
+        let (at, size) = if options.whole { window.whole() } else { (DVec2::ZERO, options.size) };
+        let beyond = options.whole.then_some(Node::BEYOND);
+        let node = |uv: DVec2| window.node(at + uv).or(beyond);
+        let grid = Grid::new(size, options.spacing, cells, threads, &node)?;
         let curvature = surface.curvature(job.surface.curvature_radius);
-        let half = 0.5 * options.size.length();
+        let half = if options.whole { f64::INFINITY } else { 0.5 * size.length() };
         let near = window.least_concave_radius(&curvature, half);
         let reached = window.least_concave_radius(&curvature, half + 2.0 * job.tool.radius());
         let start = job.cut.stock + job.cut.axial_depth;
         let sweep_options = SweepOptions {
             start,
-            thickness: engaged(job, near, reached)?,
+            // On a whole surface the cutter leaves places out into which it does not fit.
+            thickness: engaged(job, near.filter(|_| !options.whole), reached)?,
             slack: SLACK * job.cut.tolerance,
             part: EdgePart::Effective,
+            pace: EdgePart::Effective,
+            search: Search::Near,
             resolution: None,
             threads,
         };
@@ -208,8 +217,8 @@ impl Simulated {
         if moves.is_empty() {
             return Err(TextureError::NoTime);
         }
-        let map = sweep(&grid, &cutter(job, options), &moves, &sweep_options);
-        if map.heights.iter().all(|height| *height >= start) {
+        let map = sweep(&grid, &cutter(job, options), &moves, &sweep_options, progress);
+        if !map.heights.iter().any(|height| *height < start) {
             return Err(TextureError::NotCut { start });
         }
         Ok(Self {
@@ -218,7 +227,7 @@ impl Simulated {
             middle: window.middle,
             feed: window.feed,
             start,
-            facets: window.facets(options.size),
+            facets: window.facets((at, size)),
             least_concave_radius: near,
         })
     }
@@ -259,6 +268,8 @@ impl Simulated {
                 spacing_mm: cells.mean,
                 cells_mm: [cells.least, cells.largest],
                 start_mm: self.start,
+                beyond: self.grid.nodes().iter().filter(|node| !node.is_on_surface()).count()
+                    as u64,
                 uncut,
                 facets_um: self.facets * MICRO,
             },
@@ -337,4 +348,4 @@ fn cutter(job: &Job, options: &TextureOptions) -> Cutter {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

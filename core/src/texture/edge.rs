@@ -14,6 +14,9 @@ use crate::geometry::{DVec2, DVec3};
 use crate::tool::Tool;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
+/// Rounding of lengths, as a part of them.
+const ROUNDING: f64 = 1e-9;
+
 /// A place of the edge of tooth 0 without run-out.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct EdgePlace {
@@ -97,6 +100,7 @@ pub struct Teeth {
     /// Angle of each tooth, rad.
     psi: Vec<f64>,
     step: f64,
+    spacing: f64,
     runout: f64,
 }
 
@@ -121,7 +125,17 @@ impl Teeth {
             profile.iter().map(at).collect()
         };
         let across = (0..psi.len()).map(of_tooth).collect();
-        Self { profile, across, psi, step, runout: runout.largest() }
+        let mut teeth = Self { profile, across, psi, step, spacing: 0.0, runout: runout.largest() };
+        teeth.spacing = teeth.widest() * (1.0 + ROUNDING);
+        teeth
+    }
+
+    fn widest(&self) -> f64 {
+        let of = |j: usize| {
+            let points = 1..self.profile.len();
+            points.map(move |k| self.point(j, k).distance(self.point(j, k - 1)))
+        };
+        (0..self.psi.len()).flat_map(of).fold(0.0, f64::max)
     }
 
     /// The points of tooth 0 without run-out, from the axis outward and up.
@@ -137,6 +151,11 @@ impl Teeth {
     /// Arc length between neighbouring points, mm.
     pub fn step(&self) -> f64 {
         self.step
+    }
+
+    /// The largest distance of neighbouring points of a tooth, mm: the step, and the lag between them.
+    pub fn spacing(&self) -> f64 {
+        self.spacing
     }
 
     /// The largest distance of a point from where it would be without run-out, mm.

@@ -30,19 +30,37 @@ pub struct Node {
     pub normal: DVec3,
 }
 
+impl Node {
+    /// No node: a place of the grid beyond the surface.
+    pub const BEYOND: Self = Self { place: DVec3::NAN, normal: DVec3::ZERO };
+
+    /// Whether it is on the surface.
+    pub fn is_on_surface(&self) -> bool {
+        self.normal != DVec3::ZERO
+    }
+}
+
 /// Why a window has no grid.
 #[derive(Copy, Clone, Debug, PartialEq, Error)]
 pub enum GridError {
     /// A node is not on the surface.
     #[error(
-        "texture: the window leaves the surface {u:.4} mm along and {v:.4} mm across the feed from its middle: make \
-         it smaller or move it"
+        "texture: the window leaves the surface {} from its middle: make it smaller or move it",
+        from_middle(*.u, *.v)
     )]
     OffSurface {
         /// First parameter of the node.
         u: f64,
         /// Second parameter.
         v: f64,
+    },
+    /// No two neighbouring nodes are on the surface.
+    #[error(
+        "texture: cells of {cell} mm are longer than the surface is wide: give a smaller spacing"
+    )]
+    TooCoarse {
+        /// Length of a cell, mm.
+        cell: f64,
     },
     /// More nodes than a grid may have.
     #[error(
@@ -66,8 +84,9 @@ pub enum GridError {
     },
     /// A net of constant cells does not close over the surface.
     #[error(
-        "texture: no cells of constant length near {u:.4} mm along and {v:.4} mm across the feed: the surface turns \
-         too much for its window; use the uniform discretisation"
+        "texture: no cells of constant length {} from the middle of the window: the surface turns too much for it; use \
+         the uniform discretisation",
+        from_middle(*.u, *.v)
     )]
     NoNet {
         /// First parameter.
@@ -75,6 +94,13 @@ pub enum GridError {
         /// Second parameter.
         v: f64,
     },
+}
+
+/// Where a place is, seen from the middle of a window by somebody who looks along the feed.
+fn from_middle(u: f64, v: f64) -> String {
+    let along = if u < 0.0 { "behind" } else { "ahead" };
+    let across = if v < 0.0 { "to the right of" } else { "to the left of" };
+    format!("{:.4} mm {along} and {:.4} mm {across} the feed", u.abs(), v.abs())
 }
 
 /// Which cells a grid has.
@@ -112,8 +138,8 @@ impl Grid {
     /// The grid of the window of `size` mm about parameters 0, with cells of at most `cell` mm, or of just that
     /// length.
     ///
-    /// `surface` gives the node at parameters `(u, v)`, which are mm where the surface is not stretched, or `None`
-    /// beyond it.
+    /// `surface` gives the node at parameters `(u, v)`, which are mm where the surface is not stretched; `None` where
+    /// there is none, which is an error, or [`Node::BEYOND`], which leaves a gap in a uniform grid.
     ///
     /// # Errors
     /// [`GridError`]: a window that is not on the surface or has no or too many nodes.
@@ -180,6 +206,9 @@ impl Grid {
             }
             let grid = Self::of(nodes, [nu as usize + 1, nv as usize + 1]);
             let longest = grid.longest();
+            if longest.contains(&0.0) {
+                return Err(GridError::TooCoarse { cell });
+            }
             if longest.iter().all(|l| *l <= cell * (1.0 + 1e-9)) {
                 return Ok(grid);
             }
@@ -226,11 +255,12 @@ impl Grid {
         let cells = Cells { mean: [0.0; 2], least: 0.0, largest: 0.0 };
         let mut grid = Self { nodes, counts, cells };
         let (mut sums, mut least, mut largest) = ([0.0; 2], f64::INFINITY, 0.0_f64);
+        let mut sides = [0_usize; 2];
         grid.visit_sides(|axis, length| {
             sums[axis] += length;
+            sides[axis] += 1;
             (least, largest) = (least.min(length), largest.max(length));
         });
-        let sides = [(counts[0] - 1) * counts[1], counts[0] * (counts[1] - 1)];
         let mean = [0, 1].map(|axis| sums[axis] / sides[axis].max(1) as f64);
         grid.cells = Cells { mean, least, largest };
         grid
@@ -248,12 +278,15 @@ impl Grid {
         for j in 0..nv {
             for i in 0..nu {
                 let here = self.node(i, j).place;
-                if i + 1 < nu {
-                    visit(0, here.distance(self.node(i + 1, j).place));
-                }
-                if j + 1 < nv {
-                    visit(1, here.distance(self.node(i, j + 1).place));
-                }
+                let mut side = |axis: usize, next: Option<&Node>| {
+                    let length = next.map_or(f64::NAN, |node| here.distance(node.place));
+                    // A place beyond the surface has no sides.
+                    if !length.is_nan() {
+                        visit(axis, length);
+                    }
+                };
+                side(0, (i + 1 < nu).then(|| self.node(i + 1, j)));
+                side(1, (j + 1 < nv).then(|| self.node(i, j + 1)));
             }
         }
     }

@@ -58,24 +58,25 @@ impl Levelled {
         Self::of(grid.counts(), heights)
     }
 
-    /// Takes the mean plane off heights over even nodes, `u` fastest.
-    ///
-    /// About the middle, the two slopes are independent of each other and of the mean.
+    /// Takes the mean plane off heights over even nodes, `u` fastest; NaN where there is no surface, which is left out of
+    /// everything.
     pub fn of(counts: [usize; 2], heights: &[f64]) -> Self {
-        let centred = |k: usize| {
-            let place = |i: usize, n: usize| i as f64 - 0.5 * (n as f64 - 1.0);
-            [place(k % counts[0], counts[0]), place(k / counts[0], counts[1])]
-        };
-        let (mut sum, mut first, mut second) = (0.0, [0.0; 2], [0.0; 2]);
-        for (k, h) in heights.iter().enumerate() {
-            sum += h;
-            for (axis, x) in centred(k).into_iter().enumerate() {
-                first[axis] += x * h;
-                second[axis] += x * x;
+        let at = |k: usize| [(k % counts[0]) as f64, (k / counts[0]) as f64];
+        let on = || heights.iter().enumerate().filter(|(_, h)| !h.is_nan());
+        let count = on().count().max(1) as f64;
+        let middle = [0, 1].map(|axis| on().map(|(k, _)| at(k)[axis]).sum::<f64>() / count);
+        let mean = on().map(|(_, h)| h).sum::<f64>() / count;
+        let centred = |k: usize| [0, 1].map(|axis| at(k)[axis] - middle[axis]);
+        let (mut first, mut second, mut mixed) = ([0.0; 2], [0.0; 2], 0.0);
+        for (k, h) in on() {
+            let x = centred(k);
+            for axis in [0, 1] {
+                first[axis] += x[axis] * h;
+                second[axis] += x[axis] * x[axis];
             }
+            mixed += x[0] * x[1];
         }
-        let mean = sum / heights.len().max(1) as f64;
-        let slope = [0, 1].map(|a| if second[a] > 0.0 { first[a] / second[a] } else { 0.0 });
+        let slope = slopes(first, second, mixed);
         let level = |(k, h): (usize, &f64)| {
             let [x, y] = centred(k);
             h - mean - slope[0] * x - slope[1] * y
@@ -90,16 +91,16 @@ impl Levelled {
 
     /// Areal parameters.
     pub fn areal(&self) -> Areal {
-        let mean = |f: fn(f64) -> f64| {
-            self.heights.iter().map(|h| f(*h)).sum::<f64>() / self.heights.len().max(1) as f64
-        };
+        let on = || self.heights.iter().copied().filter(|h| !h.is_nan());
+        let count = on().count().max(1) as f64;
+        let mean = |f: fn(f64) -> f64| on().map(f).sum::<f64>() / count;
         let square = mean(|h| h * h);
         let sq = square.sqrt();
         let part = |moment: f64, of: f64| if of > 0.0 { moment / of } else { 0.0 };
         Areal {
             sa: mean(f64::abs),
             sq,
-            sz: swing(self.heights.iter().copied()),
+            sz: swing(on()),
             ssk: part(mean(|h| h * h * h), square * sq),
             sku: part(mean(|h| h * h * h * h), square * square),
         }
@@ -117,23 +118,41 @@ impl Levelled {
         self.profile(nu, nv, |line, i| i * nu + line)
     }
 
-    /// Means over lines of nodes.
+    /// Means over lines of nodes, by the number of nodes that each has on the surface.
     fn profile(&self, lines: usize, nodes: usize, at: impl Fn(usize, usize) -> usize) -> Profile {
-        let (mut ra, mut squares, mut rz, mut rt) = (0.0, 0.0, 0.0, 0.0);
+        let (mut ra, mut squares, mut rz, mut rt, mut count) = (0.0, 0.0, 0.0, 0.0, 0.0);
         let mut line = Vec::with_capacity(nodes);
         for l in 0..lines {
             line.clear();
-            line.extend((0..nodes).map(|i| self.heights[at(l, i)]));
-            let mean = line.iter().sum::<f64>() / nodes as f64;
+            line.extend((0..nodes).map(|i| self.heights[at(l, i)]).filter(|h| !h.is_nan()));
+            if line.is_empty() {
+                continue;
+            }
+            let held = line.len() as f64;
+            let mean = line.iter().sum::<f64>() / held;
             line.iter_mut().for_each(|h| *h -= mean);
-            ra += line.iter().map(|h| h.abs()).sum::<f64>() / nodes as f64;
-            squares += line.iter().map(|h| h * h).sum::<f64>() / nodes as f64;
-            rz += sections(&line);
-            rt += swing(line.iter().copied());
+            ra += line.iter().map(|h| h.abs()).sum::<f64>();
+            squares += line.iter().map(|h| h * h).sum::<f64>();
+            rz += sections(&line) * held;
+            rt += swing(line.iter().copied()) * held;
+            count += held;
         }
-        let count = lines.max(1) as f64;
+        let count = count.max(1.0);
         Profile { ra: ra / count, rq: (squares / count).sqrt(), rz: rz / count, rt: rt / count }
     }
+}
+
+/// Slopes of the mean plane by least squares, from the sums of place times height and of products of places.
+fn slopes(first: [f64; 2], second: [f64; 2], mixed: f64) -> [f64; 2] {
+    let determinant = second[0] * second[1] - mixed * mixed;
+    // Nodes on a line have no slope across it.
+    if determinant <= 1e-12 * second[0] * second[1] {
+        return [0, 1].map(|a| if second[a] > 0.0 { first[a] / second[a] } else { 0.0 });
+    }
+    [
+        (first[0] * second[1] - first[1] * mixed) / determinant,
+        (first[1] * second[0] - first[0] * mixed) / determinant,
+    ]
 }
 
 /// Mean over the sections of a line of highest over lowest.
@@ -182,6 +201,26 @@ mod tests {
         assert!((along.ra - areal.sa).abs() < 1e-12 && (along.rq - areal.sq).abs() < 1e-12);
         assert!((along.rz / 0.006 - 1.0).abs() < 0.01 && along.rt >= along.rz);
         assert!(wave.across().rt < 1e-12);
+    }
+
+    #[test]
+    fn nodes_beyond_the_surface_count_for_nothing() {
+        let (nu, nv) = (40, 30);
+        let slope = |k: usize| 0.1 + 0.01 * (k % nu) as f64 - 0.02 * (k / nu) as f64;
+        let is_on = |k: usize| (k % nu) + (k / nu) < 35;
+        let bump = |k: usize| if k.is_multiple_of(2) { 1e-3 } else { -1e-3 };
+        let of = |gap: &dyn Fn(usize) -> bool| {
+            let height = |k: usize| if gap(k) { slope(k) + bump(k) } else { f64::NAN };
+            Levelled::of([nu, nv], &(0..nu * nv).map(height).collect::<Vec<f64>>())
+        };
+        let (whole, part) = (of(&|_| true), of(&is_on));
+        assert!((part.areal().sa / whole.areal().sa - 1.0).abs() < 0.01);
+        assert!((part.areal().sz / whole.areal().sz - 1.0).abs() < 0.05);
+        assert!((part.along().ra / whole.along().ra - 1.0).abs() < 0.05);
+        assert_eq!(
+            part.heights().iter().filter(|h| h.is_nan()).count(),
+            (0..nu * nv).filter(|k| !is_on(*k)).count()
+        );
     }
 
     #[test]

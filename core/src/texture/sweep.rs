@@ -3,27 +3,34 @@
 //! Terms. A *quadrilateral* is what an edge element sweeps in a time step, taken as two triangles; its error is that of a
 //! chord, `l² / (8 r)`. A node's height is the least at which its normal meets one, from the start height down; one
 //! that lies deeper than the start height is high is not looked at. Steps: (1) per move, the part of the edge that can
-//! cut and the number of time steps; (2) per tile of the grid, the time steps on which the cutter comes near, by
-//! halving every move; (3) per step and tooth, the elements that come near; (4) per quadrilateral, the nodes in its
-//! box.
+//! cut and the number of time steps; (2) per tile of the grid, the moves that come near, the nearest first; (3) per move,
+//! what its teeth sweep over the tile (`over`).
 //!
-//! Tiles are independent and each runs through the path in order; the least of heights is exact. So the result does not
-//! depend on the number of threads, and nothing is merged.
+//! Tiles are independent and the least of heights is exact in any order. So the result does not depend on the number of
+//! threads, and nothing is merged.
+
+mod over;
 
 use super::edge::{Edge, Runout, Teeth};
 use super::engagement::{Stretch, lowest_stretch};
 use super::grid::Grid;
 use super::kinematics::{FeedMove, Pose, Spindle};
 use super::steps::{edge_step, time_step};
-use super::tile::{Local, Tile, met};
+use super::tile::{Local, Tile};
 use crate::geometry::DVec3;
-use crate::geometry::math::{asin, atan2};
 use crate::parallel;
-use crate::tool::Tool;
-use std::f64::consts::{PI, TAU};
+use crate::tool::{Tool, ToolKind};
+use over::{Over, Swept};
+use std::f64::consts::TAU;
+use std::ops::Range;
 
-/// Time steps that are gone through one by one once they cannot be left out together.
-const RUN: u32 = 4;
+/// Moves that are looked at together first.
+const GROUP: usize = 64;
+/// Groups of tiles after which progress is told: fewer would leave it standing for long, more would leave threads without
+/// work at their ends.
+const GROUPS: usize = 100;
+/// Fewest tiles of a group.
+const LEAST_GROUP: usize = 8;
 /// Rounding of lengths, as a part of them.
 const ROUNDING: f64 = 1e-9;
 
@@ -34,6 +41,16 @@ pub enum EdgePart {
     Effective,
     /// All of it: bottom, corner, and the side up to the start height.
     Full,
+}
+
+/// How time steps and elements of an edge find the nodes that they may lower.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Search {
+    /// Tile by tile: only steps and elements that come near a tile are looked at.
+    Near,
+    /// All elements in all steps; each quadrilateral is tested with the nodes of its box along the grid, however high it
+    /// goes over them, and on one thread. A measure for the other, which gives the same heights.
+    Buckets,
 }
 
 /// A cutter with its teeth.
@@ -60,9 +77,13 @@ pub struct SweepOptions {
     pub thickness: f64,
     /// How far the path may be off the surface, mm; added to the thickness.
     pub slack: f64,
-    /// Part of the edges. Time steps are those of the effective part in any case, so that the results can be
-    /// compared.
+    /// Part of the edges.
     pub part: EdgePart,
+    /// Part of the edges whose points go no farther than the resolution in a time step. Parts can be compared node for
+    /// node where it is the same.
+    pub pace: EdgePart,
+    /// How nodes are found.
+    pub search: Search,
     /// Shortest length that is resolved, mm: `l_min`; `None` for the grid's shortest cell.
     pub resolution: Option<f64>,
     /// Number of threads, which changes nothing but the time.
@@ -72,7 +93,7 @@ pub struct SweepOptions {
 /// The heights over a grid, and what they took.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeightMap {
-    /// Height of each node along its normal, mm, in the grid's order.
+    /// Height of each node along its normal, mm, in the grid's order; NaN beyond the surface.
     pub heights: Vec<f64>,
     /// What it took.
     pub work: Work,
@@ -91,12 +112,13 @@ pub struct Work {
     pub tests: u64,
 }
 
-/// The heights that the moves of a path leave over a grid.
+/// The heights that the moves of a path leave over a grid. `progress` is called with the part done.
 pub fn sweep(
     grid: &Grid,
     cutter: &Cutter,
     moves: &[FeedMove],
     options: &SweepOptions,
+    progress: &mut dyn FnMut(f64),
 ) -> HeightMap {
     let l_min = options.resolution.unwrap_or(grid.cells().least);
     let edge = Edge::new(&cutter.tool, cutter.helix);
@@ -106,23 +128,40 @@ pub fn sweep(
     let teeth = Teeth::new(&edge, cutter.flutes, &cutter.runout, end, step);
     let stints: Vec<Stint> =
         moves.iter().map(|m| Stint::new(m, cutter, &teeth, options, l_min)).collect();
-    let sweep = Sweep { grid, teeth: &teeth, spindle: cutter.spindle, start: options.start };
-    let tiles = Tile::all(grid);
-    let swept = parallel::map(options.threads, &tiles, |tile| sweep.tile(tile, &stints));
-    let mut heights = vec![options.start; grid.nodes().len()];
     let mut work = Work {
         steps: stints.iter().map(|s| u64::from(s.steps)).sum(),
         edge_points: stints.iter().map(Stint::points).max().unwrap_or(0),
         ..Work::default()
     };
-    for (tile, swept) in tiles.iter().zip(swept) {
-        work.quads += swept.work.quads;
-        work.tests += swept.work.tests;
-        for (row, j) in swept.heights.chunks(tile.columns.len()).zip(tile.rows.clone()) {
-            let first = j * grid.counts()[0] + tile.columns.start;
-            heights[first..first + row.len()].copy_from_slice(row);
+    let sweep = Sweep {
+        grid,
+        teeth: &teeth,
+        spindle: cutter.spindle,
+        start: options.start,
+        search: options.search,
+        ball: (cutter.tool.kind() == ToolKind::Ball).then(|| cutter.tool.radius()),
+        groups: Group::all(&stints),
+        stints,
+    };
+    let tiles = match options.search {
+        Search::Near => Tile::all(grid),
+        Search::Buckets => vec![Tile::whole(grid)],
+    };
+    let mut heights = vec![options.start; grid.nodes().len()];
+    // In groups, so that progress shows.
+    let group = tiles.len().div_ceil(GROUPS).max(LEAST_GROUP);
+    let mut done = 0;
+    for group in tiles.chunks(group) {
+        progress(done as f64 / tiles.len() as f64);
+        done += group.len();
+        let swept = parallel::map(options.threads, group, |tile| sweep.tile(tile));
+        for (tile, swept) in group.iter().zip(swept) {
+            work.quads += swept.work.quads;
+            work.tests += swept.work.tests;
+            tile.write(&swept.heights, grid.counts()[0], &mut heights);
         }
     }
+    progress(1.0);
     HeightMap { heights, work }
 }
 
@@ -136,6 +175,8 @@ struct Stint<'a> {
     way: f64,
     /// Farthest way of a simulated point in a time step, mm.
     step_way: f64,
+    /// Middle and radius of a ball that holds all simulated points on the move.
+    ball: (DVec3, f64),
 }
 
 impl<'a> Stint<'a> {
@@ -162,12 +203,27 @@ impl<'a> Stint<'a> {
         let reach = out(all.last) + (last.z - profile[0].z);
         // The tip's, and what the turn of the axis adds to it.
         let feed = of.tip_feed() + of.turn_rate() * reach;
-        let dt = time_step(l_min, cutter.spindle.speed, out(effective.last), feed);
+        let stretch_of = |part| if part == EdgePart::Full { all } else { effective };
+        let pace = stretch_of(options.pace);
+        let dt = time_step(l_min, cutter.spindle.speed, out(pace.last), feed);
         let steps = (of.duration / dt).ceil().clamp(1.0, f64::from(u32::MAX)) as u32;
-        let stretch = if options.part == EdgePart::Full { all } else { effective };
+        let stretch = stretch_of(options.part);
         let rim = TAU * cutter.spindle.speed * out(stretch.last);
         let step_way = (rim + feed) * of.duration / f64::from(steps) * (1.0 + ROUNDING);
-        Self { of, steps, stretch, way: feed * of.duration * (1.0 + ROUNDING), step_way }
+        let way = feed * of.duration * (1.0 + ROUNDING);
+        let heights = [stretch.first, stretch.last].map(|k| profile[k].z.abs());
+        let far = out(stretch.last) + heights[0].max(heights[1]);
+        let ball = (of.pose(0.5).centre, far + way + step_way + teeth.spacing());
+        Self { of, steps, stretch, way, step_way, ball }
+    }
+
+    /// Of a place from the way of the corner's centre, mm².
+    fn distance_squared(&self, place: DVec3) -> f64 {
+        let [a, b] = [0.0, 1.0].map(|s| self.of.pose(s).centre);
+        let way = b - a;
+        let part =
+            ((place - a).dot(way) / way.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        place.distance_squared(a + way * part)
     }
 
     fn points(&self) -> u64 {
@@ -189,185 +245,57 @@ struct Sweep<'a> {
     teeth: &'a Teeth,
     spindle: Spindle,
     start: f64,
+    search: Search,
+    /// Radius of the cutter, if it is a ball.
+    ball: Option<f64>,
+    stints: Vec<Stint<'a>>,
+    groups: Vec<Group>,
 }
 
-/// Heights of a tile's nodes.
-struct SweptTile {
-    heights: Vec<f64>,
-    work: Work,
+/// Stints that follow each other, in a ball.
+struct Group {
+    stints: Range<usize>,
+    ball: (DVec3, f64),
 }
 
-/// Where a tile lies, seen from the cutter.
-struct Seen {
-    /// From the corner's centre to the tile's middle, mm.
-    way: DVec3,
-    /// Distance of its middle from the axis, mm.
-    out: f64,
-    /// Points of the edge that come as near as was asked.
-    stretch: Stretch,
+impl Group {
+    fn all(stints: &[Stint]) -> Vec<Self> {
+        let of = |(k, group): (usize, &[Stint])| {
+            let middle = group[group.len() / 2].ball.0;
+            let radius = group.iter().map(|s| s.ball.0.distance(middle) + s.ball.1);
+            let ball = (middle, radius.fold(0.0, f64::max) * (1.0 + ROUNDING));
+            Self { stints: k * GROUP..k * GROUP + group.len(), ball }
+        };
+        stints.chunks(GROUP).enumerate().map(of).collect()
+    }
 }
 
 impl Sweep<'_> {
-    fn tile(&self, tile: &Tile, stints: &[Stint]) -> SweptTile {
-        let count = tile.columns.len() * tile.rows.len();
-        let mut swept = SweptTile { heights: vec![self.start; count], work: Work::default() };
-        let Some(local) = Local::new(self.grid, tile, self.start) else { return swept };
-        let mut over = Over { sweep: self, tile, local: &local, rows: Rows::default() };
-        for stint in stints {
-            over.visit(stint, 0, stint.steps, &mut swept);
-        }
-        swept
-    }
-
-    /// Where a tile lies, if a point of the stretch, turned all around, may come within `reach` mm of its middle.
-    fn seen(&self, pose: &Pose, middle: DVec3, reach: f64, stretch: Stretch) -> Option<Seen> {
-        let way = middle - pose.centre;
-        let height = way.dot(pose.axis);
-        let out = (way - pose.axis * height).length();
-        let part = &self.teeth.profile()[stretch.first..=stretch.last];
-        // Both grow along the profile.
-        let first = part.partition_point(|p| p.rho < out - reach || p.z < height - reach);
-        let end = part.partition_point(|p| p.rho <= out + reach && p.z <= height + reach);
-        let found = Stretch {
-            first: (stretch.first + first).saturating_sub(1).max(stretch.first),
-            last: (stretch.first + end).min(stretch.last),
+    fn tile(&self, tile: &Tile) -> Swept {
+        let Some(local) = Local::new(self.grid, tile, self.start) else {
+            return Swept::before(self, tile);
         };
-        (first < end).then_some(Seen { way, out, stretch: found })
-    }
-}
-
-/// Points of an edge at the start and at the end of a step: in grid coordinates.
-#[derive(Default)]
-struct Rows {
-    before: Vec<DVec3>,
-    after: Vec<DVec3>,
-}
-
-/// A simulation over one tile.
-struct Over<'a> {
-    sweep: &'a Sweep<'a>,
-    tile: &'a Tile,
-    local: &'a Local,
-    rows: Rows,
-}
-
-impl Over<'_> {
-    /// Goes through the steps from `first` to `end` on which the cutter comes near, halving them.
-    fn visit(&mut self, stint: &Stint, first: u32, end: u32, swept: &mut SweptTile) {
-        let middle = first + (end - first) / 2;
-        let part = f64::from(end - first) / f64::from(stint.steps);
-        let reach = self.reach() + stint.way * part + stint.step_way;
-        let pose = stint.pose(middle);
-        if self.sweep.seen(&pose, self.local.middle, reach, stint.stretch).is_none() {
-            return;
+        let mut over = Over::new(self, tile, local);
+        match self.search {
+            Search::Near => self.near(over.local()).into_iter().for_each(|stint| over.visit(stint)),
+            Search::Buckets => self.stints.iter().for_each(|stint| over.all(stint)),
         }
-        if end - first <= RUN {
-            return (first..end).for_each(|step| self.step(stint, step, swept));
-        }
-        self.visit(stint, first, middle, swept);
-        self.visit(stint, middle, end, swept);
+        over.done()
     }
 
-    /// How near to the tile's middle a point without run-out has to be.
-    fn reach(&self) -> f64 {
-        self.local.radius + self.sweep.teeth.runout() + self.sweep.teeth.step()
-    }
-
-    fn step(&mut self, stint: &Stint, step: u32, swept: &mut SweptTile) {
-        let before = stint.pose(step);
-        let reach = self.reach() + stint.step_way;
-        let Some(seen) = self.sweep.seen(&before, self.local.middle, reach, stint.stretch) else {
-            return;
+    /// The stints that may come to a tile, the nearest first.
+    fn near(&self, local: &Local) -> Vec<&Stint<'_>> {
+        let may = |&(middle, radius): &(DVec3, f64)| {
+            middle.distance(local.middle) <= radius + local.radius
         };
-        let spindle = self.sweep.spindle;
-        let angle = spindle.angle(stint.time(step));
-        let frames = [
-            Frame::new(before, angle, self.local),
-            Frame::new(stint.pose(step + 1), spindle.angle(stint.time(step + 1)), self.local),
-        ];
-        let [x, y] = before.turned(angle);
-        let direction = atan2(seen.way.dot(y), seen.way.dot(x));
-        // The angle in which the tile is seen, generously.
-        let half = if seen.out > reach { asin(reach / seen.out) } else { PI };
-        let profile = self.sweep.teeth.profile();
-        let [low, high] = [seen.stretch.first, seen.stretch.last].map(|k| profile[k].beta);
-        let near = half + 0.5 * (high - low).abs() + ROUNDING;
-        for (tooth, psi) in self.sweep.teeth.psi().iter().enumerate() {
-            let apart = psi + 0.5 * (low + high) - direction;
-            if (apart - TAU * (apart / TAU).round()).abs() <= near {
-                self.elements(tooth, seen.stretch, &frames, swept);
-            }
-        }
-    }
-
-    /// The quadrilaterals that a stretch of a tooth's edge sweeps.
-    fn elements(
-        &mut self,
-        tooth: usize,
-        stretch: Stretch,
-        frames: &[Frame; 2],
-        swept: &mut SweptTile,
-    ) {
-        let teeth = self.sweep.teeth;
-        let points = || (stretch.first..=stretch.last).map(|k| teeth.point(tooth, k));
-        self.rows.before.clear();
-        self.rows.after.clear();
-        self.rows.before.extend(points().map(|p| frames[0].map(p)));
-        self.rows.after.extend(points().map(|p| frames[1].map(p)));
-        for k in stretch.first..stretch.last {
-            let i = k - stretch.first;
-            let Rows { before, after } = &self.rows;
-            let [columns, rows] =
-                self.local.box_of([before[i], before[i + 1], after[i + 1], after[i]]);
-            swept.work.quads += 1;
-            if columns.is_empty() || rows.is_empty() {
-                continue;
-            }
-            let [a, b] = [k, k + 1].map(|k| frames[0].place(teeth.point(tooth, k)));
-            let [d, c] = [k, k + 1].map(|k| frames[1].place(teeth.point(tooth, k)));
-            for j in rows {
-                for i in columns.clone() {
-                    self.test([i, j], [a, b, c, d], swept);
-                }
-            }
-        }
-    }
-
-    /// Lowers a node to a quadrilateral that its line meets.
-    fn test(&self, [i, j]: [usize; 2], corners: [DVec3; 4], swept: &mut SweptTile) {
-        let node = self.sweep.grid.node(self.tile.columns.start + i, self.tile.rows.start + j);
-        let place = node.place - self.local.middle;
-        swept.work.tests += 1;
-        let Some(height) = met(node.normal, corners.map(|c| c - place)) else { return };
-        let held = &mut swept.heights[j * self.tile.columns.len() + i];
-        if height < *held && height >= -self.sweep.start {
-            *held = height;
-        }
-    }
-}
-
-/// The tool frame with its teeth turned, in space relative to a tile's middle and in its grid coordinates.
-struct Frame {
-    centre: DVec3,
-    axes: [DVec3; 3],
-    mapped_centre: DVec3,
-    mapped: [DVec3; 3],
-}
-
-impl Frame {
-    fn new(pose: Pose, angle: f64, local: &Local) -> Self {
-        let [x, y] = pose.turned(angle);
-        let axes = [x, y, pose.axis];
-        let centre = pose.centre - local.middle;
-        Self { centre, axes, mapped_centre: local.map(centre), mapped: axes.map(|a| local.turn(a)) }
-    }
-
-    fn place(&self, p: DVec3) -> DVec3 {
-        self.centre + self.axes[0] * p.x + self.axes[1] * p.y + self.axes[2] * p.z
-    }
-
-    fn map(&self, p: DVec3) -> DVec3 {
-        self.mapped_centre + self.mapped[0] * p.x + self.mapped[1] * p.y + self.mapped[2] * p.z
+        let groups = self.groups.iter().filter(|group| may(&group.ball));
+        let stints = groups.flat_map(|group| &self.stints[group.stints.clone()]);
+        let mut near: Vec<(f64, &Stint)> = stints
+            .filter(|stint| may(&stint.ball))
+            .map(|stint| (stint.distance_squared(local.middle), stint))
+            .collect();
+        near.sort_by(|a, b| a.0.total_cmp(&b.0));
+        near.into_iter().map(|(_, stint)| stint).collect()
     }
 }
 

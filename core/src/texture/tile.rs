@@ -34,6 +34,50 @@ impl Tile {
         (0..nv).step_by(SIDE).flat_map(row).collect()
     }
 
+    /// All of a grid as one.
+    pub fn whole(grid: &Grid) -> Self {
+        let [nu, nv] = grid.counts();
+        Self { columns: 0..nu, rows: 0..nv }
+    }
+
+    /// Writes what is held of its nodes among that of a grid with `nu` nodes along `u`.
+    pub fn write<T: Copy>(&self, own: &[T], nu: usize, all: &mut [T]) {
+        for (row, j) in own.chunks(self.columns.len()).zip(self.rows.clone()) {
+            let first = j * nu + self.columns.start;
+            all[first..first + row.len()].copy_from_slice(row);
+        }
+    }
+
+    /// The mean of the sides of its cells along an axis, and of those that lead on from it; `None` where there are none.
+    fn side(&self, grid: &Grid, axis: usize) -> Option<DVec3> {
+        let counts = grid.counts();
+        let (mut sum, mut count) = (DVec3::ZERO, 0.0);
+        for j in self.rows.start.saturating_sub(1)..self.rows.end {
+            for i in self.columns.start.saturating_sub(1)..self.columns.end {
+                let next = [i + usize::from(axis == 0), j + usize::from(axis == 1)];
+                if next[0] < counts[0] && next[1] < counts[1] {
+                    let way = grid.node(next[0], next[1]).place - grid.node(i, j).place;
+                    if !way.is_nan() {
+                        (sum, count) = (sum + way, count + 1.0);
+                    }
+                }
+            }
+        }
+        (count > 0.0).then(|| sum / count)
+    }
+
+    /// The mean place of its nodes, and their mean grid coordinates from its own first ones; `None` where none is on the
+    /// surface.
+    fn middle(&self, grid: &Grid) -> Option<(DVec3, DVec3)> {
+        let (mut place, mut at, mut count) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+        for (k, node) in self.nodes(grid).enumerate().filter(|(_, node)| node.is_on_surface()) {
+            let columns = self.columns.len();
+            at += DVec3::new((k % columns) as f64, (k / columns) as f64, 0.0);
+            (place, count) = (place + node.place, count + 1.0);
+        }
+        (count > 0.0).then(|| (place / count, at / count))
+    }
+
     /// Its nodes, `u` fastest.
     pub fn nodes<'a>(&self, grid: &'a Grid) -> impl Iterator<Item = &'a Node> {
         let columns = self.columns.clone();
@@ -49,64 +93,54 @@ pub struct Local {
     pub middle: DVec3,
     /// Farthest end of a line from it, mm.
     pub radius: f64,
+    /// Farthest end of a line from it along the tile, mm.
+    side: f64,
     /// Rows: gradients of `i`, `j` and the height at the middle.
     rows: [DVec3; 3],
     /// Grid coordinates of the middle.
     origin: DVec3,
     /// How far lines are misplaced along `i` and `j`.
     margin: [f64; 2],
-    /// Heights over the middle between which all lines lie, mm.
+    /// Heights over the middle between which all lines lie, mm: the second is the top of the material.
     heights: [f64; 2],
     counts: [usize; 2],
+    /// mm per unit of a grid coordinate, where that is the shortest.
+    shortest: [f64; 2],
+}
+
+/// Where a tile is, seen along an axis from its middle: no farther than `side` off the axis, from `low` to `high` along it.
+#[derive(Copy, Clone, Debug)]
+pub struct Bounds {
+    pub side: f64,
+    pub low: f64,
+    pub high: f64,
 }
 
 impl Local {
-    /// The map of a tile whose lines reach `height` mm either way; `None` where its grid has no area.
+    /// The map of a tile whose lines reach `height` mm either way; `None` where its grid has no area, or no node on the
+    /// surface.
     pub fn new(grid: &Grid, tile: &Tile, height: f64) -> Option<Self> {
         let counts = [tile.columns.len(), tile.rows.len()];
-        let corner = |a: usize, b: usize| {
-            let i = if a == 0 { tile.columns.start } else { tile.columns.end - 1 };
-            let j = if b == 0 { tile.rows.start } else { tile.rows.end - 1 };
-            grid.node(i, j).place
-        };
-        let [nu, nv] = grid.counts();
-        let [du, dv] = [0, 1].map(|axis| match (counts[axis], axis) {
-            // A single row or column leans on the one beside it.
-            (1, 0) => {
-                let i = tile.columns.start.min(nu.saturating_sub(2));
-                grid.node((i + 1).min(nu - 1), tile.rows.start).place
-                    - grid.node(i, tile.rows.start).place
-            }
-            (1, _) => {
-                let j = tile.rows.start.min(nv.saturating_sub(2));
-                grid.node(tile.columns.start, (j + 1).min(nv - 1)).place
-                    - grid.node(tile.columns.start, j).place
-            }
-            (n, 0) => {
-                0.5 * (corner(1, 0) - corner(0, 0) + corner(1, 1) - corner(0, 1)) / (n - 1) as f64
-            }
-            (n, _) => {
-                0.5 * (corner(0, 1) - corner(0, 0) + corner(1, 1) - corner(1, 0)) / (n - 1) as f64
-            }
-        });
+        let [du, dv] = [0, 1].map(|axis| tile.side(grid, axis));
         let normal = tile.nodes(grid).map(|n| n.normal).sum::<DVec3>().try_normalize()?;
-        let columns = DMat3::from_cols(du, dv, normal);
+        let columns = DMat3::from_cols(du?, dv?, normal);
         if columns.determinant().abs() <= f64::MIN_POSITIVE {
             return None;
         }
         let inverse = columns.inverse().transpose();
-        let middle = 0.25 * (corner(0, 0) + corner(1, 0) + corner(0, 1) + corner(1, 1));
-        let origin = DVec3::new((counts[0] - 1) as f64, (counts[1] - 1) as f64, 0.0) * 0.5;
+        let (middle, origin) = tile.middle(grid)?;
         let mut local = Self {
             middle,
             radius: 0.0,
+            side: 0.0,
             rows: [inverse.x_axis, inverse.y_axis, normal],
             origin,
             margin: [ROUNDING; 2],
             heights: [f64::INFINITY, f64::NEG_INFINITY],
             counts,
+            shortest: [inverse.x_axis, inverse.y_axis].map(|row| 1.0 / row.length()),
         };
-        for (k, node) in tile.nodes(grid).enumerate() {
+        for (k, node) in tile.nodes(grid).enumerate().filter(|(_, node)| node.is_on_surface()) {
             local.widen(node, (k % counts[0], k / counts[0]), height);
         }
         Some(local)
@@ -123,7 +157,61 @@ impl Local {
         self.heights[1] = self.heights[1].max(at.z + height + ROUNDING);
         for end in [place + node.normal * height, place - node.normal * height] {
             self.radius = self.radius.max(end.length());
+            let along = end - self.rows[2] * self.rows[2].dot(end);
+            self.side = self.side.max(along.length() + ROUNDING);
         }
+    }
+
+    /// Lowers the top to the highest of what is left on the nodes of the tile, to whose `heights` nothing is added.
+    pub fn lower_top(&mut self, grid: &Grid, tile: &Tile, heights: &[f64]) {
+        let normal = self.rows[2];
+        let held = tile.nodes(grid).zip(heights).filter(|(node, _)| node.is_on_surface());
+        let top = held.map(|(node, height)| {
+            let cosine = node.normal.dot(normal);
+            // A line that goes down where others go up tells nothing.
+            let up = if cosine > 0.0 { cosine * height } else { f64::INFINITY };
+            (node.place - self.middle).dot(normal) + up
+        });
+        let top = top.fold(f64::NEG_INFINITY, f64::max) + ROUNDING;
+        self.heights[1] = self.heights[1].min(top);
+    }
+
+    /// How the tile looks along an axis.
+    pub fn bounds(&self, axis: DVec3) -> Bounds {
+        let cosine = self.rows[2].dot(axis);
+        let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+        let [low, high] = self.heights;
+        let ends = [low * cosine, high * cosine];
+        let lean = self.side * sine;
+        Bounds {
+            side: self.side + sine * low.abs().max(high.abs()),
+            low: ends[0].min(ends[1]) - lean,
+            high: ends[0].max(ends[1]) + lean,
+        }
+    }
+
+    /// At least so far from the material over the tile is a place from which `way` goes to the middle, mm.
+    pub fn distance(&self, way: DVec3) -> f64 {
+        let height = -way.dot(self.rows[2]);
+        let along = (way + self.rows[2] * height).length();
+        let off = (along - self.side).max(0.0);
+        let over = (height - self.heights[1]).max(self.heights[0] - height).max(0.0);
+        (off * off + over * over).sqrt()
+    }
+
+    /// At least so far from all places whose boxes hold a node is a mapped place, mm.
+    pub fn outside(&self, at: DVec3) -> f64 {
+        let beside = |x: f64, axis: usize| {
+            let last = (self.counts[axis] - 1) as f64;
+            (-self.margin[axis] - x).max(x - last - self.margin[axis]) * self.shortest[axis]
+        };
+        let over = (at.z - self.heights[1]).max(self.heights[0] - at.z);
+        beside(at.x, 0).max(beside(at.y, 1)).max(over) - ROUNDING
+    }
+
+    /// Lets boxes hold nodes at any height over or under a quadrilateral.
+    pub fn forget_heights(&mut self) {
+        self.heights = [f64::NEG_INFINITY, f64::INFINITY];
     }
 
     /// Grid coordinates, and height in mm, of a place relative to the middle.
@@ -154,10 +242,16 @@ impl Local {
 
 /// The integers between two numbers, from 0 and below `count`.
 fn range(low: f64, high: f64, count: usize) -> Range<usize> {
-    // Casts saturate, and NaN gives an empty range.
-    let first = low.ceil().max(0.0) as usize;
-    let end = (high.floor() + 1.0).max(0.0) as usize;
-    first..end.min(count).max(first)
+    let count = count as f64;
+    // NaN gives an empty range. Casts round down; `ceil` and `floor` are calls on many machines.
+    if !(high >= 0.0 && low < count) {
+        return 0..0;
+    }
+    let low = low.max(0.0);
+    let down = low as u32;
+    let first = down + u32::from(f64::from(down) < low);
+    let end = high.min(count - 1.0) as u32 + 1;
+    first as usize..(end.max(first)) as usize
 }
 
 /// The least height at which a line meets a swept quadrilateral, mm; `None` where it does not.

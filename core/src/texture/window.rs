@@ -47,6 +47,7 @@ pub enum WindowError {
 #[derive(Clone, Debug)]
 pub struct Window<'a> {
     surface: &'a Surface,
+    chart: &'a Chart,
     locator: &'a Locator<'a>,
     /// Its middle on the surface, mm.
     pub middle: DVec3,
@@ -81,7 +82,7 @@ impl<'a> Window<'a> {
         let vertices = surface.connectivity().face(place.face);
         let flat = (0..3).map(|i| chart.uv()[vertices[i].index()] * place.weights[i]).sum();
         let along = flat_feed / chart.scale(surface, place);
-        Ok(Self { surface, locator, middle, feed, flat, axes: [along, along.perp()] })
+        Ok(Self { surface, chart, locator, middle, feed, flat, axes: [along, along.perp()] })
     }
 
     /// The node `u` mm along the feed from the middle and `v` mm to its left; `None` beyond the surface.
@@ -96,18 +97,33 @@ impl<'a> Window<'a> {
         self.locator.locate(self.flat + self.axes[0] * uv.x + self.axes[1] * uv.y).ok()
     }
 
-    /// How far the facets of a mesh are off a smooth surface through its vertices in the window of `size` mm, mm; 0 on
-    /// a NURBS surface.
+    /// Parameters of the middle, and the size, of the rectangle along and across the feed that holds the whole surface.
+    pub fn whole(&self) -> (DVec2, DVec2) {
+        let to = self.axes.map(|axis| axis / axis.length_squared());
+        let at = |flat: &DVec2| DVec2::from(to.map(|axis| axis.dot(*flat - self.flat)));
+        let (low, high) = self
+            .chart
+            .uv()
+            .iter()
+            .map(at)
+            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), at| {
+                (low.min(at), high.max(at))
+            });
+        (0.5 * (low + high), high - low)
+    }
+
+    /// How far the facets of a mesh are off a smooth surface through its vertices in the rectangle of `size` mm about
+    /// `(u, v)`, mm; 0 on a NURBS surface.
     ///
     /// # Source
     /// Boubekeur and Alexa, "Phong Tessellation" (2008), with half of the projection, which is exact for paraboloids.
-    pub fn facets(&self, size: DVec2) -> f64 {
+    pub fn facets(&self, (middle, size): (DVec2, DVec2)) -> f64 {
         if self.surface.parameters().is_some() {
             return 0.0;
         }
         let at = |i: usize| (i as f64 + 0.5) / LOOKS as f64 - 0.5;
         let looks = (0..LOOKS * LOOKS)
-            .filter_map(|k| self.point(DVec2::new(at(k % LOOKS), at(k / LOOKS)) * size));
+            .filter_map(|k| self.point(middle + DVec2::new(at(k % LOOKS), at(k / LOOKS)) * size));
         looks.map(|point| self.off_smooth(point)).fold(0.0, f64::max)
     }
 
@@ -235,6 +251,11 @@ mod tests {
             assert!(along.dot(across).abs() < 0.02 && along.normalize().dot(window.feed) > 0.999);
             assert!(along.cross(across).z > 0.0);
             assert!(window.node(DVec2::new(90.0, 0.0)).is_none());
+            let (whole, size) = window.whole();
+            // All of it is in the rectangle, which it touches.
+            let inside = |share: DVec2| window.node(whole + share * size);
+            assert!(inside(DVec2::ZERO).is_some() && inside(DVec2::new(0.51, 0.0)).is_none());
+            assert!(size.min_element() > 19.0 && size.max_element() < 29.0, "{size}");
             let far = (at + DVec3::Z * 9.0, 1.0);
             let off = Window::new(&surface, &chart, &locator, (&path(), &tool), far);
             assert!(matches!(off, Err(WindowError::OffSurface { .. })));
@@ -253,7 +274,7 @@ mod tests {
             let window = Window::new(&surface, &chart, &locator, (&path(), &tool), at).unwrap();
             let curvature = surface.curvature(None);
             assert_eq!(window.least_concave_radius(&curvature, 3.0), None);
-            window.facets(DVec2::splat(3.0))
+            window.facets((DVec2::ZERO, DVec2::splat(3.0)))
         };
         // The middle of a triangle of side l stands l² / (6 R) under the sphere.
         let ratio = of(1.0) / (1.0 / (6.0 * 40.0));

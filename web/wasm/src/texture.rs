@@ -40,7 +40,7 @@ pub fn texture(
     let [x, y, z] = at[..] else { return Err(told("a place has three coordinates".into())) };
     let at = DVec3::new(x, y, z);
     job.texture = Some(match job.texture.take() {
-        Some(window) => TextureOptions { at, ..window },
+        Some(window) => TextureOptions { at, whole: false, ..window },
         None => TextureOptions::about(at, &job),
     });
     let path = Toolpath::from_csv(path).map_err(|failed| told(failed.to_string()))?;

@@ -2,14 +2,30 @@
 
 use super::Resolver;
 use crate::geometry::DVec2;
+use crate::job::file::TextureTable;
 use crate::job::units::radians;
-use crate::job::{Job, TextureOptions};
+use crate::job::{Job, TextureCells, TextureOptions};
 
 impl Resolver<'_> {
     /// The window, if the job has one. `job`: all of it but its window.
     pub(super) fn texture(&mut self, job: &Job) -> Option<TextureOptions> {
         let table = &self.file.texture;
-        let by_default = TextureOptions::about(self.point(table.at?), job);
+        let whole = table.whole.unwrap_or(false);
+        let by_default = match table.at {
+            Some(at) => TextureOptions { whole, ..TextureOptions::about(self.point(at), job) },
+            None if whole => TextureOptions::of_all(job),
+            None => {
+                if *table != TextureTable::default() {
+                    let help = "give `at = [x, y, z]`, a place on the surface, or `whole = true`";
+                    self.fault("texture", "a window without a place", help);
+                }
+                return None;
+            }
+        };
+        if whole && table.discretisation == Some(TextureCells::Constant) {
+            let message = "a net of constant cells does not go around a whole surface";
+            self.fault("texture.discretisation", message, "use \"uniform\"");
+        }
         let flutes = by_default.tooth_runout.len();
         let teeth = match &table.tooth_runout {
             Some(teeth) => teeth.iter().map(|t| t * self.unit).collect(),

@@ -1,7 +1,8 @@
 use super::*;
 use crate::job;
 
-const JOB: &str = "version = 1
+/// A plane under a ball, without a machine and without a window.
+pub(crate) const JOB: &str = "version = 1
 [surface]
 analytic = { kind = \"plane\", size = 8, resolution = 1 }
 [tool]
@@ -22,7 +23,9 @@ fn made(texture: &str, threads: usize) -> Result<TextureResults, ResultsError> {
     texture_results(&job, Files::default(), threads, &mut |_, _| {})
 }
 
-const WINDOW: &str = "[texture]\nat = [0.2, 0.1, 0]\nsize = [0.4, 1.0]\nspacing = 0.02\n";
+/// A small window on it.
+pub(crate) const WINDOW: &str =
+    "[texture]\nat = [0.2, 0.1, 0]\nsize = [0.4, 1.0]\nspacing = 0.02\n";
 
 #[test]
 fn a_planned_plane_has_the_cusps_of_its_passes() {
@@ -80,4 +83,35 @@ fn a_path_that_does_not_belong_to_the_surface_is_told() {
     still.points.iter_mut().for_each(|point| point.time = 0.0);
     let still = texture_of_path(&job, Files::default(), &still, 1, &mut |_, _| {});
     assert!(matches!(still, Err(ResultsError::Texture(TextureError::NoTime))));
+}
+
+#[test]
+fn a_whole_surface_has_a_grid_with_gaps_beyond_it() {
+    let cap =
+        JOB.replace("kind = \"plane\", size = 8", "kind = \"sphere-cap\", radius = 40, size = 4");
+    let cap = cap.replace("resolution = 1", "resolution = 0.2");
+    let of = |texture: &str, threads: usize| {
+        let job = job::read(format!("{cap}{texture}").as_bytes()).unwrap().job;
+        texture_results(&job, Files::default(), threads, &mut |_, _| {})
+    };
+    const WHOLE: &str = "[texture]\nwhole = true\nspacing = 0.02\n";
+    let whole = of(WHOLE, 1).unwrap();
+    assert_eq!(of(WHOLE, 3).unwrap().files, whole.files);
+    let window = &whole.figures.window;
+    // A disk fills pi / 4 of its square.
+    let share = window.beyond as f64 / (window.nodes[0] * window.nodes[1]) as f64;
+    assert!((share - (1.0 - std::f64::consts::FRAC_PI_4)).abs() < 0.02, "{share}");
+    let csv = std::str::from_utf8(&whole.files[0].bytes).unwrap();
+    let empty = csv.lines().filter(|line| line.ends_with(',')).count();
+    assert_eq!(empty as u64, window.beyond);
+    let matrix = std::str::from_utf8(&whole.files[1].bytes).unwrap();
+    assert_eq!(matrix.matches("nan").count() as u64, window.beyond);
+    // Its middle is a window's.
+    let middle = of("[texture]\nat = [0, 0, 0]\nsize = [2, 2]\nspacing = 0.02\n", 1).unwrap();
+    assert!((whole.figures.areal.sa_um / middle.figures.areal.sa_um - 1.0).abs() < 0.1);
+    let coarse = of("[texture]\nwhole = true\nspacing = 9\n", 1);
+    assert!(matches!(coarse, Err(ResultsError::Texture(TextureError::Grid(_)))));
+    let constant = format!("{JOB}[texture]\nwhole = true\ndiscretisation = \"constant\"\n");
+    assert!(job::read(constant.as_bytes()).is_err());
+    assert!(job::read(format!("{JOB}[texture]\nsize = [1, 1]\n").as_bytes()).is_err());
 }

@@ -6,7 +6,8 @@
 //! - `x3p`: the container of ISO 25178-72.
 //!
 //! Heights are those over the nominal form as simulated, mean plane included. Nodes stand at even steps, the mean lengths
-//! of the grid's cells: on a curved surface the map is laid flat.
+//! of the grid's cells: on a curved surface the map is laid flat. Nodes beyond the surface have no height: an empty field,
+//! `nan`, and the NaN that X3P has for points that are not valid.
 
 mod x3p;
 
@@ -25,7 +26,7 @@ pub struct Matrix<'a> {
     pub counts: [usize; 2],
     /// Distances of nodes, mm.
     pub steps: [f64; 2],
-    /// Heights, mm, along the feed fastest.
+    /// Heights, mm, along the feed fastest; NaN beyond the surface.
     pub heights: &'a [f64],
 }
 
@@ -43,7 +44,10 @@ pub fn csv(map: &Matrix) -> Vec<u8> {
         let x = (k % map.counts[0]) as f64 * map.steps[0];
         let y = (k / map.counts[0]) as f64 * map.steps[1];
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "{x:.6},{y:.6},{:.4}", h * MICRO);
+        let _ = match h.is_nan() {
+            true => writeln!(text, "{x:.6},{y:.6},"),
+            false => writeln!(text, "{x:.6},{y:.6},{:.4}", h * MICRO),
+        };
     }
     text.into_bytes()
 }
@@ -60,7 +64,10 @@ pub fn asc(map: &Matrix) -> Vec<u8> {
     for row in map.heights.chunks(map.counts[0].max(1)) {
         for (i, h) in row.iter().enumerate() {
             let gap = if i == 0 { "" } else { " " };
-            let _ = write!(text, "{gap}{:.7}", h * MICRO);
+            let _ = match h.is_nan() {
+                true => write!(text, "{gap}nan"),
+                false => write!(text, "{gap}{:.7}", h * MICRO),
+            };
         }
         text.push('\n');
     }
@@ -81,5 +88,9 @@ mod tests {
         let matrix = String::from_utf8(asc(&map)).unwrap();
         assert!(matrix.contains("# Width: 0.300000000 mm"));
         assert_eq!(matrix.lines().last(), Some("3.0000000 4.0000000 5.0001000"));
+        let gap = [f64::NAN, 0.001];
+        let map = Matrix { counts: [2, 1], steps: [0.1, 0.1], heights: &gap };
+        assert!(String::from_utf8(csv(&map)).unwrap().contains("\n0.000000,0.000000,\n"));
+        assert!(String::from_utf8(asc(&map)).unwrap().ends_with("\nnan 1.0000000\n"));
     }
 }

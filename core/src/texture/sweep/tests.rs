@@ -1,5 +1,7 @@
+mod plain;
+
 use super::*;
-use crate::geometry::math::{cos, sin};
+use crate::geometry::math::{cos, sin, tan};
 use crate::geometry::{DVec2, DVec3};
 use crate::surface::AnalyticSurface;
 use crate::texture::engagement::{Shape, thickness};
@@ -7,7 +9,9 @@ use crate::texture::grid::{Discretisation, Node};
 use crate::texture::kinematics::feed_moves;
 use crate::texture::parameters::Levelled;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
-use std::f64::consts::FRAC_PI_2;
+
+use plain::Plain;
+use std::f64::consts::PI;
 
 const R: f64 = 5.0;
 const FZ: f64 = 0.1;
@@ -32,6 +36,8 @@ fn options(thickness: f64) -> SweepOptions {
         thickness,
         slack: 1e-3,
         part: EdgePart::Effective,
+        pace: EdgePart::Effective,
+        search: Search::Near,
         resolution: None,
         threads: 2,
     }
@@ -93,7 +99,7 @@ fn grid(surface: &AnalyticSurface, size: [f64; 2], middle: [f64; 2], cell: f64) 
 
 /// Heights on a plane.
 fn on_plane(path: &Toolpath, grid: &Grid, runout: Runout, options: &SweepOptions) -> HeightMap {
-    sweep(grid, &cutter(runout), &feed_moves(path, R), options)
+    sweep(grid, &cutter(runout), &feed_moves(path, R), options, &mut |_| {})
 }
 
 /// Highest over lowest of a track of nodes along `u`.
@@ -191,65 +197,20 @@ fn the_effective_edge_gives_the_heights_of_the_full_one() {
     }
 }
 
-/// Heights by testing every node's normal against what every element of every edge sweeps in every time step, with its
-/// own formulas for both.
-fn oracle(grid: &Grid, cutter: &Cutter, path: &Toolpath, steps: u32, element: f64) -> Vec<f64> {
-    let mut heights = vec![AP; grid.nodes().len()];
-    let count = ((R * FRAC_PI_2 * 0.5) / element).ceil() as u32;
-    let tan_helix = 0.577_350_269_189_625_8;
-    for pair in path.points.windows(2).filter(|pair| pair[1].kind == MoveKind::Cut) {
-        let at = |s: f64, tooth: u32, k: u32| {
-            let t = pair[0].time + (pair[1].time - pair[0].time) * s;
-            let axis = pair[0].axis.lerp(pair[1].axis, s).normalize();
-            let tip = pair[0].tip.lerp(pair[1].tip, s);
-            let forward = DVec3::X - axis * axis.x;
-            let x = forward.normalize();
-            let y = axis.cross(x);
-            let alpha = f64::from(k) * element / R;
-            let lag = -cos(alpha) * tan_helix + PI * f64::from(tooth);
-            let turn = lag + cutter.spindle.phase - TAU * SPEED * t;
-            let out = R * sin(alpha);
-            tip + axis * (R - R * cos(alpha)) + x * (out * cos(turn)) + y * (out * sin(turn))
-        };
-        for step in 0..steps {
-            let (s0, s1) =
-                (f64::from(step) / f64::from(steps), f64::from(step + 1) / f64::from(steps));
-            for tooth in 0..2 {
-                for k in 0..count {
-                    let [a, b, c, d] = [
-                        at(s0, tooth, k),
-                        at(s0, tooth, k + 1),
-                        at(s1, tooth, k + 1),
-                        at(s1, tooth, k),
-                    ];
-                    for (node, height) in grid.nodes().iter().zip(&mut heights) {
-                        for triangle in [[a, b, c], [a, c, d]] {
-                            if let Some(h) = along(node, triangle) {
-                                *height = height.min(h);
-                            }
-                        }
-                    }
-                }
-            }
-        }
+#[test]
+fn all_elements_in_all_steps_give_the_same_heights() {
+    let surface = AnalyticSurface::SphereCap { radius: -40.0, diameter: 30.0 };
+    let path = passes(&surface, 0.2, AE, 1, (0.4, 8));
+    let grid = grid(&surface, [0.4, 0.6], [0.0, 0.0], 0.04);
+    let near = on_plane(&path, &grid, Runout::default(), &options(0.25));
+    let buckets = |part| {
+        let all = SweepOptions { search: Search::Buckets, part, ..options(0.25) };
+        on_plane(&path, &grid, Runout::default(), &all)
+    };
+    for all in [buckets(EdgePart::Effective), buckets(EdgePart::Full)] {
+        assert_eq!(all.heights, near.heights);
+        assert!(all.work.tests > near.work.tests && all.work.quads > near.work.quads);
     }
-    heights
-}
-
-/// Where a node's normal meets a triangle, by Cramer's rule.
-fn along(node: &Node, [a, b, c]: [DVec3; 3]) -> Option<f64> {
-    let (e1, e2, way) = (b - a, c - a, node.place - a);
-    let across = node.normal.cross(e2);
-    let det = e1.dot(across);
-    if det == 0.0 {
-        return None;
-    }
-    let u = way.dot(across) / det;
-    let q = way.cross(e1);
-    let v = node.normal.dot(q) / det;
-    let tolerance = -1e-9;
-    let t = e2.dot(q) / det;
-    (u >= tolerance && v >= tolerance && u + v <= 1.0 - tolerance && t.abs() <= AP).then_some(t)
 }
 
 #[test]
@@ -261,8 +222,14 @@ fn plain_time_stepping_over_all_nodes_gives_the_same_heights() {
         let grid = grid(&PLANE, [0.16, 0.16], [0.02, 0.1], 0.04);
         let moves = feed_moves(&path, R);
         let options = SweepOptions { resolution: Some(0.02), ..options(AP) };
-        let map = sweep(&grid, &cutter, &moves, &options);
-        let brute = oracle(&grid, &cutter, &path, map.work.steps as u32, 0.02);
+        let map = sweep(&grid, &cutter, &moves, &options, &mut |_| {});
+        let plain = Plain::new(&cutter, AP, map.work.steps as u32, (0.02, 0.25 * PI * R));
+        let mut brute = vec![AP; grid.nodes().len()];
+        for pair in path.points.windows(2).filter(|pair| pair[1].kind == MoveKind::Cut) {
+            for step in 0..plain.steps {
+                plain.step([&pair[0], &pair[1]], step, grid.nodes(), &mut brute);
+            }
+        }
         let worst = map.heights.iter().zip(&brute).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         let cut = brute.iter().filter(|h| **h < AP).count();
         println!("oracle at {tilt}: {} nodes, {cut} cut, worst {worst:e}", brute.len());
@@ -293,7 +260,7 @@ fn bull_and_flat_ends_leave_their_bottom() {
         let grid = grid(&PLANE, [0.4, 0.4], [0.0, 0.0], 0.02);
         let cutter = Cutter { tool, ..cutter(Runout::default()) };
         // The passes are those of a ball, whose tip stands where theirs does.
-        let map = sweep(&grid, &cutter, &feed_moves(&path, corner), &options(AP));
+        let map = sweep(&grid, &cutter, &feed_moves(&path, corner), &options(AP), &mut |_| {});
         assert!(map.heights.iter().all(|h| h.abs() < 1e-12), "{corner}");
     }
 }
