@@ -1,7 +1,7 @@
 //! `cargo xtask test`: all tests, natively and of the page, whose files are compared with the native ones.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Child, Command, Stdio};
 
 use crate::serve;
 
@@ -14,8 +14,24 @@ pub fn test(project: &Path) -> Result<(), String> {
     if !project.join("../shared/data").is_dir() {
         println!("skipped: tests on real meshes, since there is no ../shared/data");
     }
-    run(cargo(project).args(["test", "--workspace"]))?;
+    let mut ahead = page_ahead();
+    let tested = run(cargo(project).args(["test", "--workspace"]));
+    if let Some(build) = &mut ahead {
+        if tested.is_err() {
+            build.kill().ok();
+        }
+        // What it may have failed at fails again below, and is seen there.
+        build.wait().ok();
+    }
+    tested?;
     page(project)
+}
+
+/// Builds the page while the native tests run: its optimiser keeps one core busy for minutes, and they not always both.
+fn page_ahead() -> Option<Child> {
+    chromium()?;
+    let mut build = Command::new(std::env::current_exe().ok()?);
+    build.arg("page").stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().ok()
 }
 
 /// Tests the page in a real browser; without one, what node can tell.
