@@ -257,7 +257,7 @@ fn a_mesh_beside_the_surface_that_cannot_be_used_is_refused_with_its_place() {
         [("", "an empty file"), ("clamp", "no face"), ("v 0 0 0\nf 1 1 1\n", "area")]
     {
         fs::write(directory.join("clamp.obj"), mesh).unwrap();
-        assert_refused(&directory, 3, &["path.wall_file", found, place]);
+        assert_refused(&directory, 3, &["error: walls: ", found, place]);
     }
     write_mesh_job(&directory, STRIP, "[path]\nwall_file = \"clamp.step\"\n");
     assert_refused(&directory, 2, &["path.wall_file", "stl, obj, ply, off"]);
