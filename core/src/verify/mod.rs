@@ -48,6 +48,7 @@ use crate::toolpath::{MoveKind, Toolpath};
 use body::Body;
 use motion::Motion;
 use peaks::{Search, Sought};
+use samples::CREASE;
 use sweep::{Material, Swept, SweptTile, Touch};
 use thiserror::Error;
 use walls::Outline;
@@ -212,8 +213,13 @@ pub fn verify(
     for group in tiles.chunks(tiles.len().div_ceil(32).max(8)) {
         progress(swept.len() as f64 / tiles.len() as f64);
         let sweep = |tile: &samples::Tile| {
-            let samples = tile.samples(spacing, inset);
-            sweep::sweep(tile, samples, &motion, &body, material)
+            let sweep = |samples| sweep::sweep(tile, samples, &motion, &body, material);
+            let swept = sweep(tile.samples(spacing, inset));
+            let is_cut = |s: &Swept| !s.sample.machined && s.height < -options.tolerance;
+            // A sheet thinner than the tolerance is guarded, too.
+            let counts = |a: DVec3, b: DVec3| a.dot(b) > -CREASE;
+            let ends = Ends { tile, facets: &[design, rest], counts, deepest: material.deepest };
+            ends.applied(swept, is_cut, sweep)
         };
         swept.extend(parallel::map(options.threads, group, sweep));
     }
@@ -274,25 +280,51 @@ fn on_walls(
     parallel::map(options.threads, &tiles, |tile: &samples::Tile| {
         let mut samples = tile.samples(spacing, 0.0);
         samples.iter_mut().for_each(|s| s.wall = Some(deepest));
-        let swept = sweep::sweep(tile, samples, motion, body, material);
-        if swept.samples.iter().all(|s| s.by.is_none()) {
+        let sweep = |samples| sweep::sweep(tile, samples, motion, body, material);
+        let ends = Ends { tile, facets: &[sheet.facets()], counts: |_, _| true, deepest };
+        ends.applied(sweep(samples), |s| s.by.is_some(), sweep)
+    })
+}
+
+/// Where the material behind walls ends: nearer to another one.
+struct Ends<'a> {
+    tile: &'a samples::Tile,
+    /// The walls.
+    facets: &'a [Facets<'a>],
+    /// Which of them end another's material, by the normals of both.
+    counts: fn(DVec3, DVec3) -> bool,
+    /// What lies deeper does not matter, mm.
+    deepest: f64,
+}
+
+impl Ends<'_> {
+    /// A tile swept again where what cuts its samples goes beyond an end.
+    fn applied(
+        &self,
+        swept: SweptTile,
+        is_cut: impl Fn(&Swept) -> bool,
+        sweep: impl Fn(Vec<samples::Sample>) -> SweptTile,
+    ) -> SweptTile {
+        if !swept.samples.iter().any(&is_cut) {
             return swept;
         }
-        // Where the walls' material ends matters to the few samples that are cut.
-        let facets = sheet.near(tile.centre, tile.radius + 2.0 * deepest);
+        let Self { tile, deepest, .. } = *self;
+        let near = |facets| walls::near(facets, tile.centre, tile.radius + 2.0 * deepest);
+        let facets: Vec<walls::Facet> = self.facets.iter().copied().flat_map(near).collect();
         let mut ends = false;
-        let limited = |s: &sweep::Swept| {
+        let limited = |s: &Swept| {
             let mut sample = s.sample;
-            if s.by.is_some() {
-                let behind = walls::depth_behind(sample.position, sample.normal, &facets, deepest);
+            if is_cut(s) {
+                let ending = facets.iter().filter(|f| (self.counts)(f.normal, sample.normal));
+                let behind = walls::depth_behind(sample.position, sample.normal, ending, deepest);
                 ends |= behind < deepest;
                 sample.wall = Some(behind);
             }
             sample
         };
         let samples = swept.samples.iter().map(limited).collect();
-        if ends { sweep::sweep(tile, samples, motion, body, material) } else { swept }
-    })
+        if ends { sweep(samples) } else { swept }
+    }
 }
 
 /// The height above the edge of a surface up to which a wall has to be looked at, mm: what a cutter does higher up, it

@@ -423,6 +423,53 @@ fn the_rest_of_the_part_is_guarded() {
     assert_close(v.figures.area, 400.0, 1e-6);
 }
 
+/// Round a corner of the part that juts out, 2 micrometres deep: a line down from beside the edge goes far through the
+/// cutter, where the other wall is near. A cutter beside it is found as deep as it is.
+#[test]
+fn at_an_edge_of_the_rest_cuts_are_no_deeper_than_to_its_other_side() {
+    let (r, beside) = (5.0, 4e-6);
+    // Walls along x and y from the corner at the origin, each with a narrow strip at the corner, and the floor around.
+    let part = Part::grid(2, 2, |u, v| DVec3::new(20.0 * u, 20.0 * v, 0.0));
+    let along = |u: f64| if u < 0.5 { 2.0 * u * beside } else { beside + (2.0 * u - 1.0) * 12.0 };
+    let x = Part::grid(2, 1, |u, v| DVec3::new(-along(u), 0.0, 6.0 * v));
+    let y = Part::grid(2, 1, |u, v| DVec3::new(0.0, -along(u), 6.0 * v));
+    let positions: Vec<DVec3> = x.positions.iter().chain(&y.positions).copied().collect();
+    let first = x.positions.len() as u32;
+    // The former faces +y, the latter +x.
+    let faces: Vec<[u32; 3]> = x
+        .faces
+        .iter()
+        .copied()
+        .chain(y.faces.iter().map(|f| f.map(|v| v + first)))
+        .map(|[a, b, c]| {
+            let [p, q, s] = [a, b, c].map(|v| positions[v as usize]);
+            let faces_out = (q - p).cross(s - p).dot(DVec3::ONE) > 0.0;
+            if faces_out { [a, b, c] } else { [a, c, b] }
+        })
+        .collect();
+    let rest = Facets { positions: &positions, faces: &faces };
+    for deep in [0.001, 0.0019] {
+        let corner = |degrees: f64| {
+            let (s, c) = (math::sin(degrees.to_radians()), math::cos(degrees.to_radians()));
+            (DVec3::new(c, s, 0.0) * (r - deep), DVec3::Z)
+        };
+        let ends = [DVec3::new(r - deep, -10.0, 0.0), DVec3::new(-10.0, r - deep, 0.0)];
+        let round: Vec<_> = core::iter::once((ends[0], DVec3::Z))
+            .chain((0..=180).map(|k| corner(0.5 * f64::from(k))))
+            .chain([(ends[1], DVec3::Z)])
+            .collect();
+        let v =
+            verify(&path(&[round]), part.facets(), rest, &options(r, 0.0), &mut |_| {}).unwrap();
+        let gouge = v.figures.gouge.unwrap();
+        assert!(
+            (-gouge.height - deep).abs() < 2e-4,
+            "{} of {deep} at {}",
+            gouge.height,
+            gouge.place
+        );
+    }
+}
+
 #[test]
 fn nothing_to_judge_is_said() {
     let part = Part::plane(1.0, 1.0);

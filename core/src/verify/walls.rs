@@ -1,7 +1,7 @@
 //! The walls around what is machined: what stands outside of its boundary and stays.
 //!
 //! - *Own wall*: a face of the rest of the part that rises from a boundary edge by [`RISES`] or more. It is
-//!   guarded with the rest.
+//!   guarded with the rest, where cuts at its edges are no deeper than they are far from the part's other faces.
 //! - *Swept wall*: any other boundary edge, moved along the tool axis or along the surface's normal. What lies
 //!   behind it, seen from what is machined, is material.
 //!
@@ -50,11 +50,12 @@ pub struct Sheet {
     faces: Vec<[u32; 3]>,
 }
 
-/// A facet of a swept wall.
+/// A facet of a wall.
 #[derive(Copy, Clone, Debug)]
 pub struct Facet {
     corners: [DVec3; 3],
-    normal: DVec3,
+    /// Its unit normal.
+    pub normal: DVec3,
     /// The sphere around it.
     middle: DVec3,
     radius: f64,
@@ -166,27 +167,35 @@ impl Sheet {
     pub fn facets(&self) -> Facets<'_> {
         Facets { positions: &self.positions, faces: &self.faces }
     }
-
-    /// The facets within a distance of a point.
-    pub fn near(&self, centre: DVec3, distance: f64) -> Vec<Facet> {
-        let facet = |f: &[u32; 3]| {
-            let corners = self.facets().corners(f);
-            let [a, b, c] = corners;
-            let normal = (b - a).cross(c - a).try_normalize()?;
-            let middle = (a + b + c) / 3.0;
-            let radius = corners.map(|p| p.distance(middle)).into_iter().fold(0.0, f64::max);
-            let near = middle.distance(centre) <= distance + radius;
-            near.then_some(Facet { corners, normal, middle, radius })
-        };
-        self.faces.iter().filter_map(facet).collect()
-    }
 }
 
-/// How far behind a place of a swept wall no other wall is nearer, mm; `most` at most.
+/// The facets within a distance of a point.
+pub fn near<'a>(
+    facets: Facets<'a>,
+    centre: DVec3,
+    distance: f64,
+) -> impl Iterator<Item = Facet> + 'a {
+    facets.faces.iter().filter_map(move |f| {
+        let corners = facets.corners(f);
+        let [a, b, c] = corners;
+        let normal = (b - a).cross(c - a).try_normalize()?;
+        let middle = (a + b + c) / 3.0;
+        let radius = corners.map(|p| p.distance(middle)).into_iter().fold(0.0, f64::max);
+        let near = middle.distance(centre) <= distance + radius;
+        near.then_some(Facet { corners, normal, middle, radius })
+    })
+}
+
+/// How far behind a place of a wall no other wall is nearer, mm; `most` at most.
 ///
 /// The radius of the largest ball behind it that touches the wall there and holds nothing of the facets. Those that
 /// turn by less than a crease are the same wall: the chords of a curved boundary are not its corners.
-pub fn depth_behind(place: DVec3, normal: DVec3, facets: &[Facet], most: f64) -> f64 {
+pub fn depth_behind<'a>(
+    place: DVec3,
+    normal: DVec3,
+    facets: impl Iterator<Item = &'a Facet>,
+    most: f64,
+) -> f64 {
     let (mut radius, mut centre) = (most, place - normal * most);
     let behind = |p: &DVec3| (place - *p).dot(normal) > TOUCH;
     for facet in facets {
@@ -404,13 +413,12 @@ mod tests {
         let faces = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]];
         let design = Facets { positions: &positions, faces: &faces };
         let sheet = Walls { height: 8.0, rise: Rise::Up }.swept(design, NOTHING, DVec3::Z);
-        let facets = sheet.near(DVec3::ZERO, 60.0);
+        let facets: Vec<Facet> = near(sheet.facets(), DVec3::ZERO, 60.0).collect();
         for s in [0.01, 0.3, 2.0] {
-            let behind =
-                depth_behind(DVec3::new(s, 0.0, 4.0), DVec3::new(0.0, 1.0, 0.0), &facets, 20.0);
+            let behind = depth_behind(DVec3::new(s, 0.0, 4.0), DVec3::Y, facets.iter(), 20.0);
             assert!((behind - s).abs() < 1e-6, "{s}: {behind}");
         }
-        let behind = |at: DVec3, normal| depth_behind(at, normal, &facets, 7.0);
+        let behind = |at: DVec3, normal| depth_behind(at, normal, facets.iter(), 7.0);
         assert_eq!(behind(DVec3::new(8.0, 0.0, 4.0), DVec3::Y), 7.0);
         assert_eq!(behind(DVec3::new(0.0, 9.0, 4.0), -DVec3::Y), 7.0);
     }
