@@ -13,6 +13,9 @@ use rstar::{AABB, RTree, RTreeObject};
 
 /// Steps out of rulings at most; a corner of two walls takes two or three.
 const MOST_STEPS: usize = 64;
+/// Farther than this a cutter is not pushed, cutter radii: from where it touches the surface its axis is a radius behind
+/// a wall at most, and out of a corner of 60 degrees it is twice as far as out of a wall.
+const FARTHEST: f64 = 4.0;
 /// A cutter that stands in a wall by less than this touches it, mm.
 const TOUCH: f64 = 1e-7;
 /// Distance from the axis, cutter radii, within which a ruling tells on which side of the wall the cutter stands.
@@ -170,6 +173,9 @@ impl Rulings {
             let plane = (away, away.dot(out));
             let both = before.and_then(|b| touching_both(out, b, plane, axis));
             pushed = Pushed { tip: both.unwrap_or(out), away: Some(away) };
+            if pushed.tip.distance(tip) > FARTHEST * tool.radius() {
+                return None;
+            }
             before = Some(plane);
         }
         None

@@ -2,7 +2,7 @@
 //!
 //! Terms. A *window* is a stretch of travel of `WINDOW` cutter radii: what single columns do is
 //! noise, what a window takes is the cut. Steps: (1) volume per millimetre of every piece, as the
-//! largest mean over the windows that hold a part of it. (2) The feed that keeps this to the limit,
+//! largest mean over the windows that hold a part of it, and over some longer ones. (2) The feed that keeps this to the limit,
 //! from a ladder below the nominal feed. (3) The rate of every piece, as the mean over the window
 //! around it. (4) Neighbouring pieces of a move with one feed and nearly one rate are joined.
 
@@ -10,9 +10,13 @@ use super::sweep::{Piece, Removed};
 use crate::engagement::AIM;
 use crate::geometry::{DVec2, DVec3};
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
+use std::ops::Range;
 
 /// Length of a window, cutter radii. Longer: peaks are flattened; shorter: noise of columns.
 const WINDOW: f64 = 0.15;
+/// Feeds keep windows of these lengths to the limit, [`WINDOW`]s: where the cut comes in pulses a longer one may hold more
+/// of them for its length. One of two lengths or more is made of these, nearly.
+const LENGTHS: [f64; 3] = [1.0, 4.0 / 3.0, 5.0 / 3.0];
 /// Reduced feeds come from the ladder `nominal * RUNG^n`, so that the program is not full of feed
 /// words. Smaller: fewer words, more time lost.
 const RUNG: f64 = 0.97;
@@ -70,7 +74,12 @@ pub fn rated(
     let (Feeds::LinksLimited(limit) | Feeds::Limited(limit)) = feeds;
     let nominal = nominal_feeds(path, removed, feeds);
     let travel = running(removed.pieces.iter().map(|p| p.length));
-    let per_mm = worst_windows(&removed.pieces, &travel, WINDOW * radius);
+    let runs = runs(path, removed);
+    let per_mm = LENGTHS
+        .map(|length| worst_windows(&removed.pieces, &travel, &runs, length * WINDOW * radius))
+        .into_iter()
+        .reduce(|a, b| a.iter().zip(&b).map(|(a, b)| a.max(*b)).collect())
+        .unwrap_or_default();
     if matches!(feeds, Feeds::Limited(_)) {
         refuse_too_slow(path, removed, &per_mm, &nominal, limit)?;
     }
@@ -78,7 +87,7 @@ pub fn rated(
     let feed: Vec<f64> = (0..nominal.len())
         .map(|i| if followed[i] { on_ladder(nominal[i], per_mm[i], limit) } else { nominal[i] })
         .collect();
-    let rate = window_rates(&removed.pieces, &travel, &feed, WINDOW * radius);
+    let rate = window_rates(&removed.pieces, &travel, &feed, &runs, WINDOW * radius);
     let same = SAME * limit.rate;
     let mut out = Toolpath { points: Vec::with_capacity(path.points.len()) };
     out.points.extend(path.points.first());
@@ -90,6 +99,19 @@ pub fn rated(
         }
     }
     Ok(out)
+}
+
+/// The pieces between rapids: a window ends where the cutter leaves the material.
+fn runs(path: &Toolpath, removed: &Removed) -> Vec<Range<usize>> {
+    let mut runs = Vec::new();
+    let mut start = 0;
+    for (i, _) in path.points.iter().enumerate().filter(|p| p.1.kind == MoveKind::Rapid) {
+        runs.push(start..removed.first[i]);
+        start = removed.first[i + 1];
+    }
+    runs.push(start..removed.pieces.len());
+    runs.retain(|run| !run.is_empty());
+    runs
 }
 
 /// Sums up to each, one more than there are.
@@ -145,60 +167,76 @@ impl Integral<'_> {
     }
 }
 
-/// For every piece the largest mean volume per mm over the windows that hold a part of it.
+/// For every piece the largest mean volume per mm over the windows that hold a part of it. A run shorter than a window is
+/// one.
 ///
 /// Volume over travel is linear between the ends of pieces, so the largest window begins or ends
 /// at one.
-fn worst_windows(pieces: &[Piece], travel: &[f64], window: f64) -> Vec<f64> {
+fn worst_windows(pieces: &[Piece], travel: &[f64], runs: &[Range<usize>], window: f64) -> Vec<f64> {
     let volume = Integral { travel, sums: running(pieces.iter().map(|p| p.volume)) };
     let mut worst = vec![0.0f64; pieces.len()];
-    let total = travel[pieces.len()];
     let mut raise = |from: usize, to: usize, mean: f64| {
         worst[from..=to].iter_mut().for_each(|w| *w = w.max(mean));
     };
-    let mut j = 0;
-    for i in 0..pieces.len() {
-        let end = (travel[i] + window).min(total);
-        while j + 1 < pieces.len() && travel[j + 1] < end {
-            j += 1;
+    for run in runs {
+        let (begin, total) = (travel[run.start], travel[run.end]);
+        let window = window.min(total - begin);
+        if window <= 0.0 {
+            continue;
         }
-        let taken = volume.up_to(end, j) - volume.sums[i];
-        raise(i, j.max(i), taken / window);
-    }
-    let mut j = 0;
-    for i in 0..pieces.len() {
-        let start = (travel[i + 1] - window).max(0.0);
-        while j < i && travel[j + 1] <= start {
-            j += 1;
+        let mut j = run.start;
+        for i in run.clone() {
+            let end = (travel[i] + window).min(total);
+            while j + 1 < run.end && travel[j + 1] < end {
+                j += 1;
+            }
+            let taken = volume.up_to(end, j) - volume.sums[i];
+            raise(i, j.max(i), taken / window);
         }
-        let taken = volume.sums[i + 1] - volume.up_to(start, j);
-        raise(j, i, taken / window);
+        let mut j = run.start;
+        for i in run.clone() {
+            let start = (travel[i + 1] - window).max(begin);
+            while j < i && travel[j + 1] <= start {
+                j += 1;
+            }
+            let taken = volume.sums[i + 1] - volume.up_to(start, j);
+            raise(j, i, taken / window);
+        }
     }
     worst
 }
 
 /// Mean rate over the window around each piece, mm³/s; over the piece itself if that is longer.
-fn window_rates(pieces: &[Piece], travel: &[f64], feed: &[f64], window: f64) -> Vec<f64> {
+fn window_rates(
+    pieces: &[Piece],
+    travel: &[f64],
+    feed: &[f64],
+    runs: &[Range<usize>],
+    window: f64,
+) -> Vec<f64> {
     let time = |p: (&Piece, &f64)| if p.0.length > 0.0 { p.0.length / p.1 } else { 0.0 };
     let volume = Integral { travel, sums: running(pieces.iter().map(|p| p.volume)) };
     let times = Integral { travel, sums: running(pieces.iter().zip(feed).map(time)) };
-    let total = travel[pieces.len()];
-    let (mut low, mut high) = (0, 0);
-    let rate = |i: usize| {
-        let middle = 0.5 * (travel[i] + travel[i + 1]);
-        let half = 0.5 * window.max(pieces[i].length);
-        let (start, end) = ((middle - half).max(0.0), (middle + half).min(total));
-        while low < i && travel[low + 1] <= start {
-            low += 1;
+    let mut rates = vec![0.0; pieces.len()];
+    for run in runs {
+        let (begin, total) = (travel[run.start], travel[run.end]);
+        let (mut low, mut high) = (run.start, run.start);
+        for i in run.clone() {
+            let middle = 0.5 * (travel[i] + travel[i + 1]);
+            let half = 0.5 * window.max(pieces[i].length);
+            let (start, end) = ((middle - half).max(begin), (middle + half).min(total));
+            while low < i && travel[low + 1] <= start {
+                low += 1;
+            }
+            while high + 1 < run.end && travel[high + 1] < end {
+                high += 1;
+            }
+            let taken = volume.up_to(end, high) - volume.up_to(start, low);
+            let time = times.up_to(end, high) - times.up_to(start, low);
+            rates[i] = if taken > 0.0 && time > 0.0 { taken / time } else { 0.0 };
         }
-        while high + 1 < pieces.len() && travel[high + 1] < end {
-            high += 1;
-        }
-        let taken = volume.up_to(end, high) - volume.up_to(start, low);
-        let time = times.up_to(end, high) - times.up_to(start, low);
-        if taken > 0.0 && time > 0.0 { taken / time } else { 0.0 }
-    };
-    (0..pieces.len()).map(rate).collect()
+    }
+    rates
 }
 
 /// The largest rung of the ladder at which `per_mm` mm³ for each mm keep to the limit.
@@ -297,10 +335,10 @@ mod tests {
             (0..400u32).map(|i| f64::from(i * 7919 % 97) * f64::from(i % 31) / 900.0).collect();
         let all = pieces(&volumes, 0.1);
         let travel = running(all.iter().map(|p| p.length));
-        let per_mm = worst_windows(&all, &travel, 0.75);
+        let per_mm = worst_windows(&all, &travel, std::slice::from_ref(&(0..all.len())), 0.75);
         let limit = Limit { rate: 100.0, feed: 40.0, return_feed: 40.0, slowest: 1e-3 };
         let feed: Vec<f64> = per_mm.iter().map(|&q| on_ladder(40.0, q, limit)).collect();
-        let rate = window_rates(&all, &travel, &feed, 0.75);
+        let rate = window_rates(&all, &travel, &feed, std::slice::from_ref(&(0..all.len())), 0.75);
         let peak = rate.iter().copied().fold(0.0, f64::max);
         assert!(peak <= 100.0 * AIM && peak > 80.0, "{peak}");
         // At the feeds found, any 1 mm of travel, too.
@@ -317,5 +355,16 @@ mod tests {
         assert_eq!(join(&even, &[3.0; 6], &[2.0; 6], 0.1, 5.0).len(), 1);
         let stepped = join(&even, &[3.0; 6], &[2.0, 2.0, 2.0, 5.0, 5.0, 5.0], 0.1, 5.0);
         assert_eq!(stepped.iter().map(|j| j.rate).collect::<Vec<_>>(), [2.0, 5.0]);
+    }
+
+    /// A window ends at a rapid: what a short run takes is not spread over the way there.
+    #[test]
+    fn a_short_run_between_rapids_has_the_rate_of_its_own_length() {
+        let all = pieces(&[0.0, 1.0, 1.0, 0.0], 0.2);
+        let travel = running(all.iter().map(|p| p.length));
+        let per_mm = worst_windows(&all, &travel, std::slice::from_ref(&(1..3)), 0.75);
+        assert!(per_mm.iter().zip([0.0, 5.0, 5.0, 0.0]).all(|(a, b)| (a - b).abs() < 1e-9));
+        let rates = window_rates(&all, &travel, &[2.0; 4], std::slice::from_ref(&(1..3)), 0.75);
+        assert!(rates.iter().zip([0.0, 10.0, 10.0, 0.0]).all(|(a, b)| (a - b).abs() < 1e-9));
     }
 }

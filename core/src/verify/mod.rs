@@ -48,7 +48,6 @@ use crate::toolpath::{MoveKind, Toolpath};
 use body::Body;
 use motion::Motion;
 use peaks::{Search, Sought};
-use samples::CREASE;
 use sweep::{Material, Swept, SweptTile, Touch};
 use thiserror::Error;
 use walls::Outline;
@@ -216,9 +215,8 @@ pub fn verify(
             let sweep = |samples| sweep::sweep(tile, samples, &motion, &body, material);
             let swept = sweep(tile.samples(spacing, inset));
             let is_cut = |s: &Swept| !s.sample.machined && s.height < -options.tolerance;
-            // A sheet thinner than the tolerance is guarded, too.
-            let counts = |a: DVec3, b: DVec3| a.dot(b) > -CREASE;
-            let ends = Ends { tile, facets: &[design, rest], counts, deepest: material.deepest };
+            let (counts, deepest) = (walls::ends_part as fn(_, _) -> _, material.deepest);
+            let ends = Ends { tile, facets: &[design, rest], counts, deepest };
             ends.applied(swept, is_cut, sweep)
         };
         swept.extend(parallel::map(options.threads, group, sweep));
@@ -317,8 +315,9 @@ impl Ends<'_> {
             if is_cut(s) {
                 let ending = facets.iter().filter(|f| (self.counts)(f.normal, sample.normal));
                 let behind = walls::depth_behind(sample.position, sample.normal, ending, deepest);
-                ends |= behind < deepest;
-                sample.wall = Some(behind);
+                if behind < deepest {
+                    (ends, sample.wall) = (true, Some(behind));
+                }
             }
             sample
         };

@@ -12,6 +12,7 @@ use super::figures::sampling_bound;
 use super::motion::{Motion, Step};
 use super::samples::{BLOCK, CREASE, Patch, Sample, Tile};
 use super::sweep::{Material, Swept, SweptTile, swept};
+use super::walls::{Facet, depth_behind, ends_part};
 use super::{Excused, Outcome, VerifyOptions};
 use crate::geometry::DVec3;
 use crate::parallel;
@@ -223,8 +224,18 @@ impl Search<'_> {
         let mut places = lattice(middle, half, apart, &around.patches);
         if sought == Sought::Gouge {
             places.retain(|s| !self.is_at_edge(s, &around.others));
+            places.iter_mut().filter(|s| !s.machined).for_each(|s| self.end(s, &around.facets));
         }
         places
+    }
+
+    /// Ends the material behind a place of the rest where another face is nearer.
+    fn end(&self, place: &mut Sample, facets: &[Facet]) {
+        let Sample { position, normal, .. } = *place;
+        let ending = facets.iter().filter(|f| ends_part(f.normal, normal));
+        let deepest = self.material.deepest;
+        let behind = depth_behind(position, normal, ending, deepest);
+        place.wall = (behind < deepest).then_some(behind);
     }
 
     /// Whether a place lies at a sharp edge: a cutter that grazes the edge goes far along a facet's normal there.
@@ -248,11 +259,15 @@ impl Search<'_> {
             .filter(|p| p.is_near(origin.position, wide))
             .collect::<Vec<_>>();
         let others = patches.clone();
+        let facets = match origin.machined {
+            true => Vec::new(),
+            false => others.iter().filter_map(|p| Facet::of(p.corners)).collect(),
+        };
         let patches = patches.into_iter().filter(|p| p.machined == origin.machined).collect();
         let mut steps = Vec::new();
         let reach = wide + self.material.height.max(self.material.deepest);
         self.motion.near(self.body, origin.position, reach, &mut |step| steps.push(*step));
-        Around { patches, others, steps }
+        Around { patches, others, facets, steps }
     }
 
     /// Climbs from a start, by lattices of which the first has places `widest` mm apart.
@@ -308,6 +323,8 @@ struct Around<'a> {
     patches: Vec<&'a Patch>,
     /// Those of what is machined and of the rest of the part.
     others: Vec<&'a Patch>,
+    /// The same as facets, about a place of the rest.
+    facets: Vec<Facet>,
     /// Every step that reaches it.
     steps: Vec<Step>,
 }

@@ -169,21 +169,31 @@ impl Sheet {
     }
 }
 
+impl Facet {
+    /// `None` without an area.
+    pub fn of(corners: [DVec3; 3]) -> Option<Self> {
+        let [a, b, c] = corners;
+        let normal = (b - a).cross(c - a).try_normalize()?;
+        let middle = (a + b + c) / 3.0;
+        let radius = corners.map(|p| p.distance(middle)).into_iter().fold(0.0, f64::max);
+        Some(Self { corners, normal, middle, radius })
+    }
+}
+
 /// The facets within a distance of a point.
 pub fn near<'a>(
     facets: Facets<'a>,
     centre: DVec3,
     distance: f64,
 ) -> impl Iterator<Item = Facet> + 'a {
-    facets.faces.iter().filter_map(move |f| {
-        let corners = facets.corners(f);
-        let [a, b, c] = corners;
-        let normal = (b - a).cross(c - a).try_normalize()?;
-        let middle = (a + b + c) / 3.0;
-        let radius = corners.map(|p| p.distance(middle)).into_iter().fold(0.0, f64::max);
-        let near = middle.distance(centre) <= distance + radius;
-        near.then_some(Facet { corners, normal, middle, radius })
-    })
+    let is_near = move |f: &Facet| f.middle.distance(centre) <= distance + f.radius;
+    facets.faces.iter().filter_map(move |f| Facet::of(facets.corners(f)).filter(is_near))
+}
+
+/// Whether a face of the part ends the material behind another one, by their normals: not the far side of a sheet, which
+/// is guarded however thin it is.
+pub fn ends_part(face: DVec3, other: DVec3) -> bool {
+    face.dot(other) > -CREASE
 }
 
 /// How far behind a place of a wall no other wall is nearer, mm; `most` at most.
