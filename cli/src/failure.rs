@@ -87,9 +87,7 @@ fn of_plan(error: &PlanError) -> Failure {
         PlanError::Rings(LevelSetError::TooSmall { .. }) => {
             bad_surface(&["surface.scale", "cut.stepover", "cut.scallop"], Hint::Inspect)
         }
-        PlanError::Rings(LevelSetError::NoRoom { .. }) => {
-            bad_surface(&["tool.diameter"], Hint::None)
-        }
+        PlanError::Rings(LevelSetError::NoRoom { .. }) => limit(&["tool.diameter"]),
         PlanError::Rings(LevelSetError::NoCurve) | PlanError::CurveAway { .. } => {
             bad_surface(&["path.curve"], Hint::None)
         }

@@ -34,7 +34,7 @@ pub enum Exit {
     BadJob = 2,
     /// The surface cannot be read or used.
     BadSurface = 3,
-    /// Planned, but a limit cannot be met.
+    /// A limit cannot be kept, or the cutter does not fit.
     LimitNotMet = 4,
     /// The finished path failed verification.
     NotVerified = 5,
@@ -53,8 +53,8 @@ Exit codes:
   1  internal error, or output that cannot be written
   2  bad usage or bad job file
   3  unreadable or unusable surface
-  4  planned, but a limit cannot be met
-  5  verification failed
+  4  no path: a limit cannot be kept, or the cutter does not fit
+  5  planned and written, but the simulation found a limit broken
 
 Messages go to standard error, data to standard output.";
 
