@@ -199,7 +199,8 @@ pub fn ends_part(face: DVec3, other: DVec3) -> bool {
 /// How far behind a place of a wall no other wall is nearer, mm; `most` at most.
 ///
 /// The radius of the largest ball behind it that touches the wall there and holds nothing of the facets. Those that
-/// turn by less than a crease are the same wall: the chords of a curved boundary are not its corners.
+/// turn by less than a crease are the same wall: the chords of a curved boundary are not its corners. What the ball meets
+/// from before a facet ends nothing.
 pub fn depth_behind<'a>(
     place: DVec3,
     normal: DVec3,
@@ -217,6 +218,8 @@ pub fn depth_behind<'a>(
         {
             continue;
         }
+        let before = (radius, centre);
+        let mut touched = None;
         for _ in 0..ROUNDS {
             let weights = nearest_on_triangle(centre, facet.corners);
             let [a, b, c] = facet.corners;
@@ -227,6 +230,11 @@ pub fn depth_behind<'a>(
             }
             radius = (0.5 * way.length_squared() / way.dot(normal)).min(radius);
             centre = place - normal * radius;
+            touched = Some(nearest);
+        }
+        // A facet seen from its front has none of that material behind it.
+        if touched.is_some_and(|at: DVec3| (at - centre).dot(facet.normal) <= 0.0) {
+            (radius, centre) = before;
         }
     }
     radius
