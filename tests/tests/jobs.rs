@@ -180,12 +180,12 @@ fn threads_change_no_byte() {
     }
 }
 
-fn jobs_keep_their_promises(folder: &str) {
+fn jobs_keep_their_promises(folder: &str, at_least: usize) {
     if shared_data().is_none() {
         return;
     }
     let jobs = jobs_in(folder);
-    assert!(jobs.len() >= 4);
+    assert!(jobs.len() >= at_least);
     for path in jobs {
         let (job, results) = planned(&path, 2);
         check(&path, &job, &results);
@@ -194,14 +194,14 @@ fn jobs_keep_their_promises(folder: &str) {
 
 #[test]
 fn jobs_on_real_surfaces_keep_their_promises() {
-    jobs_keep_their_promises("real");
+    jobs_keep_their_promises("real", 5);
 }
 
 /// Larger meshes, and coarse ones as fine ones.
 #[test]
 #[ignore = "long: cargo xtask accept"]
 fn jobs_on_large_real_surfaces_keep_their_promises() {
-    jobs_keep_their_promises("real/long");
+    jobs_keep_their_promises("real/long", 4);
 }
 
 /// A job with nothing but what must be said, for any file.

@@ -329,6 +329,18 @@ mod tests {
         rulings.push(tool, tip, DVec3::Z, f64::INFINITY).map(|p| p.tip)
     }
 
+    /// In a wedge the place that touches both walls may be far from where the cutter was to stand: no place for it.
+    #[test]
+    fn a_cutter_is_pushed_two_diameters_at_most() {
+        for (half, fits) in [(45.0f64, true), (12.0, false)] {
+            let (s, c) = (sin(half.to_radians()), cos(half.to_radians()));
+            let wedge = along(&[(80.0 * c, 80.0 * s), (0.0, 0.0), (80.0 * c, -80.0 * s)]);
+            // At the apex; it touches both walls R / sin away.
+            let tip = pushed(&Rulings::new(wedge), &flat(5.0), 0.01, 0.0);
+            assert_eq!(tip.is_some(), fits, "{half} degrees: {tip:?}");
+        }
+    }
+
     #[test]
     fn a_cutter_is_pushed_off_a_wall_from_before_and_behind_it() {
         let rulings = Rulings::new(along(&[(-50.0, 0.0), (50.0, 0.0)]));

@@ -230,9 +230,7 @@ impl Case<'_> {
             from_rim,
             verification.map_or(0.0, |v| 1e3 * v.scallop.largest_mm)
         ));
-        // Where a surface ends is known to the tolerance.
-        let is_untouched = height >= untouched && from_rim > self.tolerance();
-        if height > self.too_high() || is_untouched {
+        if height > self.too_high() || height >= untouched {
             let over = worst.iter().filter(|w| w.0 > self.too_high()).count();
             let bound = verification.map_or(0.0, |v| v.scallop.sampling_bound_mm);
             let told = if height <= self.limit() + self.tolerance() + bound {
@@ -248,7 +246,7 @@ impl Case<'_> {
                 1e3 * self.limit(),
                 1e3 * self.tolerance(),
                 worst.len(),
-                if is_untouched { ", untouched" } else { "" },
+                if height >= untouched { ", untouched" } else { "" },
             );
             self.out.fail("residual", what);
         }
