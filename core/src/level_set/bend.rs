@@ -4,7 +4,7 @@
 //! is lower or higher than the chord by half the second difference times `t (1 - t)`; with that taken
 //! in, the error of the distance falls with the square of the edge length.
 
-use super::PassMesh;
+use super::refine::PassMesh;
 use crate::geometry::DVec2;
 use crate::mesh::{HalfEdgeId, VertexId};
 use nalgebra::{SMatrix, SVector};

@@ -6,7 +6,7 @@
 //! in passes. No such value changes by more than a pass per pass, so that fronts from there are as good as
 //! any.
 
-use super::PassMesh;
+use super::refine::PassMesh;
 use crate::geometry::DVec2;
 use crate::geometry::polyline::distance_to_segment;
 use crate::mesh::{HalfEdgeId, VertexId};

@@ -18,21 +18,26 @@
 //! Source: spec 02, "Level sets".
 
 mod blob;
+mod detour;
 mod gaps;
+mod options;
 mod passes;
 mod spur;
 mod tree;
 
-use super::{Pass, PassField, PassMesh};
+use super::field::PassField;
+use super::passes::Pass;
+use super::refine::PassMesh;
 use crate::flat_path::Terrain;
 use crate::geometry::DVec2;
-use crate::job::RingOrder;
 use crate::mesh::FaceId;
 use blob::Nearness;
+use detour::{Detour, closed};
 pub use gaps::Place as Gap;
 use gaps::{Place, gaps};
+pub use options::ClosingOptions;
 use passes::Passes;
-use spur::{Chooser, Detour, closed};
+use spur::Chooser;
 use tree::Tree;
 
 /// Blobs whose widest gap is not above this are left, passes: the field is no better.
@@ -41,21 +46,6 @@ const ACCEPTED: f64 = 0.506;
 const MOST_PLACES: usize = 4_000_000;
 /// Rounds of closing and measuring. More: branches of branches of a blob are followed.
 const ROUNDS: usize = 6;
-
-/// How gaps are closed.
-#[derive(Copy, Clone, Debug, PartialEq)]
-pub struct ClosingOptions<'a> {
-    /// Order of the rings.
-    pub order: RingOrder,
-    /// Whether there is a pass at every whole level.
-    pub on_levels: bool,
-    /// Flat segments of other passes, which machine what is near to them.
-    pub beside: &'a [[DVec2; 2]],
-    /// Whether the cutter is tilted on a flat bottom: it machines nothing beyond the end of a spur.
-    pub has_flat_bottom: bool,
-    /// Threads to use; the spurs do not depend on it.
-    pub threads: usize,
-}
 
 /// What was closed and what is left.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,9 +1,10 @@
 //! Fields whose level curves are the passes.
 
 use super::beyond::beside_ways_on;
+use super::error::LevelSetError;
 use super::front::{Accuracy, Front};
+use super::refine::PassMesh;
 use super::strip_metric::{FlatMetric, StripMetric};
-use super::{LevelSetError, PassMesh};
 use crate::flatten::{Chart, Locator};
 use crate::geometry::{DVec2, DVec3};
 use crate::mesh::{Connectivity, FaceId, HalfEdgeId, VertexId};

@@ -1,7 +1,7 @@
 //! Fast marching over triangles given by edge lengths, with fronts that may bend.
 
-use super::PassMesh;
 use super::bend::second_differences;
+use super::refine::PassMesh;
 use crate::mesh::{Connectivity, HalfEdgeId, VertexId};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

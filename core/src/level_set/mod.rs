@@ -12,6 +12,7 @@
 mod bend;
 mod beyond;
 mod closing;
+mod error;
 mod field;
 mod front;
 mod passes;
@@ -21,6 +22,7 @@ mod terrain;
 mod thin;
 
 pub use closing::{ClosingOptions, ClosingReport, Gap, close, uncovered};
+pub use error::LevelSetError;
 pub use field::{PassField, length_floor, length_floor_of};
 pub use front::Accuracy;
 pub(crate) use passes::shortened;
@@ -28,61 +30,3 @@ pub use passes::{INSIDE, Outermost, Pass, Spur, half_levels, open_levels, passes
 pub use refine::PassMesh;
 pub use strip_metric::StripMetric;
 pub use terrain::FieldTerrain;
-
-use thiserror::Error;
-
-/// Why no rings can be laid.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum LevelSetError {
-    /// The mesh would have to be refined beyond reason.
-    #[error(
-        "rings: a side step of {side_step:.4} mm would need more than {limit} triangles to carry \
-         the distance field; choose a larger cut.stepover or cut.scallop, or machine a smaller part"
-    )]
-    TooFine {
-        /// Typical side step asked for, mm.
-        side_step: f64,
-        /// Largest number of triangles.
-        limit: usize,
-    },
-    /// The surface is too small to hold a ring.
-    #[error(
-        "rings: the surface is only {passes:.3} side steps wide from its boundary to its middle; \
-         check the unit and surface.scale, or choose a smaller cut.stepover or cut.scallop"
-    )]
-    TooSmall {
-        /// Largest distance from the boundary, passes.
-        passes: f64,
-    },
-    /// The start curve lies beside the surface.
-    #[error(
-        "passes: the start curve crosses no face of the surface; give path.curve points near it"
-    )]
-    NoCurve,
-    /// The surface is closed in the parameter asked for.
-    #[error(
-        "passes: the surface is closed in that parameter, so that passes along the other one would \
-         jump; give the other path.along, or another path.pattern"
-    )]
-    ClosedParameter,
-    /// Passes along a function would lie far too close.
-    #[error(
-        "passes: {passes:.0} of them would be needed, since somewhere they would run apart by hardly \
-         any of their side step; choose another path.pattern, path.angle or path.along"
-    )]
-    Uneven {
-        /// Passes needed.
-        passes: f64,
-    },
-    /// The cutter does not fit between the walls anywhere.
-    #[error(
-        "rings: path.boundary = \"wall\", and the cutter, of {radius:.3} mm radius, does not fit between the walls: \
-         at the widest place there is room for {widest:.3} mm; use a smaller cutter or path.boundary = \"open\""
-    )]
-    NoRoom {
-        /// Cutter radius, mm.
-        radius: f64,
-        /// Radius for which there is room at the widest place, mm.
-        widest: f64,
-    },
-}

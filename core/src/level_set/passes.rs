@@ -1,6 +1,7 @@
 //! Passes: level curves of a field, closed or ending on the boundary.
 
-use super::{PassField, PassMesh};
+use super::field::PassField;
+use super::refine::PassMesh;
 use crate::geometry::DVec2;
 use crate::mesh::{FaceId, HalfEdgeId};
 

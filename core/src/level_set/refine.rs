@@ -1,6 +1,6 @@
 //! A mesh fine enough to carry the distance field: edges at most about one pass long.
 
-use super::LevelSetError;
+use super::error::LevelSetError;
 use super::strip_metric::{FlatMetric, StripMetric, square_of};
 use crate::flatten::Chart;
 use crate::geometry::{DVec2, DVec3};

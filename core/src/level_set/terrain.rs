@@ -1,6 +1,7 @@
 //! The refined mesh and its field, asked at flat points.
 
-use super::{PassField, PassMesh};
+use super::field::PassField;
+use super::refine::PassMesh;
 use crate::flat_path::Terrain;
 use crate::flatten::Locator;
 use crate::geometry::DVec2;

@@ -3,8 +3,7 @@
 //! The boundary keeps its vertices; of the others the one nearest to the middle of each cell of a square
 //! grid stays. They are joined by constrained Delaunay triangulation of their flat points.
 
-use super::PassMesh;
-use super::refine::COARSE;
+use super::refine::{COARSE, PassMesh};
 use crate::geometry::DVec2;
 use crate::mesh::{Connectivity, VertexId};
 use spade::handles::{FixedFaceHandle, PossiblyOuterTag};

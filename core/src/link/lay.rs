@@ -4,8 +4,8 @@
 //! Consecutive passes are joined on the surface where the straight flat way between them is short and
 //! stays on it, else by a retract.
 
-use super::order::Sequence;
-use super::{Group, LONGEST_LINK, Precedence, SLANT, oriented};
+use super::group::{Group, LONGEST_LINK, SLANT, oriented};
+use super::order::{Precedence, Sequence};
 use crate::flat_path::{FlatPoint, Terrain};
 use crate::geometry::DVec2;
 use crate::job::{CutDirection, Links, RingOrder, Traverse};

@@ -157,7 +157,7 @@ fn legend(svg: &mut Svg, at: DVec2) {
 /// A fill for every face, so that neighbouring regions differ while there are enough.
 fn region_tones(divided: &Divided) -> Vec<u8> {
     let regions = &divided.regions;
-    let neighbours = regions.neighbours();
+    let neighbours = crate::regions::neighbours(&regions.sheet, &regions.parts);
     let mut tone = vec![u8::MAX; regions.parts.len()];
     for &k in &divided.order {
         let taken = |t: &u8| neighbours[k].iter().filter(|&&n| tone[n] == *t).count();

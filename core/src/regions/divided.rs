@@ -1,6 +1,9 @@
 //! What is known of a divided surface once its passes are laid.
 
-use super::{Evenness, Ground, Layout, Regions, Spacing};
+use super::distortion::Evenness;
+use super::division::Regions;
+use super::ground::Ground;
+use super::layout::{Layout, Spacing};
 use crate::flatten::Chart;
 use crate::level_set::StripMetric;
 use crate::level_set::strip_metric::FlatMetric;

@@ -1,13 +1,14 @@
 //! A region refined to carry a field of passes.
 
+use super::division::{Part, Regions};
 use super::sheet::{Mean, Sheet};
-use super::{Part, Regions};
 use crate::flatten::{Chart, Locator};
 use crate::geometry::{DVec2, DVec3};
 use crate::level_set::{
     self, INSIDE, LevelSetError, PassField, PassMesh, StripMetric, length_floor,
 };
 use crate::mesh::{Connectivity, FaceId, HalfEdgeId, VertexId};
+use crate::parallel;
 use crate::surface::Surface;
 use std::collections::BTreeSet;
 
@@ -233,4 +234,20 @@ fn mean_metric(mean: &Mean, metric: &[StripMetric]) -> StripMetric {
 
 fn positions(sheet: &Sheet, vertices: &[u32]) -> Vec<DVec3> {
     vertices.iter().map(|&v| sheet.positions()[v as usize]).collect()
+}
+
+/// The grounds of all regions; of the whole surface if it is not divided. `metric`: at its `#V` vertices.
+///
+/// # Errors
+/// [`LevelSetError::TooFine`] when millions of triangles would be needed.
+pub fn grounds(
+    regions: Option<&Regions>,
+    surface: &Surface,
+    chart: &Chart,
+    metric: Vec<StripMetric>,
+    threads: usize,
+) -> Result<Vec<Ground>, LevelSetError> {
+    let Some(regions) = regions else { return Ok(vec![Ground::whole(surface, chart, metric)?]) };
+    let of = |part: &Part| Ground::of(regions, part, chart, &metric);
+    parallel::map(threads, &regions.parts, of).into_iter().collect()
 }

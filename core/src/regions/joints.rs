@@ -7,7 +7,8 @@
 //! passes machine some of them; of the others each goes to the joint that has the shortest way to machine
 //! it, and every joint goes on as far as the farthest of its places asks, and by the blend.
 
-use super::{Ground, LayoutOptions};
+use super::ground::Ground;
+use super::options::LayoutOptions;
 use crate::flat_path::Terrain;
 use crate::flatten::Locator;
 use crate::geometry::DVec2;

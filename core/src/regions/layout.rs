@@ -1,8 +1,9 @@
 //! The passes of a region.
 
-use super::Ground;
+use super::ground::Ground;
 use super::joints::{Joints, decide, joints, machined, reset, run_on, ways_on};
 use super::offsets::shifts;
+use super::options::LayoutOptions;
 use crate::flatten::Locator;
 use crate::geometry::DVec2;
 use crate::geometry::polyline::{simplify_closed, simplify_open};
@@ -15,9 +16,6 @@ use crate::link::{Group, Precedence};
 use crate::mesh::FaceId;
 use crate::parallel;
 use crate::pattern::{self, Laid, Parameters, Setting};
-use crate::strip_width::Strip;
-use crate::surface::Surface;
-use crate::walls::Clearance;
 
 /// A field that grows by less than this per pass is about a ridge, where spurs close the gaps.
 const RIDGE: f64 = 0.9;
@@ -25,25 +23,6 @@ const RIDGE: f64 = 0.9;
 const LONGEST_OVERRUN: f64 = 6.0;
 /// Passes at least this part of the allowed side step apart are even.
 const EVEN: f64 = 0.9;
-
-/// How passes are laid on every region.
-#[derive(Copy, Clone)]
-pub struct LayoutOptions<'a> {
-    /// The job.
-    pub job: &'a Job,
-    /// The undivided surface.
-    pub surface: &'a Surface,
-    /// Over its chart.
-    pub chart: &'a Locator<'a>,
-    /// How far polylines may deviate from level curves, flat mm.
-    pub tolerance: f64,
-    /// A tilted cutter with a flat bottom, the edges of whose strip lag behind it; `None` for any other.
-    pub tilted: Option<Strip>,
-    /// How far the cutter is clear of walls, if there are any.
-    pub clearance: Option<Clearance<'a>>,
-    /// Threads to use.
-    pub threads: usize,
-}
 
 /// The passes of a region.
 #[derive(Clone, Debug)]
@@ -368,4 +347,14 @@ fn gradient([a, b, c]: [DVec2; 3], [u, v, w]: [f64; 3]) -> Option<DVec2> {
     let twice_area = (b - a).perp_dot(c - a);
     let gradient = ((b - a).perp() * (w - u) - (c - a).perp() * (v - u)) / twice_area;
     gradient.is_finite().then_some(gradient)
+}
+
+/// Share of the area on which neighbouring passes are at least 0.9 of the allowed side step apart.
+pub fn even_share(grounds: &[Ground], layouts: &[Layout]) -> f64 {
+    if let ([ground], [layout]) = (grounds, layouts) {
+        return layout.even_share(ground);
+    }
+    let areas = grounds.iter().map(Ground::surface_area);
+    let shares = layouts.iter().zip(grounds).map(|(l, g)| l.even_share(g));
+    areas.clone().zip(shares).map(|(a, s)| a * s).sum::<f64>() / areas.sum::<f64>()
 }

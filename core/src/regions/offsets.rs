@@ -6,7 +6,7 @@
 //! turn, so that passes and this besides are the shortest; no region's outermost pass gets farther than half a
 //! pass from the end of its field.
 
-use super::Ground;
+use super::ground::Ground;
 use crate::level_set::PassField;
 use crate::mesh::FaceId;
 use std::collections::BTreeMap;

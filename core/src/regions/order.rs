@@ -7,7 +7,9 @@
 //!
 //! Source: spec 05, step 8.
 
-use super::{Layout, Part, Regions, Sheet};
+use super::division::{Part, Regions};
+use super::layout::Layout;
+use super::sheet::Sheet;
 use crate::geometry::{DVec2, DVec3};
 use crate::job::RegionOrder;
 use crate::level_set::Pass;
@@ -27,7 +29,10 @@ pub fn in_order(
 ) -> Vec<usize> {
     let Some(regions) = regions else { return (0..layouts.len()).collect() };
     let parts = &regions.parts;
-    let graph = Graph { neighbours: regions.neighbours(), ways: ways(layouts, place) };
+    let graph = Graph {
+        neighbours: neighbours(&regions.sheet, &regions.parts),
+        ways: ways(layouts, place),
+    };
     let starts: Vec<usize> = (0..parts.len()).take(MOST_STARTS).collect();
     let walks: &[fn(&Graph, usize) -> Vec<usize>] = match order {
         RegionOrder::DepthFirst => &[Graph::depth_first],
@@ -120,7 +125,7 @@ fn ways(layouts: &[Layout], place: impl Fn(DVec2) -> Option<DVec3>) -> Vec<Vec<f
 }
 
 /// For every region the ones that share a side with it.
-pub(super) fn neighbours(sheet: &Sheet, parts: &[Part]) -> Vec<Vec<usize>> {
+pub fn neighbours(sheet: &Sheet, parts: &[Part]) -> Vec<Vec<usize>> {
     let mut of_face = vec![usize::MAX; sheet.faces().len()];
     for (k, part) in parts.iter().enumerate() {
         part.piece.faces.iter().for_each(|&f| of_face[f as usize] = k);

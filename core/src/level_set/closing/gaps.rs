@@ -5,12 +5,12 @@
 //! 2. Faces near ridges are split until a piece is either close enough to a pass as a whole or
 //!    smaller than the raster; the small pieces that are too far are the places.
 
-use super::ClosingOptions;
+use super::options::ClosingOptions;
 use super::tree::Tree;
 use crate::geometry::DVec2;
-use crate::level_set::field::gradient;
+use crate::level_set::field::{PassField, gradient};
+use crate::level_set::refine::PassMesh;
 use crate::level_set::strip_metric::FlatMetric;
-use crate::level_set::{PassField, PassMesh};
 use crate::mesh::{FaceId, HalfEdgeId};
 use crate::parallel;
 use core::cell::Cell;

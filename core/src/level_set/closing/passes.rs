@@ -1,41 +1,17 @@
 //! Rings and spurs so far, found by nearness, and put together at the end.
 
-use super::ClosingOptions;
+use super::detour::{Anchor, Detour, Line, closed};
 use super::gaps::Place;
-use super::spur::{Detour, closed};
+use super::options::ClosingOptions;
 use super::tree::Tree;
 use crate::geometry::beyond::Parabola;
 use crate::geometry::{DVec2, DVec3};
-use crate::level_set::{Pass, Spur};
+use crate::level_set::passes::{Pass, Spur};
 
 /// Pieces into which long segments are cut for the search, mean passes.
 const LONGEST_PIECE: f64 = 2.0;
 /// Straight pieces of a bent overrun.
 const STEPS: u32 = 4;
-
-/// A ring or a spur.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
-pub enum Line {
-    /// By index.
-    Pass(usize),
-    /// By index, in the order in which they were added.
-    Spur(usize),
-}
-
-/// A point of a pass that a spur leaves from.
-#[derive(Copy, Clone, Debug, PartialEq)]
-pub struct Anchor {
-    /// The pass.
-    pub line: Line,
-    /// Its segment.
-    pub segment: usize,
-    /// Where on the segment: 0 start, 1 end.
-    pub t: f64,
-    /// The flat point.
-    pub at: DVec2,
-    /// Distance from the place that asked, passes.
-    pub distance: f64,
-}
 
 /// A piece of a segment in a tree.
 struct Piece {

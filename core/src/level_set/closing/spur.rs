@@ -1,8 +1,9 @@
 //! The cheapest detour that closes a blob of gaps.
 
 use super::blob::Blob;
+use super::detour::{Anchor, Detour, closed};
 use super::gaps::Place;
-use super::passes::{Anchor, Passes};
+use super::passes::Passes;
 use super::tree::Tree;
 use crate::flat_path::Terrain;
 use crate::geometry::DVec2;
@@ -29,17 +30,6 @@ const HALVINGS: usize = 10;
 const PROBE: f64 = 0.1;
 /// Passes that a spur may run outside of ring 0, for the blur of the field between vertices.
 const ROOM_SLACK: f64 = 0.02;
-
-/// A way from a pass to gaps and back.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Detour {
-    /// Where it leaves and comes back.
-    pub anchor: Anchor,
-    /// Flat points between leaving and coming back.
-    pub points: Vec<DVec2>,
-    /// Whether no ring of a higher level is beside the blob: it is the core of the rings.
-    pub is_core: bool,
-}
 
 /// What a detour is chosen by.
 pub struct Chooser<'a> {
@@ -207,14 +197,6 @@ impl<'a> Gaps<'a> {
         let place = nearest.map(|hit| self.places[hit.id as usize]);
         place.map_or(0.0, |p| p.gap / p.metric.length(across).max(f64::MIN_POSITIVE))
     }
-}
-
-/// The line from the anchor over `points` back to it.
-pub fn closed(anchor: &Anchor, points: &[DVec2]) -> Vec<DVec2> {
-    let ends = core::iter::once(anchor.at);
-    let mut line: Vec<DVec2> = ends.clone().chain(points.iter().copied()).chain(ends).collect();
-    line.dedup();
-    line
 }
 
 /// The least length, up to `longest`, at which `holds`, which it does at `longest` and beyond.

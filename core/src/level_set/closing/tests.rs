@@ -3,6 +3,7 @@
 use super::*;
 use crate::flatten::{Chart, Locator, bff};
 use crate::geometry::{DVec3, math};
+use crate::job::RingOrder;
 use crate::job::{Component, Selection, SurfaceOptions, SurfaceSource};
 use crate::level_set::{FieldTerrain, passes, ring_levels, strip_metric};
 use crate::mesh::{Connectivity, VertexId};

@@ -21,54 +21,23 @@
 //! S-DISTORT, a Chinese patent application of 2022, "Method for generating region-wise contour-parallel
 //! tool paths on a curved surface"; spec 05.
 
+mod flattened;
 mod measure;
 mod sketch;
 
+pub use flattened::Flattened;
 pub use measure::{Evenness, Stretch, percentile};
 
-use super::pieces::Piece;
 use super::sheet::Sheet;
-use crate::flatten::{Chart, FlattenError, bff_unchecked};
+use crate::flatten::FlattenError;
 use crate::job::DistortionOptions;
 use crate::parallel;
-use crate::surface::Surface;
 use sketch::{Cut, sketches};
 
 /// By how much a split must raise the uniformity to be kept. Smaller: pieces without use.
 const GAIN: f64 = 0.003;
 /// What a piece more than two is as bad as, uniformity.
 const PIECE: f64 = 0.004;
-
-/// A piece and its own flat map.
-#[derive(Clone, Debug)]
-pub struct Flattened {
-    /// The piece.
-    pub piece: Piece,
-    /// Its own surface.
-    pub surface: Surface,
-    /// Its own chart, which may overlap: it is asked for scale only.
-    pub chart: Chart,
-    /// The chart's stretch.
-    pub stretch: Stretch,
-}
-
-impl Flattened {
-    /// Lays some faces of a sheet flat.
-    ///
-    /// # Errors
-    /// [`FlattenError`] when the equations cannot be solved; `None` inside for no manifold.
-    pub fn of(sheet: &Sheet, faces: &[u32]) -> Result<Option<Self>, FlattenError> {
-        let Some(piece) = sheet.piece(faces) else { return Ok(None) };
-        let surface = piece.surface(sheet);
-        let chart = bff_unchecked(&surface)?;
-        let stretch = Stretch::of(&surface, &chart);
-        Ok(Some(Self { piece, surface, chart, stretch }))
-    }
-
-    fn uniformity(&self) -> f64 {
-        self.stretch.evenness().uniformity
-    }
-}
 
 /// Splits all faces of a sheet into pieces that map evenly; returns the pieces.
 ///

@@ -1,6 +1,7 @@
 //! Where a piece might be cut.
 
-use super::{Flattened, percentile};
+use super::flattened::Flattened;
+use super::measure::percentile;
 use crate::geometry::math::{atan2, cos, sin};
 use crate::geometry::{DVec2, cross2};
 use crate::job::DistortionOptions;

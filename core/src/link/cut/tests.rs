@@ -4,6 +4,7 @@ use super::*;
 use crate::engagement::{Cutting, Stock};
 use crate::flat_path::Terrain;
 use crate::job::FeedComponent;
+use crate::link::Precedence;
 use crate::region::Region;
 
 /// A flat square plate with walls; rings are squares.

@@ -1,0 +1,46 @@
+//! A way from a pass to gaps and back.
+
+use crate::geometry::DVec2;
+
+/// A ring or a spur.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Line {
+    /// By index.
+    Pass(usize),
+    /// By index, in the order in which they were added.
+    Spur(usize),
+}
+
+/// A point of a pass that a spur leaves from.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Anchor {
+    /// The pass.
+    pub line: Line,
+    /// Its segment.
+    pub segment: usize,
+    /// Where on the segment: 0 start, 1 end.
+    pub t: f64,
+    /// The flat point.
+    pub at: DVec2,
+    /// Distance from the place that asked, passes.
+    pub distance: f64,
+}
+
+/// A way from a pass to gaps and back.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Detour {
+    /// Where it leaves and comes back.
+    pub anchor: Anchor,
+    /// Flat points between leaving and coming back.
+    pub points: Vec<DVec2>,
+    /// Whether no ring of a higher level is beside the blob: it is the core of the rings.
+    pub is_core: bool,
+}
+
+/// The line from the anchor over `points` back to it.
+pub fn closed(anchor: &Anchor, points: &[DVec2]) -> Vec<DVec2> {
+    let ends = core::iter::once(anchor.at);
+    let mut line: Vec<DVec2> = ends.clone().chain(points.iter().copied()).chain(ends).collect();
+    line.dedup();
+    line
+}

@@ -1,0 +1,19 @@
+//! How gaps are closed.
+
+use crate::geometry::DVec2;
+use crate::job::RingOrder;
+
+/// How gaps are closed.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct ClosingOptions<'a> {
+    /// Order of the rings.
+    pub order: RingOrder,
+    /// Whether there is a pass at every whole level.
+    pub on_levels: bool,
+    /// Flat segments of other passes, which machine what is near to them.
+    pub beside: &'a [[DVec2; 2]],
+    /// Whether the cutter is tilted on a flat bottom: it machines nothing beyond the end of a spur.
+    pub has_flat_bottom: bool,
+    /// Threads to use; the spurs do not depend on it.
+    pub threads: usize,
+}

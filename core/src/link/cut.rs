@@ -1,0 +1,374 @@
+//! Rings cut one after the other in the plane, with trochoids where the limit asks for them.
+//!
+//! *Trial*: a ring is first cut as it is; only if that exceeds the limit, in the plane and where the simulation of plain
+//! passes does, too, is it taken back and cut again with trochoids on the stretches that exceed it.
+
+use super::group::{Group, LONGEST_LINK, SLANT, oriented};
+use super::order::Sequence;
+use crate::engagement::Walk;
+use crate::flat_path::FlatPoint;
+use crate::geometry::DVec2;
+use crate::job::{ForceControl, Links, RingOrder};
+use crate::level_set::{Pass, Spur};
+use crate::toolpath::MoveKind;
+use crate::trochoid::{self, Branch, Loops, Span};
+
+/// Over-engaged stretches closer than this are one, as a part of the cutter radius.
+const JOIN: f64 = 1.0;
+/// Over-engaged stretches are widened by this part of the cutter radius at both ends.
+const WIDEN: f64 = 0.25;
+/// A link on the surface that would have to be slower than this part of the feed is not taken.
+const SLOWEST_LINK: f64 = 0.05;
+
+/// How rings are cut and joined.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct CutOptions {
+    /// Order of the rings.
+    pub order: RingOrder,
+    /// How they are joined.
+    pub links: Links,
+    /// What is done where the limit is exceeded.
+    pub control: ForceControl,
+    /// Loops for [`ForceControl::Trochoid`].
+    pub loops: Loops,
+}
+
+/// Cuts the rings of all groups, one group after the other. `is_above`: whether plain passes truly exceed the limit
+/// near a flat place; `progress` is called with the part done. Returns the number of trochoid loops.
+pub fn cut_passes(
+    walk: &mut Walk,
+    groups: &[Group],
+    options: &CutOptions,
+    is_above: &dyn Fn(DVec2) -> bool,
+    mut progress: impl FnMut(f64),
+) -> usize {
+    let mut loops = 0;
+    let all: usize = groups.iter().map(|g| g.passes.len()).sum();
+    let mut done = 0;
+    for (region, group) in (0..).zip(groups) {
+        walk.begin_region(region);
+        cut_group(walk, group, (options, is_above), &mut loops, || {
+            done += 1;
+            progress(done as f64 / all as f64);
+        });
+    }
+    loops
+}
+
+/// Cuts the rings of a group; `on_ring` is called after each.
+fn cut_group(
+    walk: &mut Walk,
+    Group { passes: rings, precedence }: &Group,
+    (options, is_above): (&CutOptions, &dyn Fn(DVec2) -> bool),
+    loops: &mut usize,
+    mut on_ring: impl FnMut(),
+) {
+    let mut sequence = Sequence::new(precedence);
+    let mut last = None;
+    // Rings come with higher values on their right; turned so that the stock is on the side that the
+    // cut direction asks for.
+    let stock_is_higher = options.order == RingOrder::OutsideIn;
+    let reverse = stock_is_higher != (options.loops.hand > 0.0);
+    let distance = |walk: &Walk, r: usize| {
+        let from = walk.at();
+        let points = rings[r].points.iter();
+        points.map(|p| (*p - from).length_squared()).fold(f64::INFINITY, f64::min)
+    };
+    while let Some(index) = sequence.next_nearest(last, |r| distance(walk, r)) {
+        let task = PassTask {
+            options,
+            is_above,
+            has_cleared_side: !precedence.before(index).is_empty(),
+            is_last: precedence.after(index).is_empty(),
+        };
+        *loops += task.cut(walk, &oriented(&rings[index], reverse));
+        walk.next_pass();
+        last = Some(index);
+        on_ring();
+    }
+}
+
+/// The moves along a ring, with the spurs that leave at their ends.
+struct Course<'a> {
+    start: DVec2,
+    moves: Vec<FlatPoint>,
+    /// Index of the move and the spur.
+    spurs: Vec<(usize, &'a Spur)>,
+}
+
+impl Course<'_> {
+    /// Turned so that it does not begin inside an over-engaged stretch, unless all of it is one.
+    fn begun_outside(self, over: &[bool]) -> (Self, Vec<bool>) {
+        let n = self.moves.len();
+        let first_clear = over.iter().position(|o| !o).unwrap_or(0);
+        if first_clear == 0 || !over[n - 1] {
+            return (self, over.to_vec());
+        }
+        let turn = |i: usize| (i + first_clear) % n;
+        let back = |(i, spur): (usize, _)| ((i + n - first_clear) % n, spur);
+        let turned = Self {
+            start: self.moves[first_clear - 1].at,
+            moves: (0..n).map(|i| self.moves[turn(i)]).collect(),
+            spurs: self.spurs.into_iter().map(back).collect(),
+        };
+        (turned, (0..n).map(|i| over[turn(i)]).collect())
+    }
+
+    /// The spurs that leave at the end of a move.
+    fn spurs_after(&self, index: usize) -> impl Iterator<Item = &Spur> + '_ {
+        self.spurs.iter().filter(move |(i, _)| *i == index).map(|(_, spur)| *spur)
+    }
+
+    /// The spurs of a stretch, for loops that start at the end of the move before it.
+    fn branches(&self, stretch: &Stretch) -> Vec<Branch<'_>> {
+        let inside = self.spurs.iter().filter(|(i, _)| stretch.moves.contains(i));
+        let mut branches: Vec<Branch> = inside
+            .map(|(i, spur)| Branch { at: i + 1 - stretch.moves.start, points: &spur.points })
+            .collect();
+        branches.sort_by_key(|b| b.at);
+        branches
+    }
+}
+
+/// One ring to be cut.
+struct PassTask<'a> {
+    options: &'a CutOptions,
+    is_above: &'a dyn Fn(DVec2) -> bool,
+    has_cleared_side: bool,
+    is_last: bool,
+}
+
+impl PassTask<'_> {
+    /// Cuts it; returns the number of trochoid loops.
+    fn cut(&self, walk: &mut Walk, ring: &Pass) -> usize {
+        let start = start_index(walk, &ring.points);
+        let (before, from) = ring.points.split_at(start);
+        let closed: Vec<DVec2> = from.iter().chain(before).chain(&from[..1]).copied().collect();
+        let mark = walk.mark();
+        self.reach(walk, closed[0]);
+        let mut course = Course { start: closed[0], moves: Vec::new(), spurs: Vec::new() };
+        for (i, &p) in closed.iter().enumerate().skip(1) {
+            let made = walk.since(&mark).len();
+            walk.cut_limited(p, MoveKind::Cut);
+            course.moves.extend_from_slice(&walk.since(&mark)[made..]);
+            let index = (start + i) % ring.points.len();
+            for spur in ring.spurs.iter().filter(|s| s.at == index) {
+                course.spurs.push((course.moves.len().saturating_sub(1), spur));
+                walk.facing_on(|walk| {
+                    spur.points
+                        .iter()
+                        .chain([&p])
+                        .for_each(|&q| walk.cut_limited(q, MoveKind::Cut));
+                });
+            }
+        }
+        let limit = walk.cutting.limit;
+        let above = |m: &FlatPoint| {
+            rate_at_nominal(m, walk) > limit * (1.0 + 1e-9) && (self.is_above)(m.at)
+        };
+        // Spurs keep the limit by their feed: loops on them would cut nothing.
+        let over: Vec<bool> = course.moves.iter().map(above).collect();
+        if self.options.control != ForceControl::Trochoid || !over.contains(&true) {
+            walk.keep();
+            return 0;
+        }
+        walk.undo(&mark);
+        walk.keep();
+        self.cut_with_trochoids(walk, course, &over)
+    }
+
+    fn cut_with_trochoids(&self, walk: &mut Walk, course: Course, over: &[bool]) -> usize {
+        let (course, over) = course.begun_outside(over);
+        let moves = &course.moves;
+        let stretches = stretches(moves, &over, walk.cutting.radius);
+        let toward = if self.has_cleared_side { -1.0 } else { 1.0 };
+        let mut at = course.start;
+        let mut arrived = false;
+        let mut count = 0;
+        for stretch in &stretches {
+            let ends = moves[stretch.moves.clone()].iter().map(|m| m.at);
+            let points: Vec<DVec2> = core::iter::once(at).chain(ends).collect();
+            let loops = &self.options.loops;
+            if stretch.over {
+                if !arrived {
+                    self.reach_loop(walk, &points, toward);
+                }
+                let span = Span { points: &points, branches: &course.branches(stretch) };
+                count += trochoid::clear_span(walk, &span, loops, toward);
+            } else {
+                if !arrived {
+                    self.reach(walk, at);
+                }
+                for (i, &p) in stretch.moves.clone().zip(&points[1..]) {
+                    walk.cut_limited(p, MoveKind::Cut);
+                    let out_and_back =
+                        course.spurs_after(i).flat_map(|s| s.points.iter().chain([&p]));
+                    walk.facing_on(|walk| {
+                        out_and_back.for_each(|&q| walk.cut_limited(q, MoveKind::Cut));
+                    });
+                }
+            }
+            arrived = true;
+            at = points[points.len() - 1];
+        }
+        if !self.has_cleared_side || self.is_last {
+            let last = stretches.iter().rposition(|s| s.over).map_or(0, |i| stretches[i].moves.end);
+            moves[..last].iter().for_each(|m| walk.cut_limited(m.at, MoveKind::Cut));
+        }
+        count
+    }
+
+    /// Goes to where the first loop of a span starts.
+    fn reach_loop(&self, walk: &mut Walk, span: &[DVec2], toward: f64) {
+        let loops = &self.options.loops;
+        let (back, center, radius) = trochoid::entry(walk, span, loops, toward);
+        if radius > 0.0 && !walk.is_clear(back) && !self.can_link(walk, back) {
+            if walk.has_begun() {
+                walk.arrive(back, walk.cutting.depth, MoveKind::Rapid);
+            }
+            trochoid::enter(walk, back, center, loops);
+        } else {
+            self.reach(walk, if radius > 0.0 { back } else { span[0] });
+        }
+    }
+
+    fn can_link(&self, walk: &Walk, to: DVec2) -> bool {
+        let way = to - walk.at();
+        let (length, disc) = (way.length(), walk.disc(walk.at()));
+        if !walk.has_begun() || self.options.links == Links::Retract || length > LONGEST_LINK * disc
+        {
+            return false;
+        }
+        let steps = (length / (0.2 * disc)).ceil().max(1.0) as usize;
+        walk.terrain.joins(walk.at(), to)
+            && (1..=steps).all(|i| {
+                let p = walk.at() + way * (i as f64 / steps as f64);
+                let inside = walk.terrain.room(p).is_some_and(|room| room >= -0.05);
+                let rate = walk.cutting.rate(&walk.engagement(p, way / length));
+                inside && rate * SLOWEST_LINK <= walk.cutting.limit
+            })
+    }
+
+    /// Goes to a point of the surface, by link or by retract.
+    fn reach(&self, walk: &mut Walk, to: DVec2) {
+        if self.can_link(walk, to) {
+            return walk.cut_limited(to, MoveKind::Link);
+        }
+        if walk.has_begun() {
+            walk.arrive(to, walk.cutting.depth, MoveKind::Rapid);
+        } else {
+            walk.arrive(to, walk.cutting.depth, MoveKind::Link);
+        }
+        let loops = &self.options.loops;
+        if !walk.is_clear(to) {
+            let (back, center) = helix_place(walk, to, loops);
+            walk.arrive(back, walk.cutting.depth, MoveKind::Link);
+            trochoid::enter(walk, back, center, loops);
+            walk.cut_limited(to, MoveKind::Link);
+        } else {
+            walk.arrive(to, 0.0, MoveKind::Link);
+            walk.plunge();
+        }
+    }
+}
+
+/// A place for a helix beside `to` that stays inside of ring 0: its start and its centre.
+fn helix_place(walk: &Walk, to: DVec2, loops: &Loops) -> (DVec2, DVec2) {
+    let radius = loops.radius * walk.disc(to) / walk.cutting.radius;
+    let room = |p: DVec2| walk.terrain.room(p).unwrap_or(f64::NEG_INFINITY);
+    let directions = (0..16).map(|k| {
+        let a = core::f64::consts::TAU * k as f64 / 16.0;
+        DVec2::new(crate::geometry::math::cos(a), crate::geometry::math::sin(a))
+    });
+    let best = directions
+        .max_by(|a, b| room(to + *a * (2.0 * radius)).total_cmp(&room(to + *b * (2.0 * radius))));
+    let inward = best.unwrap_or(DVec2::X);
+    let fits = |r: f64| room(to + inward * (2.0 * r)) >= -0.05;
+    let mut r = radius;
+    while !fits(r) && r > 0.05 * radius {
+        r *= 0.7;
+    }
+    (to, to + inward * r)
+}
+
+/// The removal rate a move would have at the nominal feed.
+fn rate_at_nominal(m: &FlatPoint, walk: &Walk) -> f64 {
+    if m.feed > 0.0 { m.mrr * walk.cutting.feed / m.feed } else { m.mrr }
+}
+
+/// Where a ring is begun: a slant ahead of the point nearest to where the cutter is.
+fn start_index(walk: &Walk, ring: &[DVec2]) -> usize {
+    if !walk.has_begun() {
+        return 0;
+    }
+    let from = walk.at();
+    let distance = |i: usize| (ring[i] - from).length_squared();
+    let mut i = (0..ring.len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
+    let perimeter: f64 =
+        (0..ring.len()).map(|k| (ring[(k + 1) % ring.len()] - ring[k]).length()).sum();
+    let mut left = (SLANT * walk.disc(from)).min(0.25 * perimeter);
+    while left > 0.0 {
+        let next = (i + 1) % ring.len();
+        left -= (ring[next] - ring[i]).length();
+        i = next;
+    }
+    i
+}
+
+/// A run of moves that is cut in one way.
+struct Stretch {
+    moves: core::ops::Range<usize>,
+    over: bool,
+}
+
+/// Over-engaged runs, joined and widened, and the plain runs between them.
+fn stretches(moves: &[FlatPoint], over: &[bool], radius: f64) -> Vec<Stretch> {
+    let mut flags = over.to_vec();
+    widen(&mut flags, moves, WIDEN * radius);
+    join(&mut flags, moves, JOIN * radius);
+    let mut out: Vec<Stretch> = Vec::new();
+    for (i, &flag) in flags.iter().enumerate() {
+        match out.last_mut() {
+            Some(s) if s.over == flag => s.moves.end = i + 1,
+            _ => out.push(Stretch { moves: i..i + 1, over: flag }),
+        }
+    }
+    out
+}
+
+/// Sets the flags of moves within `by` mm of a set one, along the path.
+fn widen(flags: &mut [bool], moves: &[FlatPoint], by: f64) {
+    let original = flags.to_vec();
+    for forward in [true, false] {
+        let mut left = 0.0;
+        for k in 0..flags.len() {
+            let i = if forward { k } else { flags.len() - 1 - k };
+            if original[i] {
+                left = by;
+            } else if left > 0.0 {
+                flags[i] = true;
+                left -= moves[i].length;
+            }
+        }
+    }
+}
+
+/// Sets the flags in gaps shorter than `shortest` mm between set ones.
+fn join(flags: &mut [bool], moves: &[FlatPoint], shortest: f64) {
+    let mut last_set: Option<usize> = None;
+    for i in 0..flags.len() {
+        if !flags[i] {
+            continue;
+        }
+        if let Some(l) = last_set {
+            let gap: f64 = moves[l + 1..i].iter().map(|m| m.length).sum();
+            if gap < shortest {
+                flags[l + 1..i].fill(true);
+            }
+        }
+        last_set = Some(i);
+    }
+}
+
+#[cfg(test)]
+mod tests;

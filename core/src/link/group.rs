@@ -1,0 +1,31 @@
+//! The passes of a region, and what all ways of joining them share.
+
+use super::order::Precedence;
+use crate::level_set::Pass;
+
+/// Longest link on the surface, cutter radii.
+pub const LONGEST_LINK: f64 = 8.0;
+/// The next ring starts this many cutter radii ahead, so that the link runs into it at a slant.
+pub const SLANT: f64 = 2.0;
+
+/// The passes of a region and what must be cut before what.
+#[derive(Copy, Clone, Debug)]
+pub struct Group<'a> {
+    /// The passes.
+    pub passes: &'a [Pass],
+    /// What is cut before what.
+    pub precedence: &'a Precedence,
+}
+
+/// A pass, the other way round if asked for.
+pub(crate) fn oriented(pass: &Pass, reverse: bool) -> Pass {
+    let mut turned = pass.clone();
+    if reverse {
+        turned.points.reverse();
+        turned.overrun.reverse();
+        turned.half.reverse();
+        turned.beside.reverse();
+        turned.spurs.iter_mut().for_each(|s| s.at = pass.points.len() - 1 - s.at);
+    }
+    turned
+}

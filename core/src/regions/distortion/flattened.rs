@@ -1,0 +1,38 @@
+//! A piece of a surface laid flat by itself.
+
+use super::measure::Stretch;
+use crate::flatten::{Chart, FlattenError, bff_unchecked};
+use crate::regions::pieces::Piece;
+use crate::regions::sheet::Sheet;
+use crate::surface::Surface;
+
+/// A piece and its own flat map.
+#[derive(Clone, Debug)]
+pub struct Flattened {
+    /// The piece.
+    pub piece: Piece,
+    /// Its own surface.
+    pub surface: Surface,
+    /// Its own chart, which may overlap: it is asked for scale only.
+    pub chart: Chart,
+    /// The chart's stretch.
+    pub stretch: Stretch,
+}
+
+impl Flattened {
+    /// Lays some faces of a sheet flat.
+    ///
+    /// # Errors
+    /// [`FlattenError`] when the equations cannot be solved; `None` inside for no manifold.
+    pub fn of(sheet: &Sheet, faces: &[u32]) -> Result<Option<Self>, FlattenError> {
+        let Some(piece) = sheet.piece(faces) else { return Ok(None) };
+        let surface = piece.surface(sheet);
+        let chart = bff_unchecked(&surface)?;
+        let stretch = Stretch::of(&surface, &chart);
+        Ok(Some(Self { piece, surface, chart, stretch }))
+    }
+
+    pub(super) fn uniformity(&self) -> f64 {
+        self.stretch.evenness().uniformity
+    }
+}

@@ -1,0 +1,143 @@
+//! A divided surface: its regions, and the ways to make them.
+
+use super::distortion::{self, Evenness, Flattened, Stretch};
+use super::pieces::Piece;
+use super::sheet::Sheet;
+use crate::flatten::{Chart, FlattenError, Locator};
+use crate::geometry::{DVec2, DVec3};
+use crate::job::{Compensation, DistortionOptions};
+use crate::mesh::FaceId;
+use crate::surface::Surface;
+
+/// A divided surface.
+#[derive(Clone, Debug)]
+pub struct Regions {
+    /// The faces of all regions.
+    pub sheet: Sheet,
+    /// The regions.
+    pub parts: Vec<Part>,
+    /// How evenly the undivided surface maps.
+    pub whole: Evenness,
+    /// Stretch of its map.
+    pub stretch: Stretch,
+}
+
+/// A region.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// Its faces.
+    pub piece: Piece,
+    /// How evenly it maps.
+    pub evenness: Evenness,
+    /// `#V` mean stretches of its own flat map.
+    pub stretch: Vec<f64>,
+    /// By how much strips are narrowed at its `#V` vertices, at least 1; `None`: not at all.
+    pub narrowing: Option<Vec<f64>>,
+    /// A curve of its own, mm, at which iso-scallop passes begin.
+    pub start: Option<Vec<DVec3>>,
+}
+
+impl Part {
+    fn of(flattened: Flattened, compensation: Compensation) -> Self {
+        let evenness = flattened.stretch.evenness();
+        let narrowing = match compensation {
+            Compensation::Exact => None,
+            // l_s sigma = w sigma / sigma_ave_max on the surface instead of w.
+            Compensation::Piecewise => {
+                let stretch = flattened.stretch.vertices().iter();
+                // A vertex without flat area tells nothing.
+                let by = |s: &f64| evenness.most / s;
+                let sound = |r: f64| if r.is_finite() { r.max(1.0) } else { 1.0 };
+                Some(stretch.map(by).map(sound).collect())
+            }
+        };
+        let stretch = flattened.stretch.vertices().to_vec();
+        Self { piece: flattened.piece, evenness, stretch, narrowing, start: None }
+    }
+}
+
+impl Regions {
+    /// Divides a surface until every region maps evenly; `least`: least area of a region, mm².
+    ///
+    /// # Errors
+    /// [`FlattenError`] when the surface cannot be laid flat.
+    pub fn even(
+        surface: &Surface,
+        chart: &Chart,
+        options: &DistortionOptions,
+        least: f64,
+        threads: usize,
+    ) -> Result<Self, FlattenError> {
+        let mut sheet = Sheet::new(surface, chart);
+        let stretch = Stretch::of(surface, chart);
+        let pieces = distortion::divide(&mut sheet, options, least, threads)?;
+        let parts = pieces.into_iter().map(|p| Part::of(p, options.compensation)).collect();
+        Ok(Self { sheet, parts, whole: stretch.evenness(), stretch })
+    }
+
+    /// Whether several regions meet at a face of the surface.
+    pub fn is_at_border(&self, face: FaceId) -> bool {
+        let sheet = &self.sheet;
+        let corners = sheet.parts(face).flat_map(|f| sheet.faces()[f as usize]);
+        let labels = corners.flat_map(|v| sheet.around(v)).map(|h| sheet.labels()[h as usize / 3]);
+        let mut labels = labels.peekable();
+        let first = labels.peek().copied();
+        labels.any(|label| Some(label) != first)
+    }
+
+    /// Divides a surface along flat lines that end on the boundary or where others run; `least`: as for
+    /// [`even`](Self::even).
+    ///
+    /// # Errors
+    /// [`FlattenError`] when a region cannot be laid flat.
+    pub fn along(
+        surface: &Surface,
+        chart: &Chart,
+        lines: &[Vec<DVec2>],
+        least: f64,
+    ) -> Result<Self, FlattenError> {
+        let mut sheet = Sheet::new(surface, chart);
+        let locator = Locator::new(surface.connectivity(), chart.uv());
+        lines.iter().for_each(|line| sheet.cut_polyline(line, &locator));
+        sheet.improve();
+        let all: Vec<u32> = (0..sheet.faces().len() as u32).collect();
+        let groups = sheet.groups(&all, |_| 0, least);
+        for (label, faces) in (0..).zip(&groups) {
+            sheet.set_label(faces, label);
+        }
+        let mut parts = Vec::new();
+        for faces in &groups {
+            let flattened = Flattened::of(&sheet, faces)?;
+            parts.extend(flattened.map(|f| Part::of(f, Compensation::Exact)));
+        }
+        let stretch = Stretch::of(surface, chart);
+        Ok(Self { sheet, parts, whole: stretch.evenness(), stretch })
+    }
+}
+
+impl Regions {
+    /// Gives every region the flat curve of which the longest part runs through it, if any does.
+    pub fn with_starts(mut self, curves: &[Vec<DVec2>]) -> Self {
+        for part in &mut self.parts {
+            let uv = part.piece.uv(&self.sheet);
+            let locator = Locator::new(&part.piece.connectivity, &uv);
+            let within = |curve: &Vec<DVec2>| -> Vec<DVec3> {
+                let at = |p: &DVec2| locator.locate(*p).ok();
+                let place = |at: crate::surface::SurfacePoint| {
+                    let corners = part.piece.connectivity.face(at.face);
+                    let sheet = |i: usize| part.piece.vertices[corners[i].index()] as usize;
+                    (0..3).map(|i| self.sheet.positions()[sheet(i)] * at.weights[i]).sum()
+                };
+                curve.iter().filter_map(at).map(place).collect()
+            };
+            let parts = curves.iter().map(within).filter(|c| c.len() > 1);
+            part.start = parts.max_by(|a, b| length(a).total_cmp(&length(b)));
+        }
+        self
+    }
+}
+
+/// Length of a polyline, mm.
+fn length(line: &[DVec3]) -> f64 {
+    line.windows(2).map(|w| w[0].distance(w[1])).sum()
+}

@@ -1,0 +1,26 @@
+//! How passes are laid on every region.
+
+use crate::flatten::Locator;
+use crate::job::Job;
+use crate::strip_width::Strip;
+use crate::surface::Surface;
+use crate::walls::Clearance;
+
+/// How passes are laid on every region.
+#[derive(Copy, Clone)]
+pub struct LayoutOptions<'a> {
+    /// The job.
+    pub job: &'a Job,
+    /// The undivided surface.
+    pub surface: &'a Surface,
+    /// Over its chart.
+    pub chart: &'a Locator<'a>,
+    /// How far polylines may deviate from level curves, flat mm.
+    pub tolerance: f64,
+    /// A tilted cutter with a flat bottom, the edges of whose strip lag behind it; `None` for any other.
+    pub tilted: Option<Strip>,
+    /// How far the cutter is clear of walls, if there are any.
+    pub clearance: Option<Clearance<'a>>,
+    /// Threads to use.
+    pub threads: usize,
+}
