@@ -1,6 +1,11 @@
 //! A plan → the files of its results, the same bytes wherever it was made.
 
+mod error;
+mod files;
 pub mod texture;
+
+pub use error::ResultsError;
+pub use files::{Input, OutputFile};
 
 use crate::feed::machine_time;
 use crate::flatten::{Chart, Locator};
@@ -9,7 +14,7 @@ use crate::geometry::DVec3;
 use crate::job::{Boundary, FlattenMethod, ForceControl, Job, Pattern, Picture, SurfaceSource};
 use crate::machine::{Axes, Machine};
 use crate::plan::{Files, PlanError, Planned, Sketch, Stage, plan_showing};
-use crate::post::{PostError, ProgramOptions, program};
+use crate::post::{ProgramOptions, program};
 use crate::preview::{
     Drawn, Linked, flat_map, mrr_chart, rate_map, regions_map, residual_map, surface_view,
     tensor_map,
@@ -24,8 +29,7 @@ use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use crate::verify::{
     Facets, Rise, Sphere, Verification, VerifyError, VerifyOptions, Walls, verify,
 };
-use texture::{PathOn, TextureError, TextureResults, texture_on};
-use thiserror::Error;
+use texture::{PathOn, TextureResults, texture_on};
 
 /// A flat map whose scale varies more than this gets a warning.
 const WIDEST_SCALE: f64 = 30.0;
@@ -38,24 +42,6 @@ const SAMPLES_PER_STEP: f64 = 10.0;
 /// Samples of the judge on a cutter radius, at least: a window of travel, a fifth of the radius, is to hold several.
 const SAMPLES_PER_RADIUS: f64 = 20.0;
 
-/// A file that was read.
-#[derive(Copy, Clone, Debug)]
-pub struct Input<'a> {
-    /// Name as the job gives it.
-    pub name: &'a str,
-    /// Content.
-    pub bytes: &'a [u8],
-}
-
-/// A file to be written.
-#[derive(Clone, Debug, PartialEq)]
-pub struct OutputFile {
-    /// Name in the folder of the results.
-    pub name: String,
-    /// Content.
-    pub bytes: Vec<u8>,
-}
-
 /// The results of a job.
 #[derive(Clone, Debug)]
 pub struct Results {
@@ -63,26 +49,6 @@ pub struct Results {
     pub files: Vec<OutputFile>,
     /// What the report tells.
     pub report: Report,
-}
-
-/// Why there are no results.
-#[derive(Debug, Error)]
-pub enum ResultsError {
-    /// The job cannot be planned.
-    #[error(transparent)]
-    Plan(#[from] PlanError),
-    /// The path cannot be written as a program.
-    #[error(transparent)]
-    Post(#[from] PostError),
-    /// The program that was written cannot be read back.
-    #[error(transparent)]
-    Program(#[from] GcodeError),
-    /// The path cannot be judged.
-    #[error(transparent)]
-    Verify(#[from] VerifyError),
-    /// The texture cannot be simulated.
-    #[error(transparent)]
-    Texture(#[from] TextureError),
 }
 
 /// How results are made.
