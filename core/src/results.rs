@@ -1,8 +1,10 @@
 //! A plan → the files of its results, the same bytes wherever it was made.
 
+mod division;
 mod error;
 mod files;
 pub mod texture;
+mod topology;
 
 pub use error::ResultsError;
 pub use files::{Input, OutputFile};
@@ -22,7 +24,7 @@ use crate::preview::{
 use crate::report::{
     ByKind, CoverageFigures, DivisionFigures, FORMAT, FileRecord, FlattenFigures, ForceFigures,
     GougeFigures, Lines, PassFigures, PathFigures, Profile, RaisedStretch, RateFigures, Report,
-    StepoverFigures, SurfaceFigures, TensorFigures, VerificationFigures, Versions, Warning,
+    StepoverFigures, SurfaceFigures, VerificationFigures, Versions, Warning,
 };
 use crate::surface::{self, Surface};
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
@@ -245,8 +247,8 @@ impl Written {
             files.push(OutputFile { name, bytes: program.text.into_bytes() });
         }
         let contacts = contacts(&planned.surface, &planned.chart, &planned.toolpath);
-        let pictures = pictures(job, planned, &contacts);
         let report = report_on(job, planned, inputs.records(), &contacts);
+        let pictures = pictures(job, planned, &contacts, report.regions.as_ref());
         Ok(Self { contacts, files, findings, pictures, report })
     }
 
@@ -458,8 +460,13 @@ fn checked(text: &str, job: &Job, rapid_plane: f64) -> Result<Vec<String>, Gcode
     Ok(findings.iter().map(ToString::to_string).collect())
 }
 
-/// The pictures of the planned path that the job asks for.
-fn pictures(job: &Job, planned: &Planned, contacts: &[Option<DVec3>]) -> Vec<Drawing> {
+/// The pictures of the planned path that the job asks for; `regions`: what is told of these.
+fn pictures(
+    job: &Job,
+    planned: &Planned,
+    contacts: &[Option<DVec3>],
+    regions: Option<&DivisionFigures>,
+) -> Vec<Drawing> {
     let (surface, path, limit) = (&planned.surface, &planned.toolpath, rate_limit(job));
     let draw = |&picture: &Picture| match picture {
         Picture::Flat => {
@@ -470,13 +477,16 @@ fn pictures(job: &Job, planned: &Planned, contacts: &[Option<DVec3>]) -> Vec<Dra
             let svg = surface_view(surface, path, contacts, limit);
             Some(Drawing::new(picture, "surface.svg", "Surface", svg))
         }
-        Picture::Regions => planned.divided.as_ref().map(|divided| {
-            let svg = regions_map(surface, divided);
+        Picture::Regions => planned.divided.as_ref().zip(regions).map(|(divided, told)| {
+            let svg = regions_map(surface, &division::picture(divided), told);
             Drawing::new(picture, "regions.svg", "Regions", svg)
         }),
         Picture::Tensor => planned.topology.as_ref().map(|topology| {
-            let (surface, chart) = (&planned.surface, &planned.chart);
-            let svg = tensor_map(surface, chart, topology, planned.divided.as_ref());
+            let chart = &planned.chart;
+            let locator = Locator::new(surface.connectivity(), chart.uv());
+            let direction_at = |at| topology::direction_at(topology, surface, &locator, at);
+            let drawn = topology::picture(topology, planned.divided.as_ref());
+            let svg = tensor_map(surface, chart, &drawn, &direction_at);
             Drawing::new(picture, "tensor.svg", "Best feed directions", svg)
         }),
         Picture::Mrr => planned.plain.as_ref().map(|plain| {
@@ -569,7 +579,7 @@ fn report_on(
     let lengths = lengths_of_passes(planned, contacts);
     let length: f64 = lengths.iter().sum();
     let division =
-        planned.divided.as_ref().map(|d| DivisionFigures::of(d, division_of(job), &lengths));
+        planned.divided.as_ref().map(|d| division::figures(d, division_of(job), &lengths));
     let delivered = figures(&planned.toolpath, job.cut.feed);
     let (low, high) = surface
         .positions()
@@ -621,7 +631,7 @@ fn report_on(
             even_share: planned.even_share,
         },
         regions: division,
-        tensor: planned.topology.as_ref().map(TensorFigures::of),
+        tensor: planned.topology.as_ref().map(topology::figures),
         stepover: StepoverFigures {
             nominal_mm: job.nominal_side_step(),
             over_radius: job.nominal_side_step() / job.tool.radius(),

@@ -31,9 +31,9 @@ pub use heat_map::{rate_map, residual_map};
 pub use linked::{Drawn, Linked, MeshTable, PathTable, SampleTable};
 pub use mrr_chart::{ChartPlacement, mrr_chart};
 pub use placement::Placement;
-pub use regions_map::regions_map;
+pub use regions_map::{RegionPicture, RegionsPicture, regions_map};
 pub use surface_view::surface_view;
-pub use tensor_map::tensor_map;
+pub use tensor_map::{PointKind, PointMark, TensorPicture, tensor_map};
 pub use texture_map::{TexturePanel, texture_map, texture_panels};
 pub use texture_png::texture_png;
 
