@@ -1,8 +1,10 @@
 //! The machine: its axes and what they can do.
 
+mod post;
 mod tables;
 mod xyzac;
 
+pub use post::Post;
 pub(crate) use tables::{Leg, Tables};
 pub(crate) use xyzac::Rotary;
 

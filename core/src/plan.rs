@@ -2,45 +2,39 @@
 
 mod delivery;
 mod error;
+mod load;
 mod plane;
+mod tilt;
 
-use crate::cutter_location::{CheckMesh, RaisedStretch, ToolAxis};
+use crate::cutter_location::{CheckMesh, RaisedStretch};
 use crate::feed::fill_time;
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, FlattenError, Locator, Quality, abf, bff};
 use crate::geometry::DVec3;
-use crate::job::{
-    AnalyticKind, AnalyticOptions, AnalyticParameters, Boundary, Division, FlattenMethod, Job,
-    Pattern, Start, Stepover, SurfaceSource,
-};
+use crate::job::{Boundary, Division, FlattenMethod, Job, Pattern, Start, Stepover};
 use crate::level_set::{ClosingReport, PassMesh, StripMetric};
 use crate::lift::Lift;
 use crate::machine::Axes;
-use crate::mesh::{FaceId, MeshFormat, VertexId, read};
+use crate::mesh::{FaceId, VertexId};
 use crate::pattern;
 use crate::region::Region;
 use crate::regions::tensor::{self, Topology};
 use crate::regions::{self, Divided, Ground, LayoutOptions, Regions, Undivided};
 use crate::removal::{self, Coverage};
-use crate::step::{SmoothFormat, smooth};
-use crate::strip_width::Strip;
 use crate::strips::{Strips, part_of_strip, strip};
-use crate::surface::{
-    AnalyticSurface, Built, CurvatureField, Part, Surface, Warning, build, build_beside,
-};
-use crate::tool::ToolKind;
+use crate::surface::{Built, CurvatureField, Part, Surface, Warning};
 use crate::toolpath::Toolpath;
 use crate::walls::Clearance;
 use delivery::{Delivery, Finished, deliver_options, rapid_plane};
+use error::FARTHEST;
 pub use error::PlanError;
+pub use load::Files;
+pub(crate) use load::{load, load_beside};
 use plane::{FlatCut, Plane, centring};
+use tilt::{axis_rule, tilted};
 
 /// Part of the tolerance that ring polylines may deviate from the level curve.
 const RING_TOLERANCE: f64 = 0.25;
-/// Part of the tolerance that the mesh of a NURBS surface may be off it.
-const CHORD: f64 = 0.25;
-/// Farthest distance of a part from the rotary centre, in diagonals of its box.
-const FARTHEST: f64 = 20.0;
 /// Farthest distance of a part from the origin, mm: half of what a program is read back to.
 const LONGEST_TRAVEL: f64 = 5e5;
 
@@ -66,22 +60,6 @@ pub enum Stage {
     Texture,
     /// Writing program, tables, pictures and report.
     Write,
-}
-
-/// Contents of the files that a job names.
-#[derive(Copy, Clone, Debug, Default)]
-pub struct Files<'a> {
-    /// Of the surface's file; `None` for a formula.
-    pub surface: Option<&'a [u8]>,
-    /// Of the mesh beside it, `path.wall_file`; `None` where there is none.
-    pub wall: Option<&'a [u8]>,
-}
-
-impl<'a> Files<'a> {
-    /// Those of a job that names a surface at most.
-    pub fn of_surface(surface: Option<&'a [u8]>) -> Self {
-        Self { surface, wall: None }
-    }
 }
 
 /// A plan and what is known about it.
@@ -337,45 +315,6 @@ fn cut(
     Ok((cut, plain))
 }
 
-/// The surface of a job and the part it belongs to.
-pub(crate) fn load(job: &Job, files: Files) -> Result<Built, PlanError> {
-    let soup = match &job.surface.source {
-        SurfaceSource::File(name) => {
-            let bytes = files.surface.ok_or_else(|| PlanError::NoFile(name.clone()))?;
-            let chord = chord(job);
-            match SmoothFormat::from_name(name) {
-                Some(format) => return Ok(smooth(bytes, format, &job.surface, chord)?),
-                None => {
-                    let format = MeshFormat::from_name(name)
-                        .ok_or_else(|| PlanError::UnknownFormat(name.clone()))?;
-                    read(bytes, format)?
-                }
-            }
-        }
-        SurfaceSource::Analytic(options) => {
-            analytic_surface(options).mesh(options.parameters.resolution)
-        }
-    };
-    Ok(build(soup, &job.surface)?)
-}
-
-/// The mesh that stands beside the surface of a job, if it names one.
-pub(crate) fn load_beside(job: &Job, files: Files) -> Result<Option<Part>, PlanError> {
-    let Some(name) = &job.path.wall_file else { return Ok(None) };
-    let bytes = files.wall.ok_or_else(|| PlanError::NoWallFile(name.clone()))?;
-    let part = || -> Result<Part, PlanError> {
-        let format =
-            MeshFormat::from_name(name).ok_or_else(|| PlanError::UnknownFormat(name.clone()))?;
-        Ok(build_beside(read(bytes, format)?, &job.surface)?)
-    };
-    part().map(Some).map_err(|error| PlanError::WallFile(Box::new(error)))
-}
-
-/// Largest distance between a smooth surface and the facets that are made of it, mm.
-fn chord(job: &Job) -> f64 {
-    job.surface.chord.unwrap_or(CHORD * job.cut.tolerance)
-}
-
 type AngleResidual = Option<(f64, usize)>;
 
 fn flatten(job: &Job, surface: &Surface) -> Result<(Chart, AngleResidual), FlattenError> {
@@ -385,24 +324,6 @@ fn flatten(job: &Job, surface: &Surface) -> Result<(Chart, AngleResidual), Flatt
             let map = abf(surface)?;
             Ok((map.chart, Some((map.residual, map.steps))))
         }
-    }
-}
-
-/// The formula that the options name.
-fn analytic_surface(options: &AnalyticOptions) -> AnalyticSurface {
-    let AnalyticParameters { size, radius, tube_radius, height, .. } = options.parameters;
-    match options.kind {
-        AnalyticKind::Plane => AnalyticSurface::Plane { width: size, depth: size },
-        AnalyticKind::SphereCap => AnalyticSurface::SphereCap { radius, diameter: size },
-        AnalyticKind::Cylinder => AnalyticSurface::Cylinder { radius, width: size, length: size },
-        AnalyticKind::TorusPatch => {
-            AnalyticSurface::Torus { major: radius, minor: tube_radius, length: size, width: size }
-        }
-        AnalyticKind::Saddle => {
-            AnalyticSurface::Saddle { radius: size * size / (8.0 * height), size }
-        }
-        AnalyticKind::MonkeySaddle => AnalyticSurface::MonkeySaddle { size, height },
-        AnalyticKind::Bump => AnalyticSurface::Bump { size, height, width: radius },
     }
 }
 
@@ -483,12 +404,6 @@ fn topology(
     Some(tensor::topology(surface, (chart, locator), curvature, k_tool, options).0)
 }
 
-/// The cutter if it is tilted and has a flat bottom.
-fn tilted(job: &Job) -> Option<Strip> {
-    let is_tilted = job.machine.axes == Axes::Xyzac && job.tool.kind() != ToolKind::Ball;
-    is_tilted.then(|| strip(job, job.cut.tolerance))
-}
-
 /// Height of the cusps that a job means to leave on a surface, mm: its limit, or what its side step
 /// leaves at worst.
 pub fn cusp_limit(job: &Job, surface: &Surface, curvature: &CurvatureField) -> f64 {
@@ -529,11 +444,4 @@ fn refuse_curve_away(job: &Job, surface: &Surface) -> Result<(), PlanError> {
         }
     }
     Ok(())
-}
-
-fn axis_rule(job: &Job) -> ToolAxis {
-    match job.machine.axes {
-        Axes::ThreeAxis => ToolAxis::Fixed(DVec3::Z),
-        Axes::Xyzac => ToolAxis::Lead(job.cut.lead),
-    }
 }

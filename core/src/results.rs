@@ -1,6 +1,13 @@
 //! A plan → the files of its results, the same bytes wherever it was made.
 
+mod division;
+mod error;
+mod files;
 pub mod texture;
+mod topology;
+
+pub use error::ResultsError;
+pub use files::{Input, OutputFile};
 
 use crate::feed::machine_time;
 use crate::flatten::{Chart, Locator};
@@ -9,7 +16,7 @@ use crate::geometry::DVec3;
 use crate::job::{Boundary, FlattenMethod, ForceControl, Job, Pattern, Picture, SurfaceSource};
 use crate::machine::{Axes, Machine};
 use crate::plan::{Files, PlanError, Planned, Sketch, Stage, plan_showing};
-use crate::post::{PostError, ProgramOptions, program};
+use crate::post::{ProgramOptions, program};
 use crate::preview::{
     Drawn, Linked, flat_map, mrr_chart, rate_map, regions_map, residual_map, surface_view,
     tensor_map,
@@ -17,15 +24,14 @@ use crate::preview::{
 use crate::report::{
     ByKind, CoverageFigures, DivisionFigures, FORMAT, FileRecord, FlattenFigures, ForceFigures,
     GougeFigures, Lines, PassFigures, PathFigures, Profile, RaisedStretch, RateFigures, Report,
-    StepoverFigures, SurfaceFigures, TensorFigures, VerificationFigures, Versions, Warning,
+    StepoverFigures, SurfaceFigures, VerificationFigures, Versions, Warning,
 };
 use crate::surface::{self, Surface};
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use crate::verify::{
     Facets, Rise, Sphere, Verification, VerifyError, VerifyOptions, Walls, verify,
 };
-use texture::{PathOn, TextureError, TextureResults, texture_on};
-use thiserror::Error;
+use texture::{PathOn, TextureResults, texture_on};
 
 /// A flat map whose scale varies more than this gets a warning.
 const WIDEST_SCALE: f64 = 30.0;
@@ -38,24 +44,6 @@ const SAMPLES_PER_STEP: f64 = 10.0;
 /// Samples of the judge on a cutter radius, at least: a window of travel, a fifth of the radius, is to hold several.
 const SAMPLES_PER_RADIUS: f64 = 20.0;
 
-/// A file that was read.
-#[derive(Copy, Clone, Debug)]
-pub struct Input<'a> {
-    /// Name as the job gives it.
-    pub name: &'a str,
-    /// Content.
-    pub bytes: &'a [u8],
-}
-
-/// A file to be written.
-#[derive(Clone, Debug, PartialEq)]
-pub struct OutputFile {
-    /// Name in the folder of the results.
-    pub name: String,
-    /// Content.
-    pub bytes: Vec<u8>,
-}
-
 /// The results of a job.
 #[derive(Clone, Debug)]
 pub struct Results {
@@ -63,26 +51,6 @@ pub struct Results {
     pub files: Vec<OutputFile>,
     /// What the report tells.
     pub report: Report,
-}
-
-/// Why there are no results.
-#[derive(Debug, Error)]
-pub enum ResultsError {
-    /// The job cannot be planned.
-    #[error(transparent)]
-    Plan(#[from] PlanError),
-    /// The path cannot be written as a program.
-    #[error(transparent)]
-    Post(#[from] PostError),
-    /// The program that was written cannot be read back.
-    #[error(transparent)]
-    Program(#[from] GcodeError),
-    /// The path cannot be judged.
-    #[error(transparent)]
-    Verify(#[from] VerifyError),
-    /// The texture cannot be simulated.
-    #[error(transparent)]
-    Texture(#[from] TextureError),
 }
 
 /// How results are made.
@@ -279,8 +247,8 @@ impl Written {
             files.push(OutputFile { name, bytes: program.text.into_bytes() });
         }
         let contacts = contacts(&planned.surface, &planned.chart, &planned.toolpath);
-        let pictures = pictures(job, planned, &contacts);
         let report = report_on(job, planned, inputs.records(), &contacts);
+        let pictures = pictures(job, planned, &contacts, report.regions.as_ref());
         Ok(Self { contacts, files, findings, pictures, report })
     }
 
@@ -492,8 +460,13 @@ fn checked(text: &str, job: &Job, rapid_plane: f64) -> Result<Vec<String>, Gcode
     Ok(findings.iter().map(ToString::to_string).collect())
 }
 
-/// The pictures of the planned path that the job asks for.
-fn pictures(job: &Job, planned: &Planned, contacts: &[Option<DVec3>]) -> Vec<Drawing> {
+/// The pictures of the planned path that the job asks for; `regions`: what is told of these.
+fn pictures(
+    job: &Job,
+    planned: &Planned,
+    contacts: &[Option<DVec3>],
+    regions: Option<&DivisionFigures>,
+) -> Vec<Drawing> {
     let (surface, path, limit) = (&planned.surface, &planned.toolpath, rate_limit(job));
     let draw = |&picture: &Picture| match picture {
         Picture::Flat => {
@@ -504,13 +477,16 @@ fn pictures(job: &Job, planned: &Planned, contacts: &[Option<DVec3>]) -> Vec<Dra
             let svg = surface_view(surface, path, contacts, limit);
             Some(Drawing::new(picture, "surface.svg", "Surface", svg))
         }
-        Picture::Regions => planned.divided.as_ref().map(|divided| {
-            let svg = regions_map(surface, divided);
+        Picture::Regions => planned.divided.as_ref().zip(regions).map(|(divided, told)| {
+            let svg = regions_map(surface, &division::picture(divided), told);
             Drawing::new(picture, "regions.svg", "Regions", svg)
         }),
         Picture::Tensor => planned.topology.as_ref().map(|topology| {
-            let (surface, chart) = (&planned.surface, &planned.chart);
-            let svg = tensor_map(surface, chart, topology, planned.divided.as_ref());
+            let chart = &planned.chart;
+            let locator = Locator::new(surface.connectivity(), chart.uv());
+            let direction_at = |at| topology::direction_at(topology, surface, &locator, at);
+            let drawn = topology::picture(topology, planned.divided.as_ref());
+            let svg = tensor_map(surface, chart, &drawn, &direction_at);
             Drawing::new(picture, "tensor.svg", "Best feed directions", svg)
         }),
         Picture::Mrr => planned.plain.as_ref().map(|plain| {
@@ -603,7 +579,7 @@ fn report_on(
     let lengths = lengths_of_passes(planned, contacts);
     let length: f64 = lengths.iter().sum();
     let division =
-        planned.divided.as_ref().map(|d| DivisionFigures::of(d, division_of(job), &lengths));
+        planned.divided.as_ref().map(|d| division::figures(d, division_of(job), &lengths));
     let delivered = figures(&planned.toolpath, job.cut.feed);
     let (low, high) = surface
         .positions()
@@ -655,7 +631,7 @@ fn report_on(
             even_share: planned.even_share,
         },
         regions: division,
-        tensor: planned.topology.as_ref().map(TensorFigures::of),
+        tensor: planned.topology.as_ref().map(topology::figures),
         stepover: StepoverFigures {
             nominal_mm: job.nominal_side_step(),
             over_radius: job.nominal_side_step() / job.tool.radius(),

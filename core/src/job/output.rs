@@ -1,14 +1,8 @@
 //! What a run writes.
 
+pub use crate::machine::Post;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-/// G-code dialect.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
-pub enum Post {
-    /// LinuxCNC (RS-274/NGC).
-    LinuxCnc,
-}
 
 /// Pictures that can be drawn.
 #[derive(

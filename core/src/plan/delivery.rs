@@ -1,6 +1,8 @@
 //! Flat paths → delivered ones: with their true removal rates, without what the cutter leaves.
 
-use super::{PlanError, axis_rule, tilted};
+use super::error::{PlanError, SLOWEST};
+use super::load::chord;
+use super::tilt::{axis_rule, tilted};
 use crate::cutter_location::{Obstacles, PassOptions, RaisedStretch, ToolAxis};
 use crate::feed::fill_time;
 use crate::flat_path::FlatPoint;
@@ -21,9 +23,6 @@ use crate::walls::{Sweep, WallOptions, Walls};
 
 /// Rounds of passes over what the columns show as left.
 const TOUCH_UPS: usize = 4;
-/// A move that would have to be slower than this part of the feed means that the limit cannot be
-/// kept.
-pub const SLOWEST: f64 = 0.005;
 /// Most rounds of detours over what is too high; few need more than four.
 const MENDS: usize = 20;
 /// Part of the tolerance above the limit from which on a place is too high: samples may miss the highest.
@@ -270,7 +269,7 @@ impl Delivery<'_> {
 
     /// How far the facets may be off a smooth surface, mm.
     fn chord(&self) -> f64 {
-        self.surface.parameters().map_or(0.0, |_| super::chord(self.job))
+        self.surface.parameters().map_or(0.0, |_| chord(self.job))
     }
 
     /// The path with its true removal rates and the feeds that follow from them; and what it removed.

@@ -1,7 +1,5 @@
 //! Why a job cannot be planned.
 
-use super::FARTHEST;
-use super::delivery::SLOWEST;
 use crate::flatten::FlattenError;
 use crate::geometry::DVec3;
 use crate::level_set::LevelSetError;
@@ -10,6 +8,12 @@ use crate::mesh::ReadError;
 use crate::step::SmoothError;
 use crate::surface::SurfaceError;
 use thiserror::Error;
+
+/// Farthest distance of a part from the rotary centre, in diagonals of its box.
+pub(super) const FARTHEST: f64 = 20.0;
+/// A move that would have to be slower than this part of the feed means that the limit cannot be
+/// kept.
+pub(super) const SLOWEST: f64 = 0.005;
 
 /// Why a job cannot be planned.
 #[derive(Debug, Error)]

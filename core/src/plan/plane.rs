@@ -1,6 +1,6 @@
 //! Passes → the path in the plane: cut with the disc that stands for the cutter, or laid as they come.
 
-use super::tilted;
+use super::tilt::tilted;
 use crate::centring::Centring;
 use crate::engagement::{Cutting, Stock, Walk};
 use crate::flat_path::FlatPoint;

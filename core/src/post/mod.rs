@@ -9,8 +9,7 @@ mod linuxcnc;
 mod render;
 
 use crate::geometry::DVec3;
-use crate::job::Post;
-use crate::machine::Machine;
+use crate::machine::{Machine, Post};
 use crate::tool::Tool;
 use crate::toolpath::Toolpath;
 use thiserror::Error;

@@ -1,8 +1,8 @@
 //! The path in the plane of the chart.
 
 use super::colour;
-use super::linked::Placement;
 use super::path_layers::{PathLayers, Tint, legend, line_width, scale_bar};
+use super::placement::Placement;
 use super::svg::{Anchor, Stroke, Svg};
 use crate::flatten::Chart;
 use crate::geometry::{DVec2, math};

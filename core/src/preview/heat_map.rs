@@ -2,9 +2,9 @@
 
 use super::colour;
 use super::heat_scale::{APART, Depths, LEGEND_WIDTH, MISSING, OVER, PLAIN, Scale, number};
-use super::linked::Placement;
 use super::marks::{Mark, Rank, field};
 use super::path_layers::{rate, scale_bar};
+use super::placement::Placement;
 use super::places::{self, Place};
 use super::png;
 use super::svg::{Anchor, Svg};

@@ -8,6 +8,7 @@ use super::flat_map;
 use super::heat_map::{self, opening_rate};
 use super::heat_scale::{PLAIN, Scale};
 use super::mrr_chart::{self, ChartPlacement};
+use super::placement::Placement;
 use super::surface_view;
 use crate::flatten::Chart;
 use crate::geometry::DVec3;
@@ -22,29 +23,6 @@ const MOST_SAMPLES: f64 = 200_000.0;
 const PER_MINUTE: f64 = 60.0;
 /// Says that there is nothing.
 const NOTHING: [f32; 3] = [f32::NAN; 3];
-
-/// Where a picture shows a place, px: `x`, `y` and the nearness to the viewer are each the sum of
-/// the place's coordinates times the first three numbers, and the last.
-///
-/// Places of the flat map have two coordinates and the third zero; of all others, three.
-#[derive(Copy, Clone, Debug, PartialEq)]
-pub struct Placement {
-    /// To the right.
-    pub x: [f64; 4],
-    /// Downward.
-    pub y: [f64; 4],
-    /// Toward the viewer.
-    pub near: [f64; 4],
-    /// Upper left corner, width and height of what is drawn of the part, px; legends lie beside it.
-    pub drawing: [f64; 4],
-}
-
-impl Placement {
-    /// Where a place is shown, px from the left and from the top.
-    pub fn place(&self, p: DVec3) -> [f64; 2] {
-        [self.x, self.y].map(|[a, b, c, d]| DVec3::new(a, b, c).dot(p) + d)
-    }
-}
 
 /// The points of the path, a row each; values of a row hold on the move that ends there.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -6,8 +6,8 @@ use super::png;
 use super::shading::Side;
 use super::svg::{Anchor, Stroke, Svg};
 use super::view::{Canvas, Shape, View, triad};
-use crate::geometry::{DVec2, cross2, math};
-use crate::regions::{Divided, Sheet};
+use crate::geometry::{DVec2, DVec3, cross2, math};
+use crate::report::DivisionFigures;
 use crate::surface::Surface;
 
 const MARGIN: f64 = 30.0;
@@ -49,12 +49,40 @@ const LOW: Rgb = Rgb([0x21, 0x66, 0xac]);
 const EVEN: Rgb = Rgb([0xf7, 0xf7, 0xf7]);
 const HIGH: Rgb = Rgb([0xb2, 0x18, 0x2b]);
 
+/// A divided surface as it is drawn. Stretches are those of flat maps: mm on the surface per flat mm.
+#[derive(Clone, Debug)]
+pub struct RegionsPicture<'a> {
+    /// `#V` positions, mm.
+    pub positions: &'a [DVec3],
+    /// `#F` triples of vertices.
+    pub faces: &'a [[u32; 3]],
+    /// `#F` numbers: a line is drawn between faces of different ones.
+    pub labels: &'a [u32],
+    /// `#F` stretches of the flat map of the undivided surface.
+    pub undivided_stretch: Vec<f64>,
+    /// The regions.
+    pub regions: Vec<RegionPicture<'a>>,
+    /// The order in which they get their colours: indices of all regions.
+    pub order: &'a [usize],
+}
+
+/// A region as it is drawn.
+#[derive(Clone, Debug)]
+pub struct RegionPicture<'a> {
+    /// Its faces.
+    pub faces: &'a [u32],
+    /// Stretch of its own flat map on each of them.
+    pub stretch: Vec<f64>,
+    /// The regions beside it, which get other colours.
+    pub neighbours: Vec<usize>,
+}
+
 /// Three shaded views: the regions told apart by colour, the stretch of the flat map of the whole, and
-/// that of the regions' own flat maps; each stretch divided by its mean.
-pub fn regions_map(surface: &Surface, divided: &Divided) -> String {
+/// that of the regions' own flat maps; each stretch divided by its mean. `told`: what is told of them.
+pub fn regions_map(surface: &Surface, divided: &RegionsPicture, told: &DivisionFigures) -> String {
     let shape = Shape::of(surface);
     let canvas = Canvas::new(&shape, View::of(&shape, &[]), FINENESS);
-    let seen = Seen::of(&canvas, &divided.regions.sheet);
+    let seen = Seen::of(&canvas, divided);
     let scale = (ROOM / canvas.view.drawn()).min_element();
     let size = canvas.view.drawn() * scale;
     let second = TOP + size.y + 2.0 * HEADING;
@@ -74,18 +102,16 @@ pub fn regions_map(surface: &Surface, divided: &Divided) -> String {
         let picture = png::encode(w as u32, h as u32, &indices, palette);
         svg.image(corner, canvas.size() * scale, &picture);
     };
-    let count = divided.parts.len();
+    let count = told.count;
     let fills = region_tones(divided);
     let counted = format!("{count} region{}", if count == 1 { "" } else { "s" });
     view(DVec2::new(column[0], TOP), &counted, &fills, &palette(&FILLS));
     let steps = step_colours();
-    let before = &divided.undivided.evenness;
-    let heading = format!("Undivided: uniformity {:.2}", before.uniformity);
+    let heading = format!("Undivided: uniformity {:.2}", told.undivided.uniformity);
     view(DVec2::new(column[0], second), &heading, &tones_before(divided), &palette(&steps));
-    let least = divided.parts.iter().map(|p| p.evenness.uniformity).fold(1.0, f64::min);
-    let heading = format!("Regions: uniformity at least {least:.2}");
+    let heading = format!("Regions: uniformity at least {:.2}", told.uniformity_min);
     view(DVec2::new(column[1], second), &heading, &tones_after(divided), &palette(&steps));
-    figures(&mut svg, divided, DVec2::new(column[1], TOP));
+    figures(&mut svg, told, DVec2::new(column[1], TOP));
     legend(&mut svg, DVec2::new(column[1], TOP + size.y - 40.0));
     scale_bar(&mut svg, DVec2::new(MARGIN, whole.y - 20.0), canvas.view.scale * scale, "mm");
     triad(&mut svg, &canvas.view, DVec2::new(whole.x - 70.0, TOP + 30.0));
@@ -93,23 +119,22 @@ pub fn regions_map(surface: &Surface, divided: &Divided) -> String {
 }
 
 /// What the regions are like, in words.
-fn figures(svg: &mut Svg, divided: &Divided, at: DVec2) {
-    let (after, before) = (divided.spacing(), &divided.undivided);
-    let area: f64 = divided.parts.iter().map(|p| p.area).sum();
-    let mean = |value: fn(&crate::regions::PartFigures) -> f64| {
-        divided.parts.iter().map(|p| p.area * value(p)).sum::<f64>() / area
-    };
+fn figures(svg: &mut Svg, told: &DivisionFigures, at: DVec2) {
+    let (after, before) = (&told.spacing, &told.undivided);
+    let area: f64 = told.pieces.iter().map(|p| p.area_mm2).sum();
+    let ratios = told.pieces.iter().map(|p| p.area_mm2 * (p.stretch_max / p.stretch_min));
+    let ratio = ratios.sum::<f64>() / area;
     let rows = [
         ("", "undivided".to_owned(), "regions".to_owned()),
         (
             "uniformity, mean",
-            format!("{:.2}", before.evenness.uniformity),
-            format!("{:.2}", mean(|p| p.evenness.uniformity)),
+            format!("{:.2}", before.uniformity),
+            format!("{:.2}", told.uniformity_mean),
         ),
         (
             "stretch, largest / smallest",
-            format!("{:.1}", before.evenness.most / before.evenness.least),
-            format!("{:.2}", mean(|p| p.evenness.most / p.evenness.least)),
+            format!("{:.1}", before.stretch_max / before.stretch_min),
+            format!("{ratio:.2}"),
         ),
         (
             "stepover / allowed, mean",
@@ -118,8 +143,8 @@ fn figures(svg: &mut Svg, divided: &Divided, at: DVec2) {
         ),
         (
             "stepover / allowed, deviation",
-            format!("{:.3}", before.spacing.deviation()),
-            format!("{:.3}", after.deviation()),
+            format!("{:.3}", before.spacing.deviation),
+            format!("{:.3}", after.deviation),
         ),
     ];
     for (i, (label, before, after)) in rows.iter().enumerate() {
@@ -155,65 +180,57 @@ fn legend(svg: &mut Svg, at: DVec2) {
 }
 
 /// A fill for every face, so that neighbouring regions differ while there are enough.
-fn region_tones(divided: &Divided) -> Vec<u8> {
-    let regions = &divided.regions;
-    let neighbours = crate::regions::neighbours(&regions.sheet, &regions.parts);
-    let mut tone = vec![u8::MAX; regions.parts.len()];
-    for &k in &divided.order {
-        let taken = |t: &u8| neighbours[k].iter().filter(|&&n| tone[n] == *t).count();
+fn region_tones(divided: &RegionsPicture) -> Vec<u8> {
+    let mut tone = vec![u8::MAX; divided.regions.len()];
+    for &k in divided.order {
+        let neighbours = &divided.regions[k].neighbours;
+        let taken = |t: &u8| neighbours.iter().filter(|&&n| tone[n] == *t).count();
         // The least used by neighbours; of those, one after the other.
         let first = k as u8 % FILLS.len() as u8;
         let all = (0..FILLS.len() as u8).map(|t| (t + first) % FILLS.len() as u8);
         tone[k] = all.min_by_key(taken).unwrap_or(0);
     }
-    let mut of_face = vec![0; regions.sheet.faces().len()];
-    for (part, tone) in regions.parts.iter().zip(tone) {
-        part.piece.faces.iter().for_each(|&f| of_face[f as usize] = tone);
+    let mut of_face = vec![0; divided.faces.len()];
+    for (region, tone) in divided.regions.iter().zip(tone) {
+        region.faces.iter().for_each(|&f| of_face[f as usize] = tone);
     }
     of_face
 }
 
 /// Steps of the scale for every face, by the map of the whole.
-fn tones_before(divided: &Divided) -> Vec<u8> {
-    let sheet = &divided.regions.sheet;
-    let stretch = divided.regions.stretch.vertices();
-    let at = |v: u32| -> f64 {
-        sheet.means()[v as usize].iter().map(|&(v, w)| stretch[v as usize] * w).sum()
-    };
-    let values: Vec<f64> = sheet
-        .faces()
-        .iter()
-        .map(|f| math::ln(f.iter().map(|&v| at(v)).sum::<f64>() / 3.0))
-        .collect();
-    let all: Vec<u32> = (0..values.len() as u32).collect();
-    let mut tones = vec![0; values.len()];
-    put_steps(sheet, &all, &values, &mut tones);
+fn tones_before(divided: &RegionsPicture) -> Vec<u8> {
+    let all: Vec<u32> = (0..divided.faces.len() as u32).collect();
+    let mut tones = vec![0; divided.faces.len()];
+    put_steps(divided, &all, &divided.undivided_stretch, &mut tones);
     tones
 }
 
 /// Steps of the scale for every face, by the maps of the regions.
-fn tones_after(divided: &Divided) -> Vec<u8> {
-    let sheet = &divided.regions.sheet;
-    let mut tones = vec![0; sheet.faces().len()];
-    for part in &divided.regions.parts {
-        let faces = part.piece.connectivity.faces();
-        let mean = |f: &[crate::mesh::VertexId; 3]| {
-            math::ln(f.iter().map(|v| part.stretch[v.index()]).sum::<f64>() / 3.0)
-        };
-        let values: Vec<f64> = faces.iter().map(mean).collect();
-        put_steps(sheet, &part.piece.faces, &values, &mut tones);
+fn tones_after(divided: &RegionsPicture) -> Vec<u8> {
+    let mut tones = vec![0; divided.faces.len()];
+    for region in &divided.regions {
+        put_steps(divided, region.faces, &region.stretch, &mut tones);
     }
     tones
 }
 
-/// Sets the steps of faces from logarithms of their stretch, less the mean.
-fn put_steps(sheet: &Sheet, faces: &[u32], values: &[f64], tones: &mut [u8]) {
-    let areas = || faces.iter().map(|&f| sheet.area(f as usize));
-    let sum: f64 = values.iter().zip(areas()).map(|(v, a)| v * a).sum();
+/// Sets the steps of faces from the logarithms of their stretch, less the mean.
+fn put_steps(divided: &RegionsPicture, faces: &[u32], stretch: &[f64], tones: &mut [u8]) {
+    let values = || stretch.iter().map(|&s| math::ln(s));
+    let areas = || faces.iter().map(|&f| divided.area(f as usize));
+    let sum: f64 = values().zip(areas()).map(|(v, a)| v * a).sum();
     let mean = sum / areas().sum::<f64>();
-    for (&f, v) in faces.iter().zip(values) {
+    for (&f, v) in faces.iter().zip(values()) {
         let share = 0.5 * (1.0 + (v - mean) / math::ln(WIDEST));
         tones[f as usize] = (share * f64::from(STEPS)).clamp(0.0, f64::from(STEPS - 1)) as u8;
+    }
+}
+
+impl RegionsPicture<'_> {
+    /// Area of a face, mm².
+    fn area(&self, face: usize) -> f64 {
+        let [a, b, c] = self.faces[face].map(|v| self.positions[v as usize]);
+        0.5 * (b - a).cross(c - a).length()
     }
 }
 
@@ -237,7 +254,7 @@ fn palette(colours: &[Rgb]) -> Vec<Rgb> {
     [Rgb([255; 3]), colour::INK].into_iter().chain(all.flat_map(shaded)).collect()
 }
 
-/// The face of the sheet that is seen in every pixel.
+/// The face that is seen in every pixel.
 struct Seen {
     /// `u32::MAX` where none is.
     faces: Vec<u32>,
@@ -246,16 +263,16 @@ struct Seen {
 }
 
 impl Seen {
-    fn of(canvas: &Canvas, sheet: &Sheet) -> Self {
+    fn of(canvas: &Canvas, divided: &RegionsPicture) -> Self {
         let (width, height) = (canvas.raster.width, canvas.raster.height);
         let mut faces = vec![u32::MAX; width * height];
         let mut nearest = vec![f64::NEG_INFINITY; width * height];
         let toward = canvas.view.toward_viewer;
         let corner = |v: u32| {
-            let p = sheet.positions()[v as usize];
+            let p = divided.positions[v as usize];
             (canvas.view.place(p) * canvas.fineness, p.dot(toward))
         };
-        for (f, face) in (0u32..).zip(sheet.faces()) {
+        for (f, face) in (0u32..).zip(divided.faces) {
             let [a, b, c] = face.map(corner);
             let area = cross2(a.0, b.0, c.0);
             if area == 0.0 || !area.is_finite() {
@@ -279,7 +296,7 @@ impl Seen {
             }
         }
         let label = |pixel: usize| {
-            faces.get(pixel).filter(|&&f| f != u32::MAX).map(|&f| sheet.labels()[f as usize])
+            faces.get(pixel).filter(|&&f| f != u32::MAX).map(|&f| divided.labels[f as usize])
         };
         let is_line = |pixel: usize| {
             let here = label(pixel);

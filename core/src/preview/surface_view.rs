@@ -1,7 +1,7 @@
 //! The path on the shaded surface, seen in parallel projection.
 
-use super::linked::Placement;
 use super::path_layers::{PathLayers, Tint, legend, line_width, scale_bar};
+use super::placement::Placement;
 use super::svg::{Anchor, Svg};
 use super::view::{Canvas, Shape, View, triad};
 use super::{png, shading};

@@ -1,7 +1,7 @@
 //! A triangle mesh seen in parallel projection, and what of it can be seen.
 
 use super::colour;
-use super::linked::Placement;
+use super::placement::Placement;
 use super::shading::{self, Corner, Raster, Side};
 use super::svg::{Anchor, Stroke, Svg};
 use crate::geometry::{DVec2, DVec3, any_perpendicular};

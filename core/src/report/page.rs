@@ -1,7 +1,9 @@
 //! The report as a page.
 
+use super::path::{ByKind, PathFigures};
+use super::plan::Report;
+use super::record::FileRecord;
 use super::summary::{compared, comparison, facts};
-use super::{ByKind, FileRecord, PathFigures, Report};
 use std::fmt::Write;
 
 const STYLE: &str = "\

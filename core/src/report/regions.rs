@@ -1,6 +1,5 @@
 //! What is told of a divided surface.
 
-use crate::regions::{Divided, Evenness, Spacing};
 use serde::Serialize;
 
 /// A divided surface.
@@ -72,47 +71,4 @@ pub struct PieceFigures {
     pub length_mm: f64,
     /// Distances between neighbouring passes.
     pub spacing: SpacingFigures,
-}
-
-impl SpacingFigures {
-    fn of(spacing: &Spacing) -> Self {
-        Self { mean: spacing.mean, deviation: spacing.deviation(), max: spacing.most }
-    }
-}
-
-impl DivisionFigures {
-    /// Of a divided surface; `lengths`: of the passes of every region in the order of machining, mm.
-    pub fn of(divided: &Divided, method: &str, lengths: &[f64]) -> Self {
-        let piece = |(part, &length): (&crate::regions::PartFigures, &f64)| {
-            let Evenness { uniformity, least, most } = part.evenness;
-            PieceFigures {
-                area_mm2: part.area,
-                uniformity,
-                stretch_min: least,
-                stretch_max: most,
-                passes: part.passes as u64,
-                length_mm: length,
-                spacing: SpacingFigures::of(&part.spacing),
-            }
-        };
-        let pieces: Vec<PieceFigures> = divided.parts.iter().zip(lengths).map(piece).collect();
-        let area: f64 = pieces.iter().map(|p| p.area_mm2).sum();
-        let whole = &divided.undivided;
-        Self {
-            method: method.into(),
-            count: pieces.len() as u64,
-            uniformity_min: pieces.iter().map(|p| p.uniformity).fold(1.0, f64::min),
-            uniformity_mean: pieces.iter().map(|p| p.area_mm2 * p.uniformity).sum::<f64>() / area,
-            spacing: SpacingFigures::of(&divided.spacing()),
-            length_mm: lengths.iter().sum(),
-            undivided: UndividedFigures {
-                uniformity: whole.evenness.uniformity,
-                stretch_min: whole.evenness.least,
-                stretch_max: whole.evenness.most,
-                spacing: SpacingFigures::of(&whole.spacing),
-                length_mm: whole.length,
-            },
-            pieces,
-        }
-    }
 }

@@ -1,6 +1,7 @@
 //! The report on one screen.
 
-use super::{PathFigures, RateFigures, Report, Warning};
+use super::path::{PathFigures, RateFigures};
+use super::plan::{Report, Warning};
 use std::fmt::Write;
 
 /// Warnings shown; the report itself has all.

@@ -1,6 +1,5 @@
 //! What is told of the best feed direction.
 
-use crate::regions::tensor::Topology;
 use serde::Serialize;
 
 /// Where the best feed direction is undefined.
@@ -33,24 +32,4 @@ pub struct PointFigures {
     pub delta: f64,
     /// Whether the surface was divided there.
     pub divides: bool,
-}
-
-impl TensorFigures {
-    /// Of a topology.
-    pub fn of(topology: &Topology) -> Self {
-        let point = |p: &crate::regions::tensor::DegeneratePoint| PointFigures {
-            kind: p.kind.name().to_owned(),
-            at_mm: p.place.to_array(),
-            delta: p.delta,
-            divides: p.divides,
-        };
-        Self {
-            points: topology.points.iter().map(point).collect(),
-            separatrices: topology.separatrices.len() as u64,
-            cancelled_pairs: topology.cancelled.len() as u64,
-            doubtful: topology.doubtful as u64,
-            free_mm2: topology.free.iter().map(|f| f.area).sum(),
-            smoothing_mm: topology.smoothing,
-        }
-    }
 }

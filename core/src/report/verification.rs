@@ -1,6 +1,7 @@
 //! What the judge found, as numbers with stable keys and as text.
 
 use super::json;
+use super::record::{FileRecord, Versions};
 use crate::geometry::DVec3;
 use crate::verify::{
     Band, Broken, Crests, Fault, Spot, Verification, VerifyOptions, WallFigures, Window,
@@ -692,9 +693,9 @@ pub struct VerificationReport {
     /// Version of these keys.
     pub format: u32,
     /// What judged.
-    pub versions: super::Versions,
+    pub versions: Versions,
     /// Files that were read.
-    pub inputs: Vec<super::FileRecord>,
+    pub inputs: Vec<FileRecord>,
     /// What was found.
     pub verification: VerificationFigures,
 }

@@ -3,7 +3,9 @@
 //! Steps: (1) the window is laid on the surface along the nearest pass; (2) the teeth sweep it; (3) parameters, tables,
 //! picture. The path is one that was planned just now or one that was read.
 
-use super::{OutputFile, ResultsError};
+use super::error::ResultsError;
+pub use super::error::TextureError;
+use super::files::OutputFile;
 use crate::flatten::{Chart, Locator};
 use crate::geometry::{DVec2, DVec3};
 use crate::job::{Job, TextureCells, TextureOptions};
@@ -15,17 +17,16 @@ use crate::report::{
 use crate::surface::Surface;
 use crate::texture::edge::Runout;
 use crate::texture::engagement::{Shape, TooConcave, thickness};
-use crate::texture::export::{MICRO, Matrix, X3pError, asc, csv, x3p};
-use crate::texture::grid::{Discretisation, Grid, GridError, Node};
+use crate::texture::export::{MICRO, Matrix, asc, csv, x3p};
+use crate::texture::grid::{Discretisation, Grid, Node};
 use crate::texture::kinematics::{Spindle, feed_moves};
 use crate::texture::parameters::Levelled;
 use crate::texture::steps::feed_per_tooth;
 use crate::texture::sweep::{Cutter, EdgePart, HeightMap, Search, SweepOptions, sweep};
-use crate::texture::window::{Window, WindowError};
+use crate::texture::window::Window;
 use crate::tool::ToolKind;
 use crate::toolpath::Toolpath;
 use serde::Serialize;
-use thiserror::Error;
 
 /// Difference of the lengths of `constant` cells, as a part of them.
 const EPS: f64 = 1e-3;
@@ -33,50 +34,6 @@ const EPS: f64 = 1e-3;
 const SLACK: f64 = 4.0;
 /// The picture among the files.
 pub const PICTURE: &str = "texture.svg";
-
-/// Why there is no texture.
-#[derive(Debug, Error)]
-pub enum TextureError {
-    /// The job has no window.
-    #[error(
-        "texture: the job has no [texture] table; give the place of a window, `at = [x, y, z]`"
-    )]
-    NoWindow,
-    /// Nothing turns or moves.
-    #[error(
-        "texture: a spindle speed of {spindle} rev/min and a feed of {feed} mm/min; both must be above 0"
-    )]
-    Still {
-        /// Spindle speed, rev/min.
-        spindle: f64,
-        /// Feed, mm/min.
-        feed: f64,
-    },
-    /// No move at feed takes time.
-    #[error("texture: no move of the path at feed takes time: its times do not grow")]
-    NoTime,
-    /// The path leaves the window as it was.
-    #[error(
-        "texture: nothing of the window is cut, within {start} mm above and below the surface: the path does not come \
-         there, or does not belong to this surface"
-    )]
-    NotCut {
-        /// Height of the material, mm.
-        start: f64,
-    },
-    /// There is no window there.
-    #[error(transparent)]
-    Window(#[from] WindowError),
-    /// The window has no grid.
-    #[error(transparent)]
-    Grid(#[from] GridError),
-    /// The cutter is too large for the window.
-    #[error(transparent)]
-    TooConcave(#[from] TooConcave),
-    /// The map is too large for its file.
-    #[error(transparent)]
-    X3p(#[from] X3pError),
-}
 
 /// The texture of a window.
 #[derive(Clone, Debug)]

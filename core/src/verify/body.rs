@@ -4,7 +4,6 @@
 //! `R - r_c` that begins `r_c` above the tip. A ball's core is a line, a flat end's core is the
 //! cutter itself. The core is convex, hence so is the cutter, and a line meets it in one interval.
 
-use super::motion::Step;
 use crate::geometry::DVec3;
 use crate::tool::Tool;
 
@@ -158,19 +157,19 @@ impl Body {
         near.or_else(|| self.entry_of(&line))
     }
 
-    /// The lowest entry of a line during a step of a cutter with an edge that does not turn, and where the
-    /// cutter is then, if that is known at once.
+    /// The lowest entry of a line during a step, given by its ends, of a cutter with an edge that does not turn, and
+    /// where the cutter is then, if that is known at once.
     ///
     /// The entry is convex along the step, and linear as long as it is through the flat. So the end is
     /// the lowest if it is through the flat and the cutter does not rise, the start if it is and does.
     pub fn lowest_through_flat(
         &self,
-        step: &Step,
+        [from, to]: [Placed; 2],
         origin: DVec3,
         direction: DVec3,
     ) -> Option<(f64, Placed)> {
-        let rises = step.half_way.dot(step.to.axis) > 0.0;
-        let at = if rises { step.from } else { step.to };
+        let rises = (to.tip - from.tip).dot(to.axis) > 0.0;
+        let at = if rises { from } else { to };
         let line = Line::new(&at, origin, direction);
         let t = -line.height / line.rise;
         let within = line.rho_squared(t) < self.bottom * self.bottom;

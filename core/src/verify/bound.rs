@@ -6,9 +6,9 @@
 
 use super::body::Body;
 use super::lanes::{Vectors, lanes};
+use super::material::{Material, Swept};
 use super::motion::Step;
 use super::samples::Sample;
-use super::sweep::{Material, Swept};
 use crate::geometry::DVec3;
 
 /// Material thinner than this is none, mm: a flat end slides over what it has cut.

@@ -12,12 +12,13 @@
 //! their own. Where there is no next pass, where the boundary or the end of a pass is nearer than the
 //! passes are to each other, the crest is left out.
 
-use super::Outcome;
 use super::body::Body;
+use super::material::{Material, Swept};
 use super::motion::{Motion, Step};
+use super::outcome::Outcome;
 use super::samples::{Facets, Sample};
 use super::section::{Chain, Surface};
-use super::sweep::{Material, Swept, swept};
+use super::sweep::swept;
 use crate::geometry::DVec3;
 use crate::parallel;
 use crate::toolpath::{MoveKind, Toolpath};

@@ -1,13 +1,18 @@
 //! What the samples amount to: scallops, gouges, what is untouched, and which limits are broken.
 
+use super::options::VerifyOptions;
+use super::outcome::Outcome;
 use super::rate::{Rate, Window};
 use super::sweep::{SweptTile, Touch};
-use super::{DEEPEST_IN_WALL, Outcome, VerifyOptions, without_feed};
 use crate::geometry::{DVec3, math};
-use crate::toolpath::Toolpath;
+use crate::toolpath::{MoveKind, Toolpath};
 
 /// Upper ends of the slope bands, degrees; the last has none.
 const BANDS: [f64; 4] = [15.0, 30.0, 45.0, 60.0];
+/// Deepest gouge that is told apart, cutter radii.
+pub(super) const DEEPEST: f64 = 0.5;
+/// Deepest cut into a wall that is told apart, cutter radii.
+pub(super) const DEEPEST_IN_WALL: f64 = 2.0;
 /// Places named at most of each kind.
 const MOST_SPOTS: usize = 10;
 /// A peak of the removal rate above the limit by this factor breaks it: what windows of a fifth of
@@ -217,7 +222,7 @@ impl Figures {
         let heights: Vec<&Outcome> = judged.iter().copied().chain(higher).collect();
         let everywhere = || samples.iter().chain(further);
         let limit = options.scallop.unwrap_or(f64::INFINITY);
-        let deepest = super::DEEPEST * options.tool.radius() * (1.0 - 1e-6) + options.stock;
+        let deepest = DEEPEST * options.tool.radius() * (1.0 - 1e-6) + options.stock;
         let largest = worst(heights.iter().copied(), |s| s.residual);
         let [p50, p99] = percentiles(&judged);
         let untouched = judged.iter().filter(|s| s.by.is_none());
@@ -298,17 +303,6 @@ impl Figures {
 }
 
 impl Outcome {
-    /// Where it is, mm.
-    pub fn place(&self) -> DVec3 {
-        let [x, y, z] = self.position.map(f64::from);
-        DVec3::new(x, y, z)
-    }
-
-    /// Whether what is left there is held to the limit.
-    pub(super) fn is_judged(&self) -> bool {
-        self.machined && !self.too_tight && !self.at_wall
-    }
-
     fn spot(&self) -> Spot {
         Spot { place: self.place(), height: f64::from(self.residual), of: self.by }
     }
@@ -394,4 +388,13 @@ fn by_region(path: &Toolpath, samples: &[&Outcome], limit: f64) -> Vec<(u32, Ban
         }
     }
     bands.into_iter().collect()
+}
+
+/// Moves at feed that state none: index and end of each.
+fn without_feed(path: &Toolpath) -> impl Iterator<Item = (u32, DVec3)> + '_ {
+    path.points.windows(2).enumerate().filter_map(|(i, pair)| {
+        let moves = pair[0].tip != pair[1].tip || pair[0].axis != pair[1].axis;
+        let fed = pair[1].kind == MoveKind::Rapid || pair[1].feed > 0.0;
+        (moves && !fed).then_some((i as u32, pair[1].tip))
+    })
 }

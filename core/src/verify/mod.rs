@@ -25,9 +25,13 @@
 mod body;
 mod bound;
 mod crests;
+mod excused;
 mod figures;
 mod lanes;
+mod material;
 mod motion;
+mod options;
+mod outcome;
 mod peaks;
 mod rate;
 mod samples;
@@ -37,18 +41,22 @@ mod walls;
 
 pub use crests::Crests;
 pub use figures::{Band, Broken, Fault, Figures, MRR_NOISE, Spot, WallFigures};
+pub use options::{Sphere, VerifyOptions};
+pub use outcome::Outcome;
 pub use rate::{Rate, Window};
 pub use samples::Facets;
 pub use walls::{Rise, Walls};
 
 use crate::geometry::DVec3;
 use crate::parallel;
-use crate::tool::Tool;
 use crate::toolpath::{MoveKind, Toolpath};
 use body::Body;
+use excused::Excused;
+use figures::{DEEPEST, DEEPEST_IN_WALL};
+use material::{Material, Swept};
 use motion::Motion;
 use peaks::{Search, Sought};
-use sweep::{Material, Swept, SweptTile, Touch};
+use sweep::{SweptTile, Touch};
 use thiserror::Error;
 use walls::Outline;
 
@@ -56,10 +64,6 @@ use walls::Outline;
 const MOST_SAMPLES: f64 = 4.0e6;
 /// Longest path that is simulated, cutter radii.
 const LONGEST_PATH: f64 = 1.0e6;
-/// Deepest gouge that is told apart, cutter radii.
-const DEEPEST: f64 = 0.5;
-/// Deepest cut into a wall that is told apart, cutter radii.
-const DEEPEST_IN_WALL: f64 = 2.0;
 /// Samples of walls at most; above, they are put farther apart.
 const MOST_ON_WALLS: f64 = 1.0e6;
 /// Cosine of the angle between a cutter and what is up below which it leans.
@@ -73,46 +77,6 @@ const WALL_SAMPLES_PER_RADIUS: f64 = 8.0;
 const BESIDE_RIM: f64 = 1e-3;
 /// A rapid that takes less than this touches nothing, mm.
 const GRAZE: f64 = 1e-4;
-
-/// What is cut, with what, and what is asked of it.
-#[derive(Clone, Debug)]
-pub struct VerifyOptions {
-    /// The cutter.
-    pub tool: Tool,
-    /// Length of the cutter with its shank, mm; may be infinite.
-    pub length: f64,
-    /// Axial depth of the layer of stock, mm.
-    pub depth: f64,
-    /// Whether that depth is known to be the stock's, so that a removal rate can be told.
-    pub tells_rate: bool,
-    /// Allowance left on the surface, mm.
-    pub stock: f64,
-    /// Limit on the scallop height, mm.
-    pub scallop: Option<f64>,
-    /// By how much the limit on the scallop may be exceeded and the surface cut into, mm.
-    pub tolerance: f64,
-    /// Limit on the removal rate, mm³/s.
-    pub mrr_limit: Option<f64>,
-    /// Distance of samples, mm.
-    pub spacing: f64,
-    /// The direction from which slopes are counted, unit.
-    pub up: DVec3,
-    /// Places where the plan says that the cutter does not fit; judged apart.
-    pub too_tight: Vec<Sphere>,
-    /// The walls around what is machined; `None` where its boundary is open.
-    pub walls: Option<Walls>,
-    /// Threads to use; the result does not depend on it.
-    pub threads: usize,
-}
-
-/// A sphere.
-#[derive(Copy, Clone, Debug, PartialEq)]
-pub struct Sphere {
-    /// Centre, mm.
-    pub centre: DVec3,
-    /// Radius, mm.
-    pub radius: f64,
-}
 
 /// Why nothing can be judged.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -146,29 +110,6 @@ pub enum VerifyError {
         /// What was given, mm.
         value: f64,
     },
-}
-
-/// A sample of the design surface after the cut.
-#[derive(Copy, Clone, Debug, PartialEq)]
-pub struct Outcome {
-    /// Place, mm.
-    pub position: [f32; 3],
-    /// What is left above surface and allowance, mm; negative in a gouge.
-    pub residual: f32,
-    /// The area it stands for, mm².
-    pub area: f32,
-    /// Cosine of the slope.
-    pub up: f32,
-    /// The move that left it; it ends at the path's point after that.
-    pub by: Option<u32>,
-    /// The move that took the upper half of the stock.
-    pub opened_by: Option<u32>,
-    /// Whether it is machined: the rest of the part is only guarded against gouges.
-    pub machined: bool,
-    /// Whether the plan says that the cutter does not fit there.
-    pub too_tight: bool,
-    /// Whether a wall is nearer than the tolerance: its place is known to no more, so nothing need be reached there.
-    pub at_wall: bool,
 }
 
 /// A judged path.
@@ -418,63 +359,6 @@ fn outcomes(
         tile.samples.iter().map(|s| excused.outcome(s, options)).collect()
     };
     swept.iter().map(of_tile).collect()
-}
-
-/// What excuses samples in a part of space.
-struct Excused<'a> {
-    too_tight: Vec<&'a Sphere>,
-    /// Edges on which walls stand.
-    walled: Vec<[DVec3; 2]>,
-    tolerance: f64,
-}
-
-impl<'a> Excused<'a> {
-    fn near(options: &'a VerifyOptions, walled: &[[DVec3; 2]], centre: DVec3, radius: f64) -> Self {
-        let tolerance = options.tolerance;
-        let is_near = |s: &&Sphere| s.centre.distance(centre) < s.radius + radius;
-        let is_edge_near = |e: &&[DVec3; 2]| distance_to(**e, centre) < radius + tolerance;
-        Self {
-            too_tight: options.too_tight.iter().filter(is_near).collect(),
-            walled: walled.iter().filter(is_edge_near).copied().collect(),
-            tolerance,
-        }
-    }
-
-    fn outcome(&self, s: &Swept, options: &VerifyOptions) -> Outcome {
-        let sample = &s.sample;
-        let inside = |b: &&Sphere| b.centre.distance(sample.position) <= b.radius;
-        let beside = |e: &[DVec3; 2]| distance_to(*e, sample.position) < self.tolerance;
-        // Out of reach by rounding alone, maybe.
-        let is_rim = sample.on_rim && s.by.is_none();
-        let allowance = if sample.machined { options.stock } else { 0.0 };
-        Outcome {
-            position: sample.position.as_vec3().to_array(),
-            residual: (s.height - allowance) as f32,
-            area: sample.area as f32,
-            up: sample.normal.dot(options.up) as f32,
-            by: s.by,
-            opened_by: s.opened_by,
-            machined: sample.machined,
-            too_tight: self.too_tight.iter().any(inside),
-            at_wall: sample.machined && (is_rim || self.walled.iter().any(beside)),
-        }
-    }
-}
-
-/// Distance of a point from an edge.
-fn distance_to([a, b]: [DVec3; 2], point: DVec3) -> f64 {
-    let along = b - a;
-    let part = ((point - a).dot(along) / along.length_squared()).clamp(0.0, 1.0);
-    point.distance(a + along * part)
-}
-
-/// Moves at feed that state none: index and end of each.
-fn without_feed(path: &Toolpath) -> impl Iterator<Item = (u32, DVec3)> + '_ {
-    path.points.windows(2).enumerate().filter_map(|(i, pair)| {
-        let moves = pair[0].tip != pair[1].tip || pair[0].axis != pair[1].axis;
-        let fed = pair[1].kind == MoveKind::Rapid || pair[1].feed > 0.0;
-        (moves && !fed).then_some((i as u32, pair[1].tip))
-    })
 }
 
 #[cfg(test)]

@@ -8,12 +8,15 @@
 //! fraction of the sweep. The places found stand for no area.
 
 use super::body::Body;
+use super::excused::Excused;
 use super::figures::sampling_bound;
+use super::material::{Material, Swept};
 use super::motion::{Motion, Step};
+use super::options::VerifyOptions;
+use super::outcome::Outcome;
 use super::samples::{BLOCK, CREASE, Patch, Sample, Tile};
-use super::sweep::{Material, Swept, SweptTile, swept};
+use super::sweep::{SweptTile, swept};
 use super::walls::{Facet, depth_behind, ends_part};
-use super::{Excused, Outcome, VerifyOptions};
 use crate::geometry::DVec3;
 use crate::parallel;
 

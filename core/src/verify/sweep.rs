@@ -14,52 +14,13 @@
 use super::body::{Body, Placed};
 use super::bound::{Bounds, NOTHING};
 use super::lanes::{Vectors, each, lanes};
+use super::material::{Cell, Material, Swept};
 use super::motion::{Motion, Step};
 use super::samples::{BLOCK, Sample, Tile};
 use crate::geometry::DVec3;
 
-/// What the judge assumes about material and cutter.
-#[derive(Copy, Clone, Debug)]
-pub struct Material {
-    /// Height of the stock above the surface where it is machined, mm.
-    pub height: f64,
-    /// Gouges deeper than this are reported as this deep, mm.
-    pub deepest: f64,
-}
-
 /// A line leans over its cell from this part of the cell's width on.
 const LEANING: f64 = 0.3;
-
-/// A sample after the sweep.
-#[derive(Copy, Clone, Debug)]
-pub struct Swept {
-    /// The sample.
-    pub sample: Sample,
-    /// Height left above the surface along the normal, mm; negative in a gouge.
-    pub height: f64,
-    /// Mean height left over its cell, as far as the volume goes, mm.
-    pub left: f64,
-    /// What that goes by.
-    cell: Cell,
-    /// The move that left it, `None` where none came.
-    pub by: Option<u32>,
-    /// The move that took the upper half of the stock.
-    pub opened_by: Option<u32>,
-    /// The last rapid that came, and the height it found, mm.
-    rapid: Option<(u32, f64)>,
-}
-
-/// What the mean height over a sample's cell goes by.
-#[derive(Copy, Clone, Debug, PartialEq)]
-enum Cell {
-    /// The sample's line: no wall of the cutter is in the material. So it does on any step to whose axis it leans, as it
-    /// does on steep places.
-    Line,
-    /// A wall that has yet to pass over the whole of it.
-    Open,
-    /// The line through its centroid.
-    Covered,
-}
 
 /// A tile after the sweep.
 #[derive(Clone, Debug, Default)]
@@ -198,15 +159,6 @@ impl Sweep {
             out.removed.push((step.index, cut.volume));
         }
         out.touched.extend(cut.worst);
-    }
-}
-
-impl Swept {
-    pub(super) fn new(sample: Sample, walled: bool, material: Material) -> Self {
-        let height = if sample.machined { material.height } else { 0.0 };
-        let by_parts = walled && sample.machined && sample.area > 0.0;
-        let cell = if by_parts { Cell::Open } else { Cell::Line };
-        Self { sample, height, left: height, cell, by: None, opened_by: None, rapid: None }
     }
 }
 
@@ -385,7 +337,7 @@ fn lowest_entry(s: &Swept, step: &Step, body: &Body) -> Option<(f64, Placed)> {
     let Sample { position, normal, .. } = s.sample;
     if !body.is_rounded()
         && step.half_turn == 0.0
-        && let Some(lowest) = body.lowest_through_flat(step, position, normal)
+        && let Some(lowest) = body.lowest_through_flat([step.from, step.to], position, normal)
     {
         return Some(lowest);
     }

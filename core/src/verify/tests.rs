@@ -3,6 +3,7 @@
 use super::*;
 use crate::geometry::math;
 use crate::strip_width::Strip;
+use crate::tool::Tool;
 use crate::toolpath::PathPoint;
 
 /// A triangle mesh made from a grid.

@@ -1,0 +1,83 @@
+//! The files that a job names, or its formula → its surface, the part it belongs to, and the mesh beside it.
+
+use super::error::PlanError;
+use crate::job::{AnalyticKind, AnalyticOptions, AnalyticParameters, Job, SurfaceSource};
+use crate::mesh::{MeshFormat, read};
+use crate::step::{SmoothFormat, smooth};
+use crate::surface::{AnalyticSurface, Built, Part, build, build_beside};
+
+/// Part of the tolerance that the mesh of a NURBS surface may be off it.
+const CHORD: f64 = 0.25;
+
+/// Contents of the files that a job names.
+#[derive(Copy, Clone, Debug, Default)]
+pub struct Files<'a> {
+    /// Of the surface's file; `None` for a formula.
+    pub surface: Option<&'a [u8]>,
+    /// Of the mesh beside it, `path.wall_file`; `None` where there is none.
+    pub wall: Option<&'a [u8]>,
+}
+
+impl<'a> Files<'a> {
+    /// Those of a job that names a surface at most.
+    pub fn of_surface(surface: Option<&'a [u8]>) -> Self {
+        Self { surface, wall: None }
+    }
+}
+
+/// The surface of a job and the part it belongs to.
+pub fn load(job: &Job, files: Files) -> Result<Built, PlanError> {
+    let soup = match &job.surface.source {
+        SurfaceSource::File(name) => {
+            let bytes = files.surface.ok_or_else(|| PlanError::NoFile(name.clone()))?;
+            let chord = chord(job);
+            match SmoothFormat::from_name(name) {
+                Some(format) => return Ok(smooth(bytes, format, &job.surface, chord)?),
+                None => {
+                    let format = MeshFormat::from_name(name)
+                        .ok_or_else(|| PlanError::UnknownFormat(name.clone()))?;
+                    read(bytes, format)?
+                }
+            }
+        }
+        SurfaceSource::Analytic(options) => {
+            analytic_surface(options).mesh(options.parameters.resolution)
+        }
+    };
+    Ok(build(soup, &job.surface)?)
+}
+
+/// The mesh that stands beside the surface of a job, if it names one.
+pub fn load_beside(job: &Job, files: Files) -> Result<Option<Part>, PlanError> {
+    let Some(name) = &job.path.wall_file else { return Ok(None) };
+    let bytes = files.wall.ok_or_else(|| PlanError::NoWallFile(name.clone()))?;
+    let part = || -> Result<Part, PlanError> {
+        let format =
+            MeshFormat::from_name(name).ok_or_else(|| PlanError::UnknownFormat(name.clone()))?;
+        Ok(build_beside(read(bytes, format)?, &job.surface)?)
+    };
+    part().map(Some).map_err(|error| PlanError::WallFile(Box::new(error)))
+}
+
+/// Largest distance between a smooth surface and the facets that are made of it, mm.
+pub fn chord(job: &Job) -> f64 {
+    job.surface.chord.unwrap_or(CHORD * job.cut.tolerance)
+}
+
+/// The formula that the options name.
+fn analytic_surface(options: &AnalyticOptions) -> AnalyticSurface {
+    let AnalyticParameters { size, radius, tube_radius, height, .. } = options.parameters;
+    match options.kind {
+        AnalyticKind::Plane => AnalyticSurface::Plane { width: size, depth: size },
+        AnalyticKind::SphereCap => AnalyticSurface::SphereCap { radius, diameter: size },
+        AnalyticKind::Cylinder => AnalyticSurface::Cylinder { radius, width: size, length: size },
+        AnalyticKind::TorusPatch => {
+            AnalyticSurface::Torus { major: radius, minor: tube_radius, length: size, width: size }
+        }
+        AnalyticKind::Saddle => {
+            AnalyticSurface::Saddle { radius: size * size / (8.0 * height), size }
+        }
+        AnalyticKind::MonkeySaddle => AnalyticSurface::MonkeySaddle { size, height },
+        AnalyticKind::Bump => AnalyticSurface::Bump { size, height, width: radius },
+    }
+}

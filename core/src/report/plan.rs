@@ -1,0 +1,217 @@
+//! What is told of a plan.
+
+use super::path::PathFigures;
+use super::record::{FileRecord, Versions};
+use super::regions::DivisionFigures;
+use super::tensor::TensorFigures;
+use super::texture::TextureFigures;
+use super::verification::VerificationFigures;
+use serde::Serialize;
+
+/// The report of one plan.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct Report {
+    /// Version of these keys.
+    pub format: u32,
+    /// Name of the job.
+    pub job: String,
+    /// What made the plan.
+    pub versions: Versions,
+    /// Files that were read.
+    pub inputs: Vec<FileRecord>,
+    /// The surface that is machined.
+    pub surface: SurfaceFigures,
+    /// What was mended in the mesh, in words.
+    pub repairs: Vec<String>,
+    /// What a reader should know before cutting.
+    pub warnings: Vec<Warning>,
+    /// Quality of the flat map.
+    pub flatten: FlattenFigures,
+    /// The passes.
+    pub passes: PassFigures,
+    /// The regions; missing where the surface is not divided.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub regions: Option<DivisionFigures>,
+    /// Where the best feed direction is undefined; missing where the surface is not divided by it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tensor: Option<TensorFigures>,
+    /// The side step.
+    pub stepover: StepoverFigures,
+    /// Limit and measured removal rate.
+    pub force: ForceFigures,
+    /// The plain passes at the nominal feed; null where the removal rate is not controlled.
+    pub plain: Option<PathFigures>,
+    /// The plain passes at the one feed that respects the limit; null where it is not controlled.
+    pub slowed: Option<PathFigures>,
+    /// The path that is delivered.
+    pub delivered: PathFigures,
+    /// What the cutter reaches.
+    pub coverage: CoverageFigures,
+    /// Where the cutter does not fit.
+    pub gouge: GougeFigures,
+    /// What a simulation of the path measured, independently of the plan; null where it was not run.
+    pub verification: Option<VerificationFigures>,
+    /// The texture that the teeth leave in the job's window; missing where the job has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub texture: Option<TextureFigures>,
+    /// Files that were written.
+    pub outputs: Vec<FileRecord>,
+}
+
+/// A warning and what can be done.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct Warning {
+    /// Stage that warns.
+    pub stage: String,
+    /// What was found, with its measured value.
+    pub message: String,
+    /// What would mend it; empty where the message says it all.
+    pub remedy: String,
+}
+
+/// The surface that is machined.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct SurfaceFigures {
+    /// Area, mm².
+    pub area_mm2: f64,
+    /// Number of triangles.
+    pub faces: u64,
+    /// Number of vertices.
+    pub vertices: u64,
+    /// Number of boundary loops; more than one means holes.
+    pub boundary_loops: u64,
+    /// Lower corner of the bounding box, mm.
+    pub box_low_mm: [f64; 3],
+    /// Upper corner of the bounding box, mm.
+    pub box_high_mm: [f64; 3],
+    /// Smallest concave radius of curvature, mm; null where nothing is concave.
+    pub smallest_concave_radius_mm: Option<f64>,
+    /// Where that is, mm.
+    pub smallest_concave_at_mm: Option<[f64; 3]>,
+    /// Area that is more concave than the cutter is convex, mm²: the cutter does not fit there.
+    pub too_concave_mm2: f64,
+}
+
+/// Quality of the flat map.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct FlattenFigures {
+    /// abf or bff.
+    pub method: String,
+    /// Iterations until the constraints were met.
+    pub iterations: u64,
+    /// Largest violation of the constraints, rad.
+    pub constraint_residual: f64,
+    /// Quasi-conformal error of the triangles, mean by area; 1 is conformal.
+    pub quasi_conformal_mean: f64,
+    /// Largest quasi-conformal error.
+    pub quasi_conformal_max: f64,
+    /// Smallest scale, mm on the surface per flat mm.
+    pub scale_min: f64,
+    /// Largest scale, mm on the surface per flat mm.
+    pub scale_max: f64,
+    /// Number of flipped triangles.
+    pub flips: u64,
+}
+
+/// The passes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct PassFigures {
+    /// Pattern of the job.
+    pub pattern: String,
+    /// Number of passes.
+    pub count: u64,
+    /// Depth of the tree of rings.
+    pub tree_depth: u64,
+    /// Cores between the last passes that needed closing.
+    pub closed_cores: u64,
+    /// Detours of passes that close cores and corners.
+    pub spurs: u64,
+    /// Their length on the surface, out and back, mm.
+    pub spur_length_mm: f64,
+    /// Largest distance of a place near a ridge of the passes' field from the nearest pass, in side
+    /// steps; half between parallel passes.
+    pub widest_gap_passes: f64,
+    /// Shortest length that passes on the surface can have, mm: the integral of one over the widest strip.
+    pub length_floor_mm: f64,
+    /// Length of the passes' contacts on the surface, mm.
+    pub length_mm: f64,
+    /// That length as a multiple of the floor.
+    pub length_over_floor: f64,
+    /// How often the cutter leaves the part to go on elsewhere.
+    pub retracts: u64,
+    /// Share of the area on which neighbouring passes are at least 0.9 of the allowed side step apart, by
+    /// the passes' field.
+    pub even_share: f64,
+}
+
+/// The side step.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct StepoverFigures {
+    /// Nominal side step on the surface, mm.
+    pub nominal_mm: f64,
+    /// Nominal side step as a share of the cutter radius.
+    pub over_radius: f64,
+}
+
+/// Limit and removal rate of the delivered path.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct ForceFigures {
+    /// off, trochoid or feed.
+    pub control: String,
+    /// Limit of the removal rate, mm³/min.
+    pub limit_mm3_per_min: f64,
+    /// Removal rate of a straight pass at the nominal side step, mm³/min.
+    pub straight_pass_mm3_per_min: f64,
+    /// Intervals of the plain passes above the limit; null where the rate is not controlled.
+    pub over_limit_intervals: Option<u64>,
+    /// Trochoid loops in the delivered path.
+    pub trochoid_loops: u64,
+}
+
+/// What the cutter reaches.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct CoverageFigures {
+    /// Area of the surface, mm².
+    pub area_mm2: f64,
+    /// Height of the cusps that are meant to stay, mm: the scallop asked for, or the highest that the
+    /// side step leaves.
+    pub cusp_limit_mm: f64,
+    /// Area where more than that and the tolerance is left although the cutter could touch, mm².
+    pub never_covered_mm2: f64,
+    /// The same as a share of the area, percent.
+    pub never_covered_percent: f64,
+    /// Area where more is left because the cutter cannot touch, mm².
+    pub too_tight_mm2: f64,
+    /// Where it is highest, mm; null if there is none.
+    pub too_tight_at_mm: Option<[f64; 3]>,
+    /// Spheres that hold all of it: x, y, z, radius, mm.
+    pub too_tight_places: Vec<[f64; 4]>,
+}
+
+/// Where the cutter does not fit.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct GougeFigures {
+    /// Stretches on which the cutter was raised to clear the part.
+    pub raised: Vec<RaisedStretch>,
+}
+
+/// A stretch on which the cutter was raised.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct RaisedStretch {
+    /// Tool tip where the stretch begins, mm.
+    pub from_mm: [f64; 3],
+    /// Its length, mm.
+    pub length_mm: f64,
+    /// The largest raise, mm.
+    pub raised_by_mm: f64,
+}

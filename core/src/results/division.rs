@@ -1,0 +1,76 @@
+//! A divided surface → what is told and drawn of it.
+
+use crate::mesh::VertexId;
+use crate::preview::{RegionPicture, RegionsPicture};
+use crate::regions::{Divided, Evenness, Part, PartFigures, Spacing, neighbours};
+use crate::report::{DivisionFigures, PieceFigures, SpacingFigures, UndividedFigures};
+
+/// What is told of a divided surface; `lengths`: of the passes of every region in the order of machining, mm.
+pub fn figures(divided: &Divided, method: &str, lengths: &[f64]) -> DivisionFigures {
+    let piece = |(part, &length): (&PartFigures, &f64)| {
+        let Evenness { uniformity, least, most } = part.evenness;
+        PieceFigures {
+            area_mm2: part.area,
+            uniformity,
+            stretch_min: least,
+            stretch_max: most,
+            passes: part.passes as u64,
+            length_mm: length,
+            spacing: spacing(&part.spacing),
+        }
+    };
+    let pieces: Vec<PieceFigures> = divided.parts.iter().zip(lengths).map(piece).collect();
+    let area: f64 = pieces.iter().map(|p| p.area_mm2).sum();
+    let whole = &divided.undivided;
+    DivisionFigures {
+        method: method.into(),
+        count: pieces.len() as u64,
+        uniformity_min: pieces.iter().map(|p| p.uniformity).fold(1.0, f64::min),
+        uniformity_mean: pieces.iter().map(|p| p.area_mm2 * p.uniformity).sum::<f64>() / area,
+        spacing: spacing(&divided.spacing()),
+        length_mm: lengths.iter().sum(),
+        undivided: UndividedFigures {
+            uniformity: whole.evenness.uniformity,
+            stretch_min: whole.evenness.least,
+            stretch_max: whole.evenness.most,
+            spacing: spacing(&whole.spacing),
+            length_mm: whole.length,
+        },
+        pieces,
+    }
+}
+
+fn spacing(spacing: &Spacing) -> SpacingFigures {
+    SpacingFigures { mean: spacing.mean, deviation: spacing.deviation(), max: spacing.most }
+}
+
+/// What is drawn of it.
+pub fn picture(divided: &Divided) -> RegionsPicture<'_> {
+    let regions = &divided.regions;
+    let sheet = &regions.sheet;
+    let whole = regions.stretch.vertices();
+    let at = |v: u32| -> f64 {
+        sheet.means()[v as usize].iter().map(|&(v, w)| whole[v as usize] * w).sum()
+    };
+    let undivided_stretch =
+        sheet.faces().iter().map(|f| f.iter().map(|&v| at(v)).sum::<f64>() / 3.0).collect();
+    let parts = regions.parts.iter().zip(neighbours(&regions.sheet, &regions.parts));
+    RegionsPicture {
+        positions: sheet.positions(),
+        faces: sheet.faces(),
+        labels: sheet.labels(),
+        undivided_stretch,
+        regions: parts.map(|(part, neighbours)| region(part, neighbours)).collect(),
+        order: &divided.order,
+    }
+}
+
+fn region(part: &Part, neighbours: Vec<usize>) -> RegionPicture<'_> {
+    let faces = part.piece.connectivity.faces();
+    let mean = |f: &[VertexId; 3]| f.iter().map(|v| part.stretch[v.index()]).sum::<f64>() / 3.0;
+    RegionPicture {
+        faces: &part.piece.faces,
+        stretch: faces.iter().map(mean).collect(),
+        neighbours,
+    }
+}

@@ -1,0 +1,75 @@
+//! Why there are no results.
+
+use crate::gcode::GcodeError;
+use crate::plan::PlanError;
+use crate::post::PostError;
+use crate::texture::engagement::TooConcave;
+use crate::texture::export::X3pError;
+use crate::texture::grid::GridError;
+use crate::texture::window::WindowError;
+use crate::verify::VerifyError;
+use thiserror::Error;
+
+/// Why there are no results.
+#[derive(Debug, Error)]
+pub enum ResultsError {
+    /// The job cannot be planned.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The path cannot be written as a program.
+    #[error(transparent)]
+    Post(#[from] PostError),
+    /// The program that was written cannot be read back.
+    #[error(transparent)]
+    Program(#[from] GcodeError),
+    /// The path cannot be judged.
+    #[error(transparent)]
+    Verify(#[from] VerifyError),
+    /// The texture cannot be simulated.
+    #[error(transparent)]
+    Texture(#[from] TextureError),
+}
+
+/// Why there is no texture.
+#[derive(Debug, Error)]
+pub enum TextureError {
+    /// The job has no window.
+    #[error(
+        "texture: the job has no [texture] table; give the place of a window, `at = [x, y, z]`"
+    )]
+    NoWindow,
+    /// Nothing turns or moves.
+    #[error(
+        "texture: a spindle speed of {spindle} rev/min and a feed of {feed} mm/min; both must be above 0"
+    )]
+    Still {
+        /// Spindle speed, rev/min.
+        spindle: f64,
+        /// Feed, mm/min.
+        feed: f64,
+    },
+    /// No move at feed takes time.
+    #[error("texture: no move of the path at feed takes time: its times do not grow")]
+    NoTime,
+    /// The path leaves the window as it was.
+    #[error(
+        "texture: nothing of the window is cut, within {start} mm above and below the surface: the path does not come \
+         there, or does not belong to this surface"
+    )]
+    NotCut {
+        /// Height of the material, mm.
+        start: f64,
+    },
+    /// There is no window there.
+    #[error(transparent)]
+    Window(#[from] WindowError),
+    /// The window has no grid.
+    #[error(transparent)]
+    Grid(#[from] GridError),
+    /// The cutter is too large for the window.
+    #[error(transparent)]
+    TooConcave(#[from] TooConcave),
+    /// The map is too large for its file.
+    #[error(transparent)]
+    X3p(#[from] X3pError),
+}

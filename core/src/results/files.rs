@@ -1,0 +1,19 @@
+//! Files that results are made of, and those that they are.
+
+/// A file that was read.
+#[derive(Copy, Clone, Debug)]
+pub struct Input<'a> {
+    /// Name as the job gives it.
+    pub name: &'a str,
+    /// Content.
+    pub bytes: &'a [u8],
+}
+
+/// A file to be written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OutputFile {
+    /// Name in the folder of the results.
+    pub name: String,
+    /// Content.
+    pub bytes: Vec<u8>,
+}

@@ -1,0 +1,71 @@
+//! The topology of the best feed direction → what is told and drawn of it.
+
+use crate::flatten::Locator;
+use crate::geometry::DVec2;
+use crate::preview::{PointKind, PointMark, TensorPicture};
+use crate::regions::tensor::{DegeneratePoint, Kind, TensorField, Topology};
+use crate::regions::{Divided, Part};
+use crate::report::{PointFigures, TensorFigures};
+use crate::surface::Surface;
+
+/// What is told of it.
+pub fn figures(topology: &Topology) -> TensorFigures {
+    let point = |p: &DegeneratePoint| PointFigures {
+        kind: p.kind.name().to_owned(),
+        at_mm: p.place.to_array(),
+        delta: p.delta,
+        divides: p.divides,
+    };
+    TensorFigures {
+        points: topology.points.iter().map(point).collect(),
+        separatrices: topology.separatrices.len() as u64,
+        cancelled_pairs: topology.cancelled.len() as u64,
+        doubtful: topology.doubtful as u64,
+        free_mm2: topology.free.iter().map(|f| f.area).sum(),
+        smoothing_mm: topology.smoothing,
+    }
+}
+
+/// What is drawn of it, and of the regions that it parts.
+pub fn picture<'a>(topology: &'a Topology, divided: Option<&Divided>) -> TensorPicture<'a> {
+    let point = |p: &DegeneratePoint| PointMark {
+        at: p.flat,
+        kind: match p.kind {
+            Kind::Trisector => PointKind::Trisector,
+            Kind::Wedge => PointKind::Wedge,
+        },
+        divides: p.divides,
+    };
+    let free = || topology.free.iter().map(|f| f.area).sum();
+    TensorPicture {
+        points: topology.points.iter().map(point).collect(),
+        separatrices: topology.separatrices.iter().map(|s| s.line.as_slice()).collect(),
+        regions: divided.map_or_else(Vec::new, outlines),
+        cancelled_pairs: topology.cancelled.len(),
+        free_area: (!topology.free.is_empty()).then(free),
+    }
+}
+
+/// The flat outlines of every region.
+fn outlines(divided: &Divided) -> Vec<Vec<Vec<DVec2>>> {
+    let sheet = &divided.regions.sheet;
+    let outline = |part: &Part| {
+        let uv = part.piece.uv(sheet);
+        let cycles = part.piece.connectivity.boundary_loops().iter();
+        cycles.map(|cycle| cycle.iter().map(|v| uv[v.index()]).collect()).collect()
+    };
+    divided.regions.parts.iter().map(outline).collect()
+}
+
+/// Unit vector along the best feed direction at a flat place: zero where there is none, `None` off the surface.
+pub fn direction_at(
+    topology: &Topology,
+    surface: &Surface,
+    locator: &Locator,
+    at: DVec2,
+) -> Option<DVec2> {
+    let point = locator.locate(at).ok()?;
+    let corners = surface.connectivity().face(point.face);
+    let value: DVec2 = (0..3).map(|i| topology.values[corners[i].index()] * point.weights[i]).sum();
+    Some(TensorField::direction_of(value))
+}

@@ -1,0 +1,53 @@
+//! The material over a sample of the part: how high it stands before the cut, and what is left of it.
+
+use super::samples::Sample;
+
+/// What the judge assumes about material and cutter.
+#[derive(Copy, Clone, Debug)]
+pub struct Material {
+    /// Height of the stock above the surface where it is machined, mm.
+    pub height: f64,
+    /// Gouges deeper than this are reported as this deep, mm.
+    pub deepest: f64,
+}
+
+/// A sample after the sweep.
+#[derive(Copy, Clone, Debug)]
+pub struct Swept {
+    /// The sample.
+    pub sample: Sample,
+    /// Height left above the surface along the normal, mm; negative in a gouge.
+    pub height: f64,
+    /// Mean height left over its cell, as far as the volume goes, mm.
+    pub left: f64,
+    /// What that goes by.
+    pub(super) cell: Cell,
+    /// The move that left it, `None` where none came.
+    pub by: Option<u32>,
+    /// The move that took the upper half of the stock.
+    pub opened_by: Option<u32>,
+    /// The last rapid that came, and the height it found, mm.
+    pub(super) rapid: Option<(u32, f64)>,
+}
+
+/// What the mean height over a sample's cell goes by.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(super) enum Cell {
+    /// The sample's line: no wall of the cutter is in the material. So it does on any step to whose axis it leans, as it
+    /// does on steep places.
+    Line,
+    /// A wall that has yet to pass over the whole of it.
+    Open,
+    /// The line through its centroid.
+    Covered,
+}
+
+impl Swept {
+    /// A sample before the sweep; `walled`: whether a wall of the cutter is in the material.
+    pub fn new(sample: Sample, walled: bool, material: Material) -> Self {
+        let height = if sample.machined { material.height } else { 0.0 };
+        let by_parts = walled && sample.machined && sample.area > 0.0;
+        let cell = if by_parts { Cell::Open } else { Cell::Line };
+        Self { sample, height, left: height, cell, by: None, opened_by: None, rapid: None }
+    }
+}

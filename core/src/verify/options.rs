@@ -1,0 +1,45 @@
+//! What is asked of the judge.
+
+use super::walls::Walls;
+use crate::geometry::DVec3;
+use crate::tool::Tool;
+
+/// What is cut, with what, and what is asked of it.
+#[derive(Clone, Debug)]
+pub struct VerifyOptions {
+    /// The cutter.
+    pub tool: Tool,
+    /// Length of the cutter with its shank, mm; may be infinite.
+    pub length: f64,
+    /// Axial depth of the layer of stock, mm.
+    pub depth: f64,
+    /// Whether that depth is known to be the stock's, so that a removal rate can be told.
+    pub tells_rate: bool,
+    /// Allowance left on the surface, mm.
+    pub stock: f64,
+    /// Limit on the scallop height, mm.
+    pub scallop: Option<f64>,
+    /// By how much the limit on the scallop may be exceeded and the surface cut into, mm.
+    pub tolerance: f64,
+    /// Limit on the removal rate, mm³/s.
+    pub mrr_limit: Option<f64>,
+    /// Distance of samples, mm.
+    pub spacing: f64,
+    /// The direction from which slopes are counted, unit.
+    pub up: DVec3,
+    /// Places where the plan says that the cutter does not fit; judged apart.
+    pub too_tight: Vec<Sphere>,
+    /// The walls around what is machined; `None` where its boundary is open.
+    pub walls: Option<Walls>,
+    /// Threads to use; the result does not depend on it.
+    pub threads: usize,
+}
+
+/// A sphere.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Sphere {
+    /// Centre, mm.
+    pub centre: DVec3,
+    /// Radius, mm.
+    pub radius: f64,
+}
