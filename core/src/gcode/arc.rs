@@ -1,6 +1,6 @@
 //! Arcs: two ends and a centre, or two ends and a radius → a circle or a helix.
 
-use super::Fault;
+use super::error::Fault;
 use crate::geometry::math::{atan2, cos, hypot, sin};
 use crate::geometry::{DVec2, DVec3};
 use std::f64::consts::TAU;

@@ -1,6 +1,6 @@
 //! A line of a program → its words.
 
-use super::Fault;
+use super::error::Fault;
 
 /// The words of a block.
 #[derive(Default)]

@@ -2,7 +2,10 @@
 //!
 //! Neighbouring moves with the same fault are one finding, at the line of the first.
 
-use super::{Finding, FindingKind, GcodeError, GcodeProgram, Move, ReadOptions, read};
+use super::error::GcodeError;
+use super::interpret::read;
+use super::options::ReadOptions;
+use super::program::{Finding, FindingKind, GcodeProgram, Move};
 use crate::machine::Travel;
 
 /// Positions are programmed with four decimals at best; mm, and with as many of a degree.

@@ -1,7 +1,7 @@
 //! Codes: what they change, and why others are refused.
 
-use super::Fault;
 use super::arc::Plane;
+use super::error::Fault;
 
 /// What to do about subprograms.
 pub(super) const SUBPROGRAM: &str =

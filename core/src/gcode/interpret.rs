@@ -3,9 +3,11 @@
 use super::arc::{Arc, Circle, Ends};
 use super::block::{Block, Line};
 use super::codes::{Modal, Motion, Once, SUBPROGRAM};
+use super::error::{Fault, GcodeError};
 use super::kinematics::MachinePosition;
 use super::motion::Segment;
-use super::{Fault, Finding, FindingKind, GcodeError, GcodeProgram, Move, ReadOptions};
+use super::options::{ReadOptions, validate};
+use super::program::{Finding, FindingKind, GcodeProgram, Move};
 use crate::geometry::{DVec2, DVec3};
 use crate::toolpath::{MoveKind, PathPoint};
 
@@ -15,7 +17,20 @@ const LARGEST: f64 = 1e6;
 /// X, Y, Z in mm and the rotary axes in rad, as far as they are known.
 type Position = [Option<f64>; 5];
 
-pub(super) fn read(text: &str, options: &ReadOptions) -> Result<GcodeProgram, GcodeError> {
+/// Reads a program, written here or elsewhere.
+///
+/// Read: G0 to G3 with centres (G91.1, G90.1), radii, helices and turns (P); G4 P in s; G17 to G19;
+/// G20, G21; G28, G30, G53; G40, G43 H, G49, G80; one of G54 to G59.3; G61, G64; G90, G91; G93, G94;
+/// M0 to M9, M30, M48, M49; S, T, N; a program number at the top; comments; `%`; block delete.
+/// Arcs and turning moves become chords within the tolerance, with the time they take: at feed per minute
+/// the tip's travel on three axes, the travel of the machine's linear axes on five (of the rotary ones
+/// where no other moves, in degrees per minute), as controllers do.
+///
+/// # Errors
+/// [`GcodeError`], naming the line: text that is no program, and whatever else would make the path
+/// another one (compensation, cycles, subprograms, expressions, other offsets).
+pub fn read(text: &str, options: &ReadOptions) -> Result<GcodeProgram, GcodeError> {
+    validate(options)?;
     let mut reader = Reader::new(options);
     let mut block = Block::default();
     for text in text.trim_start_matches('\u{feff}').lines() {

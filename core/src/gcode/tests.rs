@@ -1,6 +1,7 @@
 //! Programs by hand: what they mean is known in closed form.
 
 use super::*;
+use crate::geometry::DVec3;
 use crate::geometry::math::{acos, cos, hypot, sin};
 use crate::machine::Travel;
 use crate::toolpath::MoveKind;

@@ -1,6 +1,6 @@
 //! LinuxCNC (RS-274/NGC).
 
-use super::Dialect;
+use super::dialect::Dialect;
 
 /// Millimetres, absolute, XY plane, no compensation, blending within the tolerance; M2 ends.
 pub(super) const DIALECT: Dialect = Dialect {

@@ -1,6 +1,8 @@
 //! The renderer: points → blocks, with unchanged words left out.
 
-use super::{Dialect, PostError, Program, ProgramOptions};
+use super::dialect::Dialect;
+use super::error::PostError;
+use super::program::{Program, ProgramOptions};
 use crate::feed::commanded_time;
 use crate::geometry::DVec3;
 use crate::machine::{Axes, Leg, Rotary, Tables};

@@ -1,7 +1,8 @@
 //! What the path leaves standing, and whether the cutter could have taken it.
 
+use super::body::{Cutter, Layer, Line};
 use super::columns::{Column, Columns};
-use super::{Cutter, Layer, Line, Removed};
+use super::sweep::Removed;
 use crate::cutter_location::{Obstacles, PassOptions, ToolAxis, lowest_off_walls, raise_at};
 use crate::geometry::{DVec2, DVec3};
 use crate::parallel;

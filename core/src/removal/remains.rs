@@ -3,8 +3,7 @@
 //! Nearly every column is cut down by the moves that end nearest to it in the chart. 1. These are tried on
 //! it. 2. Only what still stands is swept by the whole path, in time order, as [`Columns::cut`] does.
 
-use super::Layer;
-use super::body::{Body, Cutter, Stroke};
+use super::body::{Body, Cutter, Layer, Stroke};
 use super::columns::{Block, Columns};
 use super::sweep::{BlockCut, Removed, cut_to_pieces, runs};
 use crate::geometry::DVec2;

@@ -4,7 +4,7 @@
 //! down its tree: a node is left out where a plane that supports the cutter, at the point nearest to
 //! the node's middle, has all that is left of the node's columns on its other side.
 
-use super::body::{Body, Cutter, Pose, Stroke};
+use super::body::{Body, Cutter, Layer, Pose, Stroke};
 use super::columns::{Block, Bound, Columns};
 use crate::feed::feed_length;
 use crate::geometry::{DVec3, math};
@@ -98,7 +98,7 @@ impl Columns {
         &self,
         path: &Toolpath,
         cutter: Cutter,
-        layer: super::Layer,
+        layer: Layer,
         earlier: Option<&Removed>,
         threads: usize,
     ) -> Removed {

@@ -8,9 +8,9 @@
 //! # Source
 //! Xu, Li, Liu (2016), section on trisector points.
 
-use super::DegeneratePoint;
 use super::field::TensorField;
 use super::jet::{Local, zero};
+use super::topology::DegeneratePoint;
 use crate::geometry::DVec2;
 use crate::mesh::FaceId;
 use crate::surface::{Parametrisation, SurfacePoint};

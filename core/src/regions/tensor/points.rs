@@ -14,7 +14,7 @@
 
 use super::field::TensorField;
 use super::jet::{Patch, Zero};
-use super::{Cancelled, DegeneratePoint, FreeArea, Kind};
+use super::topology::{Cancelled, DegeneratePoint, FreeArea, Kind};
 use crate::geometry::math::cbrt;
 use crate::geometry::{DVec2, DVec3, nearest_on_triangle};
 use crate::mesh::{FaceId, HalfEdgeId};

@@ -4,6 +4,8 @@ use super::points::{crossings, turns_of_boundary};
 use super::*;
 use crate::flatten::bff;
 use crate::flatten::samples::jitter;
+use crate::geometry::DVec3;
+use crate::geometry::math::atan2;
 use crate::mesh::{Connectivity, TriangleSoup, VertexId};
 use crate::surface::AnalyticSurface;
 

@@ -1,0 +1,80 @@
+//! Why a path cannot be written as a program.
+
+use crate::geometry::DVec3;
+use thiserror::Error;
+
+/// Why a path cannot be written as a program.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum PostError {
+    /// There is nothing to write.
+    #[error("post: the path has no points")]
+    Empty,
+    /// A three-axis machine cannot tilt.
+    #[error(
+        "post: point {index} at ({:.3}, {:.3}, {:.3}) has the axis ({:.3}, {:.3}, {:.3}); a three-axis program needs (0, 0, 1): rotate the part or choose a five-axis machine",
+        tip.x, tip.y, tip.z, axis.x, axis.y, axis.z
+    )]
+    TiltedAxis {
+        /// Index of the point.
+        index: usize,
+        /// Its tip, mm.
+        tip: DVec3,
+        /// Its axis.
+        axis: DVec3,
+    },
+    /// A rapid would run through part or stock.
+    #[error(
+        "post: the rapid to point {index} at ({:.3}, {:.3}, {:.3}) runs at machine Z {height:.3} mm; rapids must stay at or above the rapid plane at {rapid_plane} mm",
+        tip.x, tip.y, tip.z
+    )]
+    LowRapid {
+        /// Index of the point.
+        index: usize,
+        /// Its tip, mm.
+        tip: DVec3,
+        /// Lowest machine Z of the move, mm.
+        height: f64,
+        /// The rapid plane, mm.
+        rapid_plane: f64,
+    },
+    /// A feed move without a feed.
+    #[error("post: the move to point {index} has feed {feed} mm/s; it must be a positive number")]
+    Feed {
+        /// Index of the point.
+        index: usize,
+        /// Its feed, mm/s.
+        feed: f64,
+    },
+    /// A point that is none.
+    #[error("post: point {index} has a tip or unit axis that is not finite")]
+    NotFinite {
+        /// Index of the point.
+        index: usize,
+    },
+    /// An axis would leave its travel.
+    #[error(
+        "post: axis {axis} would go to {position:.3} mm; machine.travel.{key} allows {low} to {high} mm: move the part (surface.translate, surface.rotate), lower machine.clearance, or choose a larger machine",
+        key = axis.to_ascii_lowercase()
+    )]
+    Travel {
+        /// `X`, `Y` or `Z`.
+        axis: char,
+        /// The position farthest outside, mm.
+        position: f64,
+        /// Least position allowed, mm.
+        low: f64,
+        /// Greatest position allowed, mm.
+        high: f64,
+    },
+    /// The rotary axes cannot follow.
+    #[error(
+        "post: between ({:.3}, {:.3}, {:.3}) and the next point the rotary axes turn too fast near A = 0 to stay within {tolerance} mm; keep the tool axis away from the C axis there",
+        place.x, place.y, place.z
+    )]
+    Singular {
+        /// Tip before the move, mm.
+        place: DVec3,
+        /// Tolerance, mm.
+        tolerance: f64,
+    },
+}
