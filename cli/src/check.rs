@@ -7,6 +7,7 @@ use evencut_core::job::{self, Fault, Faults, Job, Severity, line_and_column};
 use serde_json::{Value, json};
 
 use crate::{Exit, Streams, input};
+use evencut_service::faults::NamedFile;
 
 /// Arguments of `evencut check`.
 #[derive(Args)]
@@ -102,8 +103,8 @@ fn missing_files(job_path: &Path, job: &Job, source: &[u8]) -> Vec<Fault> {
     let is_missing = |path: &PathBuf| !path.is_file();
     let surface = input::surface_path(job_path, job).filter(is_missing);
     let wall = input::wall_path(job_path, job).filter(is_missing);
-    let surface = surface.map(|path| input::no_surface(&path, source));
-    let wall = wall.map(|path| input::no_wall(&path, source));
+    let surface = surface.map(|path| NamedFile::Surface.missing(input::shown(&path), source));
+    let wall = wall.map(|path| NamedFile::Wall.missing(input::shown(&path), source));
     surface.into_iter().chain(wall).collect()
 }
 

@@ -4,17 +4,18 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use evencut_core::compare::{
-    RegionVariant, Row, Variant, judged, planned, texture, to_csv, to_svg, to_text,
-};
 use evencut_core::job::{self, Faults, Job, Pattern};
 use evencut_core::plan::Files;
-use evencut_core::results::ResultsError;
-use evencut_core::results::texture::TextureError;
+use evencut_service::compare::{
+    RegionVariant, Row, Variant, judged, planned, texture, to_csv, to_svg, to_text,
+};
+use evencut_service::failure;
+use evencut_service::results::ResultsError;
+use evencut_service::results::texture::TextureError;
 
 use crate::input::Contents;
 use crate::plan::Failed;
-use crate::{Exit, Streams, failure, input};
+use crate::{Exit, Streams, input};
 
 /// Largest tilt, degrees: the largest lead of a job.
 const MOST_TILT: f64 = 60.0;

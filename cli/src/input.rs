@@ -1,20 +1,16 @@
 //! Job files and the surface files they name.
 
 use std::io::{self, Read};
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use evencut_core::job::{Fault, Job, SurfaceSource};
 use evencut_core::plan::Files;
 use evencut_core::report::FileRecord;
-use toml::de::DeTable;
+use evencut_service::faults::{NamedFile, fault};
 
 /// Longest job file that is read, bytes: enough for `job::read` to see that it is too much.
 const LONGEST_JOB: u64 = (1 << 20) + 1;
 
-/// Keys that name files.
-const SURFACE_KEY: &str = "surface.file";
-const WALL_KEY: &str = "path.wall_file";
 /// Directories above results in which their surface is looked for, the results' own included.
 const MOST_ABOVE: usize = 4;
 
@@ -104,12 +100,12 @@ impl Contents {
         wall: Option<PathBuf>,
         job_source: &[u8],
     ) -> Result<Self, Fault> {
-        let read = |path: Option<PathBuf>, key: &str| match path {
+        let read = |path: Option<PathBuf>, file| match path {
             None => Ok(None),
-            Some(path) => read_named(&path, key, job_source).map(|bytes| Some((path, bytes))),
+            Some(path) => read_named(&path, file, job_source).map(|bytes| Some((path, bytes))),
         };
-        let surface = read(surface, SURFACE_KEY)?;
-        Ok(Self { surface, wall: read(wall, WALL_KEY)? })
+        let surface = read(surface, NamedFile::Surface)?;
+        Ok(Self { surface, wall: read(wall, NamedFile::Wall)? })
     }
 
     /// Reads what a job names, relative to where the job is.
@@ -126,70 +122,11 @@ impl Contents {
     }
 }
 
-/// The surface file at `path` is not there, pointing at the place of `surface.file` in the job.
-pub fn no_surface(path: &Path, job_source: &[u8]) -> Fault {
-    not_there(path, SURFACE_KEY, job_source)
-}
-
-/// The mesh beside the surface is not there, pointing at the place of `path.wall_file` in the job.
-pub fn no_wall(path: &Path, job_source: &[u8]) -> Fault {
-    not_there(path, WALL_KEY, job_source)
-}
-
-fn not_there(path: &Path, key: &str, job_source: &[u8]) -> Fault {
-    let message = format!("{}: there is no file {}", what(key), shown(path));
-    let mut fault = fault(message, place(job_source, key));
-    fault.help.push("paths in a job file are relative to the job file".into());
-    fault
-}
-
-/// What the file of a key holds.
-fn what(key: &str) -> &'static str {
-    if key == WALL_KEY { "walls" } else { "surface" }
-}
-
-/// The bytes of the file at `path`, which that key names, or what keeps it from being read.
-fn read_named(path: &Path, key: &str, job_source: &[u8]) -> Result<Vec<u8>, Fault> {
+/// The bytes of a file that a job names, or what keeps it from being read.
+fn read_named(path: &Path, file: NamedFile, job_source: &[u8]) -> Result<Vec<u8>, Fault> {
     if !path.exists() {
-        return Err(not_there(path, key, job_source));
+        return Err(file.missing(shown(path), job_source));
     }
-    std::fs::read(path).map_err(|error| {
-        let message = format!("{}: {}: {error}", what(key), shown(path));
-        fault(message, place(job_source, key))
-    })
-}
-
-/// A fault whose message says all, at a place of the job file if there is one.
-pub fn fault(message: String, span: Option<Range<usize>>) -> Fault {
-    Fault { key: String::new(), message, help: Vec::new(), span }
-}
-
-/// Where the value of a dotted key is written in a job file, in bytes.
-pub fn place(source: &[u8], key: &str) -> Option<Range<usize>> {
-    let document = DeTable::parse(std::str::from_utf8(source).ok()?).ok()?;
-    let mut table = document.get_ref();
-    let mut keys = key.split('.').peekable();
-    while let Some(key) = keys.next() {
-        let value = table.get(key)?;
-        if keys.peek().is_none() {
-            return Some(value.span());
-        }
-        table = value.get_ref().as_table()?;
-    }
-    None
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn values_are_found_in_tables_and_inline_tables() {
-        let source = b"[surface]\nfile = \"a\"\nselect = { component = 3 }\n";
-        let at = |key| place(source, key).map(|span| &source[span]);
-        assert_eq!(at("surface.file"), Some(&b"\"a\""[..]));
-        assert_eq!(at("surface.select.component"), Some(&b"3"[..]));
-        assert_eq!(at("surface.file.name"), None);
-        assert_eq!(at("surface.scale"), None);
-    }
+    let failed = |error| file.fault(format_args!("{}: {error}", shown(path)), job_source);
+    std::fs::read(path).map_err(failed)
 }

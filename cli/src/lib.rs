@@ -5,7 +5,6 @@
 
 pub mod check;
 pub mod compare;
-pub mod failure;
 pub mod input;
 pub mod inspect;
 pub mod new;
@@ -21,31 +20,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use clap::{Parser, Subcommand};
 
+pub use evencut_service::failure::Exit;
 pub use streams::Streams;
-
-/// How a run ended; the process's exit code.
-#[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Exit {
-    /// Done.
-    Done = 0,
-    /// A bug in evencut, or output that cannot be written.
-    Internal = 1,
-    /// Bad usage or a bad job file.
-    BadJob = 2,
-    /// The surface cannot be read or used.
-    BadSurface = 3,
-    /// A limit cannot be kept, or the cutter does not fit.
-    LimitNotMet = 4,
-    /// The finished path failed verification.
-    NotVerified = 5,
-}
-
-impl Exit {
-    /// The exit code.
-    pub fn code(self) -> u8 {
-        self as u8
-    }
-}
 
 const EXIT_CODES: &str = "\
 Exit codes:

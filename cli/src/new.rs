@@ -4,8 +4,8 @@ use std::io::{self, Write};
 use std::path::{Component, Path, PathBuf};
 
 use clap::Args;
-use evencut_core::job::{SurfaceFacts, template};
-use evencut_core::surface::Inspection;
+use evencut_core::job::template;
+use evencut_service::new_job::facts;
 
 use crate::inspect::inspect;
 use crate::{Exit, Streams, input};
@@ -57,20 +57,6 @@ impl New {
         let name =
             || Path::new(self.surface.file_stem().unwrap_or_default()).with_extension("toml");
         self.output.clone().unwrap_or_else(name)
-    }
-}
-
-/// What a job file for a surface starts from.
-pub fn facts(inspection: &Inspection) -> SurfaceFacts {
-    let Inspection { judgement, bounds, concave, convex, facing, .. } = inspection;
-    SurfaceFacts {
-        size: (bounds.1 - bounds.0).to_array(),
-        smallest_concave_radius: concave.map(|(radius, _)| radius),
-        smallest_convex_radius: convex.map(|(radius, _)| radius),
-        components: judgement.components.len(),
-        closed: judgement.boundary_loops.is_empty(),
-        mean_normal: facing.mean.to_array(),
-        from_mean: facing.from_mean,
     }
 }
 

@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use evencut_core::job::{self, Faults, Job, Severity};
-use evencut_core::plan::Stage;
-use evencut_core::results::{Input, OutputFile, Results, ResultsOptions, results};
+use evencut_service::failure;
+use evencut_service::results::{Input, OutputFile, Results, ResultsOptions, results};
+use evencut_service::stages::words;
 
 use crate::input::Contents;
 use crate::output::{self, OutputError, ResultDirectory};
 use crate::progress::Progress;
-use crate::{Exit, Streams, failure, input};
+use crate::{Exit, Streams, input};
 
 /// Arguments of `evencut plan`.
 #[derive(Args)]
@@ -165,18 +166,4 @@ pub(crate) fn of_output(error: &OutputError) -> Failed {
         OutputError::FileName(_) | OutputError::Io { .. } => Exit::Internal,
     };
     Failed(exit, format!("error: {error}\n"))
-}
-
-/// A stage in words.
-pub fn words(stage: Stage) -> &'static str {
-    match stage {
-        Stage::Surface => "reading the surface",
-        Stage::Flatten => "laying the surface flat",
-        Stage::Rings => "laying rings",
-        Stage::Cut => "cutting within the limit",
-        Stage::Locate => "locating the cutter",
-        Stage::Verify => "simulating the path",
-        Stage::Texture => "simulating what the teeth leave",
-        Stage::Write => "writing the results",
-    }
 }

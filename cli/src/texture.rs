@@ -5,18 +5,20 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use evencut_core::geometry::{DVec2, DVec3};
 use evencut_core::job::{self, Faults, Job, Severity, TextureOptions};
-use evencut_core::results::ResultsError;
-use evencut_core::results::texture::{
-    TextureError, TextureResults, texture_of_path, texture_results,
-};
 use evencut_core::texture::grid::GridError;
 use evencut_core::toolpath::Toolpath;
+use evencut_service::failure;
+use evencut_service::results::ResultsError;
+use evencut_service::results::texture::{
+    TextureError, TextureResults, texture_of_path, texture_results,
+};
+use evencut_service::stages::words;
 
 use crate::input::Contents;
 use crate::output::{self, ResultDirectory};
-use crate::plan::{Failed, of_output, words};
+use crate::plan::{Failed, of_output};
 use crate::progress::Progress;
-use crate::{Exit, Streams, failure, input};
+use crate::{Exit, Streams, input};
 
 /// The job and the path of results.
 const RESULTS: [&str; 2] = ["job.resolved.toml", "toolpath.csv"];

@@ -6,12 +6,12 @@ use clap::{ArgGroup, Args, ValueEnum};
 use evencut_core::gcode::{CheckOptions, Kinematics};
 use evencut_core::job::{self, Faults, Job};
 use evencut_core::report::FileRecord;
-use evencut_core::results::{Input, named_files, verify_options};
 use evencut_core::tool::Tool;
-use evencut_core::verdict::{
+use evencut_core::verify::{Rise, Sphere, VerifyError, VerifyOptions, Walls};
+use evencut_service::results::{Input, named_files, verify_options};
+use evencut_service::verdict::{
     Mismatch, ProgramRules, ReadPath, UP, Verdict, VerdictError, Workpiece, verdict,
 };
-use evencut_core::verify::{Rise, Sphere, VerifyError, VerifyOptions, Walls};
 
 use crate::input::Contents;
 use crate::output::{self, ResultDirectory};

@@ -69,11 +69,5 @@ pub mod preview;
 
 pub mod plan;
 
-pub mod results;
-
-pub mod compare;
-
-pub mod verdict;
-
 #[cfg(test)]
 mod shared_data;

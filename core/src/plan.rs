@@ -29,7 +29,7 @@ use delivery::{Delivery, Finished, deliver_options, rapid_plane};
 use error::FARTHEST;
 pub use error::PlanError;
 pub use load::Files;
-pub(crate) use load::{load, load_beside};
+pub use load::{load, load_beside};
 use plane::{FlatCut, Plane, centring};
 use tilt::{axis_rule, tilted};
 

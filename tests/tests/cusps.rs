@@ -1,10 +1,10 @@
 //! Even cusps and short paths, measured by the judge on surfaces whose best passes are known.
 
-use evencut_core::compare::{Figures, judged, planned, with_pattern};
 use evencut_core::job::{
     self, FirstPass, ForceControl, Job, MrrLimit, Pattern, RingOrder, Stepover, SurfaceSource,
 };
 use evencut_core::plan::Files;
+use evencut_service::compare::{Figures, judged, planned, with_pattern};
 use evencut_tests::shared_data;
 use std::path::Path;
 

@@ -1,10 +1,10 @@
 //! Regions of real surfaces, planned and judged. The data is large and not part of the repository; without
 //! it these tests say so and pass.
 
-use evencut_core::compare::{Figures, RegionVariant, judged, planned, with_regions};
 use evencut_core::job::{self, Job};
 use evencut_core::plan::Files;
 use evencut_core::report::Report;
+use evencut_service::compare::{Figures, RegionVariant, judged, planned, with_regions};
 use evencut_tests::shared_data;
 
 /// A surface of the shared data and how it is cut with a ball on five axes.

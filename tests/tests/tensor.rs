@@ -1,7 +1,6 @@
 //! Degenerate points of the strip-width tensor on real and made surfaces, and what regions parted there
 //! gain.
 
-use evencut_core::compare::{judged, planned};
 use evencut_core::flatten::{Locator, bff};
 use evencut_core::geometry::{DVec2, DVec3};
 use evencut_core::job::{
@@ -12,6 +11,7 @@ use evencut_core::plan::Files;
 use evencut_core::regions::tensor::{Kind, Topology, topology};
 use evencut_core::step::{SmoothFormat, smooth};
 use evencut_core::surface::{Surface, build, build_parametric};
+use evencut_service::compare::{judged, planned};
 use evencut_tests::{as_it_is, ledger, shared_data};
 
 /// Effective curvature of a flat end of 5 mm with a lead of 5 degrees, 1/mm.

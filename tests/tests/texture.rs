@@ -2,8 +2,8 @@
 
 use evencut_core::job;
 use evencut_core::plan::Files;
-use evencut_core::results::texture::{TextureResults, texture_results};
-use evencut_core::results::{Input, Results, ResultsOptions, results};
+use evencut_service::results::texture::{TextureResults, texture_results};
+use evencut_service::results::{Input, Results, ResultsOptions, results};
 use std::process::Command;
 
 /// The most that parameters may be off, as a part of them.

@@ -4,13 +4,13 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt::Write;
 
-use evencut_core::compare::{Figures, judged, planned};
 use evencut_core::geometry::math::{cos, sin};
 use evencut_core::job::{self, Boundary, Job};
 use evencut_core::plan::Files;
-use evencut_core::results::verify_options;
-use evencut_core::verdict::Workpiece;
 use evencut_core::verify::verify;
+use evencut_service::compare::{Figures, judged, planned};
+use evencut_service::results::verify_options;
+use evencut_service::verdict::Workpiece;
 
 /// Height of the cusps, mm.
 const SCALLOP: f64 = 0.05;

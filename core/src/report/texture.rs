@@ -115,7 +115,8 @@ pub struct WorkFigures {
 }
 
 impl ProfileFigures {
-    pub(crate) fn of(profile: &Profile) -> Self {
+    /// Of the heights along a line.
+    pub fn of(profile: &Profile) -> Self {
         let [ra_um, rq_um, rz_um, rt_um] =
             [profile.ra, profile.rq, profile.rz, profile.rt].map(|x| 1e3 * x);
         Self { ra_um, rq_um, rz_um, rt_um }
@@ -125,7 +126,7 @@ impl ProfileFigures {
 impl TextureFigures {
     /// What deserves a second look. `lowest`: height of the deepest node, mm; `tolerance`: how far the path may be off
     /// the surface, mm.
-    pub(crate) fn second_looks(&self, lowest: f64, tolerance: f64) -> Vec<String> {
+    pub fn second_looks(&self, lowest: f64, tolerance: f64) -> Vec<String> {
         let mut notes = Vec::new();
         let window = &self.window;
         if lowest < -SUNK * tolerance {

@@ -7,7 +7,7 @@ use std::cell::RefCell;
 
 use evencut_core::job::{self, SurfaceSource};
 use evencut_core::plan::Files;
-use evencut_core::results::{Input, OutputFile, ResultsOptions, results};
+use evencut_service::results::{Input, OutputFile, ResultsOptions, results};
 
 thread_local! {
     static BLOCKS: RefCell<Vec<Vec<u8>>> = const { RefCell::new(Vec::new()) };

@@ -4,7 +4,7 @@ use crate::part::Mesh;
 use crate::random::Random;
 use evencut_core::job;
 use evencut_core::plan::Files;
-use evencut_core::verdict::Workpiece;
+use evencut_service::verdict::Workpiece;
 use std::fmt::Write;
 use std::path::Path;
 

@@ -12,7 +12,7 @@ use evencut_core::geometry::math::{acos_clamped, atan2, cos, sin};
 use evencut_core::job::{Boundary, ForceControl, Job};
 use evencut_core::machine::Axes;
 use evencut_core::report::Report;
-use evencut_core::verdict::Workpiece;
+use evencut_service::verdict::Workpiece;
 
 /// What heights may be off: the table has six decimals, which is 1.7e-6 mm at a tip and 4e-7 mm at the end of a
 /// lever of 100 mm, a bent move 1e-4 mm, the searches less.
@@ -567,10 +567,12 @@ mod tests {
     }
 
     fn report_of(job: &Job) -> Report {
-        let input = evencut_core::results::Input { name: "plane.toml", bytes: b"" };
-        let options = evencut_core::results::ResultsOptions { threads: 1, verify: false };
+        let input = evencut_service::results::Input { name: "plane.toml", bytes: b"" };
+        let options = evencut_service::results::ResultsOptions { threads: 1, verify: false };
         let files = evencut_core::plan::Files::default();
-        evencut_core::results::results(job, input, files, options, &mut |_, _| {}).unwrap().report
+        evencut_service::results::results(job, input, files, options, &mut |_, _| {})
+            .unwrap()
+            .report
     }
 
     /// Passes 1 mm apart leave `5 - sqrt(25 - 0.25)` = 25.06 µm.

@@ -1,9 +1,8 @@
 //! Faults as JSON, with the places that an editor counts.
 
-use evencut_cli::input;
 use evencut_core::job::{self, Fault, Severity, SurfaceSource, line_and_column};
+use evencut_service::faults::NamedFile;
 use serde_json::{Value, json};
-use std::path::Path;
 
 /// What is wrong with a job, and what it names.
 pub fn check(source: &str, surfaces: &[String]) -> Value {
@@ -20,11 +19,9 @@ pub fn check(source: &str, surfaces: &[String]) -> Value {
             };
             let wall = resolved.job.path.wall_file.as_deref();
             let is_missing = |file: &&str| !surfaces.iter().any(|held| is_called(file, held));
-            let told = |of: fn(&Path, &[u8]) -> Fault| {
-                move |file: &str| of(Path::new(file), source.as_bytes())
-            };
-            let no_surface = surface.filter(is_missing).map(told(input::no_surface));
-            let no_wall = wall.filter(is_missing).map(told(input::no_wall));
+            let told = |file: NamedFile| move |name: &str| file.missing(name, source.as_bytes());
+            let no_surface = surface.filter(is_missing).map(told(NamedFile::Surface));
+            let no_wall = wall.filter(is_missing).map(told(NamedFile::Wall));
             let missing: Vec<Fault> = no_surface.into_iter().chain(no_wall).collect();
             let errors = missing.iter().map(|fault| as_json(fault, Severity::Error, source));
             let warnings =

@@ -8,10 +8,10 @@ mod plan;
 mod tables;
 mod texture;
 
-use evencut_cli::new::facts;
 use evencut_core::job;
 use evencut_core::mesh::{MeshFormat, read};
 use evencut_core::surface::Inspection;
+use evencut_service::new_job::facts;
 use wasm_bindgen::prelude::wasm_bindgen;
 
 #[wasm_bindgen]

@@ -1,14 +1,14 @@
 //! Planning for a page.
 
-use evencut_cli::failure;
-use evencut_cli::plan::words;
 use evencut_core::job::{self, Job, Severity, SurfaceSource};
 use evencut_core::plan::Files;
 use evencut_core::preview::Linked;
 use evencut_core::report::Report;
-use evencut_core::results::{
+use evencut_service::failure;
+use evencut_service::results::{
     Early, Input, OutputFile, Results, ResultsOptions, Watch, linked_results,
 };
+use evencut_service::stages::words;
 use js_sys::{Function, Uint8Array};
 use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;

@@ -1,11 +1,11 @@
 //! The texture of a window for a page.
 
-use evencut_cli::{failure, input};
 use evencut_core::geometry::DVec3;
 use evencut_core::job::{self, Fault, Severity, SurfaceSource, TextureOptions};
 use evencut_core::plan::Files;
-use evencut_core::results::texture::{TextureResults, texture_of_path};
 use evencut_core::toolpath::Toolpath;
+use evencut_service::results::texture::{TextureResults, texture_of_path};
+use evencut_service::{failure, faults};
 use js_sys::Uint8Array;
 use wasm_bindgen::prelude::wasm_bindgen;
 
@@ -36,7 +36,7 @@ pub fn texture(
         Ok(resolved) => resolved.job,
         Err(faults) => return Err(faults.0.first().map(error).unwrap_or_default()),
     };
-    let told = |message: String| error(&input::fault(message, None));
+    let told = |message: String| error(&faults::fault(message, None));
     let [x, y, z] = at[..] else { return Err(told("a place has three coordinates".into())) };
     let at = DVec3::new(x, y, z);
     job.texture = Some(match job.texture.take() {

@@ -1,16 +1,18 @@
 //! A path from a file → the judge's report and pictures, for paths made here and elsewhere.
 
-use crate::gcode::{self, CheckOptions, Finding, GcodeError, Kinematics};
-use crate::geometry::{DVec3, math};
-use crate::job::Job;
-use crate::mesh::{MeshFormat, ReadError, Repaired, Repairs, read, repair};
-use crate::plan::{Files, PlanError, cusp_limit, load, load_beside};
-use crate::preview::{rate_map, residual_map};
-use crate::report::{FORMAT, FileRecord, Lines, VerificationFigures, VerificationReport, Versions};
 use crate::results::{Input, OutputFile};
-use crate::surface::{Part, Warning};
-use crate::toolpath::{CsvError, MoveKind, Toolpath};
-use crate::verify::{Facets, VerifyError, VerifyOptions, verify};
+use evencut_core::gcode::{self, CheckOptions, Finding, GcodeError, Kinematics};
+use evencut_core::geometry::{DVec3, math};
+use evencut_core::job::Job;
+use evencut_core::mesh::{MeshFormat, ReadError, Repaired, Repairs, read, repair};
+use evencut_core::plan::{Files, PlanError, cusp_limit, load, load_beside};
+use evencut_core::preview::{rate_map, residual_map};
+use evencut_core::report::{
+    FORMAT, FileRecord, Lines, VerificationFigures, VerificationReport, Versions,
+};
+use evencut_core::surface::{Part, Warning};
+use evencut_core::toolpath::{CsvError, MoveKind, Toolpath};
+use evencut_core::verify::{Facets, VerifyError, VerifyOptions, verify};
 use thiserror::Error;
 
 /// Millimetres in an inch, and by how much a ratio may miss it: a path is larger than its surface by cutter

@@ -6,26 +6,26 @@
 use super::error::ResultsError;
 pub use super::error::TextureError;
 use super::files::OutputFile;
-use crate::flatten::{Chart, Locator};
-use crate::geometry::{DVec2, DVec3};
-use crate::job::{Job, TextureCells, TextureOptions};
-use crate::plan::{Files, Stage, laid_flat, plan};
-use crate::preview::{texture_map, texture_png};
-use crate::report::{
+use evencut_core::flatten::{Chart, Locator};
+use evencut_core::geometry::{DVec2, DVec3};
+use evencut_core::job::{Job, TextureCells, TextureOptions};
+use evencut_core::plan::{Files, Stage, laid_flat, plan};
+use evencut_core::preview::{texture_map, texture_png};
+use evencut_core::report::{
     ArealFigures, CuttingFigures, ProfileFigures, TextureFigures, WindowFigures, WorkFigures,
 };
-use crate::surface::Surface;
-use crate::texture::edge::Runout;
-use crate::texture::engagement::{Shape, TooConcave, thickness};
-use crate::texture::export::{MICRO, Matrix, asc, csv, x3p};
-use crate::texture::grid::{Discretisation, Grid, Node};
-use crate::texture::kinematics::{Spindle, feed_moves};
-use crate::texture::parameters::Levelled;
-use crate::texture::steps::feed_per_tooth;
-use crate::texture::sweep::{Cutter, EdgePart, HeightMap, Search, SweepOptions, sweep};
-use crate::texture::window::Window;
-use crate::tool::ToolKind;
-use crate::toolpath::Toolpath;
+use evencut_core::surface::Surface;
+use evencut_core::texture::edge::Runout;
+use evencut_core::texture::engagement::{Shape, TooConcave, thickness};
+use evencut_core::texture::export::{MICRO, Matrix, asc, csv, x3p};
+use evencut_core::texture::grid::{Discretisation, Grid, Node};
+use evencut_core::texture::kinematics::{Spindle, feed_moves};
+use evencut_core::texture::parameters::Levelled;
+use evencut_core::texture::steps::feed_per_tooth;
+use evencut_core::texture::sweep::{Cutter, EdgePart, HeightMap, Search, SweepOptions, sweep};
+use evencut_core::texture::window::Window;
+use evencut_core::tool::ToolKind;
+use evencut_core::toolpath::Toolpath;
 use serde::Serialize;
 
 /// Difference of the lengths of `constant` cells, as a part of them.
@@ -56,7 +56,7 @@ pub struct PathOn<'a> {
 }
 
 /// Plans a job without judging it, and simulates what the teeth leave in its window. Arguments as of
-/// [`plan`](crate::plan::plan()).
+/// [`plan`](evencut_core::plan::plan()).
 ///
 /// # Errors
 /// [`ResultsError::Plan`]: a job that cannot be planned; [`ResultsError::Texture`]: no window, or one that cannot be

@@ -1,13 +1,13 @@
 //! Why there are no results.
 
-use crate::gcode::GcodeError;
-use crate::plan::PlanError;
-use crate::post::PostError;
-use crate::texture::engagement::TooConcave;
-use crate::texture::export::X3pError;
-use crate::texture::grid::GridError;
-use crate::texture::window::WindowError;
-use crate::verify::VerifyError;
+use evencut_core::gcode::GcodeError;
+use evencut_core::plan::PlanError;
+use evencut_core::post::PostError;
+use evencut_core::texture::engagement::TooConcave;
+use evencut_core::texture::export::X3pError;
+use evencut_core::texture::grid::GridError;
+use evencut_core::texture::window::WindowError;
+use evencut_core::verify::VerifyError;
 use thiserror::Error;
 
 /// Why there are no results.

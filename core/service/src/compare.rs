@@ -6,14 +6,14 @@
 
 pub mod texture;
 
-use crate::job::{
-    Compensation, DistortionOptions, Division, FirstPass, ForceControl, Job, Pattern, TensorOptions,
-};
-use crate::plan::{Files, Planned, Stage, plan};
-use crate::preview::{Bars, comparison};
-use crate::report::{CuspFigures, Lines, Report, VerificationFigures};
 use crate::results::{ResultsError, judge, report};
 use core::fmt::Write;
+use evencut_core::job::{
+    Compensation, DistortionOptions, Division, FirstPass, ForceControl, Job, Pattern, TensorOptions,
+};
+use evencut_core::plan::{Files, Planned, Stage, plan};
+use evencut_core::preview::{Bars, comparison};
+use evencut_core::report::{CuspFigures, Lines, Report, VerificationFigures};
 
 /// Header of the table as comma-separated values.
 pub const CSV_HEADER: &str = "pattern,passes,length_mm,length_over_floor,feed_length_mm,retracts,\

@@ -1,5 +1,5 @@
 use super::*;
-use crate::job;
+use evencut_core::job;
 
 /// A plane under a ball, without a machine and without a window.
 pub(crate) const JOB: &str = "version = 1
@@ -57,7 +57,7 @@ fn what_cannot_be_simulated_is_told() {
     assert!(told("[texture]\nat = [3.9, 0, 0]\nsize = [1, 1]\n").contains("leaves the surface"));
     assert!(told("[texture]\nat = [0, 0, 0]\nspacing = 1e-5\n").contains("at most 20000000"));
     let job = job::read(format!("{JOB}{WINDOW}").as_bytes()).unwrap().job;
-    let still = Job { cut: crate::job::Cut { spindle: 0.0, ..job.cut }, ..job.clone() };
+    let still = Job { cut: evencut_core::job::Cut { spindle: 0.0, ..job.cut }, ..job.clone() };
     let still = texture_results(&still, Files::default(), 1, &mut |_, _| {});
     assert!(matches!(still, Err(ResultsError::Texture(TextureError::Still { .. }))));
     assert!(engaged(&job, Some(4.0), Some(4.0)).is_err());

@@ -7,14 +7,38 @@ use evencut_core::link::DeliverError;
 use evencut_core::nurbs::NurbsError;
 use evencut_core::plan::PlanError;
 use evencut_core::post::PostError;
-use evencut_core::results::ResultsError;
-use evencut_core::results::texture::TextureError;
 use evencut_core::step::{SmoothError, StepError};
 use evencut_core::surface::SurfaceError;
 use evencut_core::texture::window::WindowError;
 use evencut_core::verify::VerifyError;
 
-use crate::{Exit, input};
+use crate::faults;
+use crate::results::ResultsError;
+use crate::results::texture::TextureError;
+
+/// How a run ended; the process's exit code.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Exit {
+    /// Done.
+    Done = 0,
+    /// A bug in evencut, or output that cannot be written.
+    Internal = 1,
+    /// Bad usage or a bad job file.
+    BadJob = 2,
+    /// The surface cannot be read or used.
+    BadSurface = 3,
+    /// A limit cannot be kept, or the cutter does not fit.
+    LimitNotMet = 4,
+    /// The finished path failed verification.
+    NotVerified = 5,
+}
+
+impl Exit {
+    /// The exit code.
+    pub fn code(self) -> u8 {
+        self as u8
+    }
+}
 
 /// Keys that say where the surface comes from.
 const SOURCE: &[&str] = &["surface.file", "surface.analytic.kind"];
@@ -57,8 +81,8 @@ pub fn explain(error: &ResultsError, job_source: &[u8], surface: Option<&str>) -
         ResultsError::Texture(error) => of_texture(error),
         ResultsError::Verify(_) | ResultsError::Program(_) => BUG,
     };
-    let place = failure.keys.iter().find_map(|key| input::place(job_source, key));
-    let mut fault = input::fault(error.to_string(), place);
+    let place = failure.keys.iter().find_map(|key| faults::place(job_source, key));
+    let mut fault = faults::fault(error.to_string(), place);
     match (failure.hint, surface) {
         (Hint::Inspect, Some(file)) => {
             fault.help.push(format!("`evencut inspect {file}` shows more of the mesh"));

@@ -1,9 +1,9 @@
 //! A divided surface → what is told and drawn of it.
 
-use crate::mesh::VertexId;
-use crate::preview::{RegionPicture, RegionsPicture};
-use crate::regions::{Divided, Evenness, Part, PartFigures, Spacing, neighbours};
-use crate::report::{DivisionFigures, PieceFigures, SpacingFigures, UndividedFigures};
+use evencut_core::mesh::VertexId;
+use evencut_core::preview::{RegionPicture, RegionsPicture};
+use evencut_core::regions::{Divided, Evenness, Part, PartFigures, Spacing, neighbours};
+use evencut_core::report::{DivisionFigures, PieceFigures, SpacingFigures, UndividedFigures};
 
 /// What is told of a divided surface; `lengths`: of the passes of every region in the order of machining, mm.
 pub fn figures(divided: &Divided, method: &str, lengths: &[f64]) -> DivisionFigures {

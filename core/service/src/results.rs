@@ -9,26 +9,28 @@ mod topology;
 pub use error::ResultsError;
 pub use files::{Input, OutputFile};
 
-use crate::feed::machine_time;
-use crate::flatten::{Chart, Locator};
-use crate::gcode::{self, GcodeError};
-use crate::geometry::DVec3;
-use crate::job::{Boundary, FlattenMethod, ForceControl, Job, Pattern, Picture, SurfaceSource};
-use crate::machine::{Axes, Machine};
-use crate::plan::{Files, PlanError, Planned, Sketch, Stage, plan_showing};
-use crate::post::{ProgramOptions, program};
-use crate::preview::{
+use evencut_core::feed::machine_time;
+use evencut_core::flatten::{Chart, Locator};
+use evencut_core::gcode::{self, GcodeError};
+use evencut_core::geometry::DVec3;
+use evencut_core::job::{
+    Boundary, FlattenMethod, ForceControl, Job, Pattern, Picture, SurfaceSource,
+};
+use evencut_core::machine::{Axes, Machine};
+use evencut_core::plan::{Files, PlanError, Planned, Sketch, Stage, plan_showing};
+use evencut_core::post::{ProgramOptions, program};
+use evencut_core::preview::{
     Drawn, Linked, flat_map, mrr_chart, rate_map, regions_map, residual_map, surface_view,
     tensor_map,
 };
-use crate::report::{
+use evencut_core::report::{
     ByKind, CoverageFigures, DivisionFigures, FORMAT, FileRecord, FlattenFigures, ForceFigures,
     GougeFigures, Lines, PassFigures, PathFigures, Profile, RaisedStretch, RateFigures, Report,
     StepoverFigures, SurfaceFigures, VerificationFigures, Versions, Warning,
 };
-use crate::surface::{self, Surface};
-use crate::toolpath::{MoveKind, PathPoint, Toolpath};
-use crate::verify::{
+use evencut_core::surface::{self, Surface};
+use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
+use evencut_core::verify::{
     Facets, Rise, Sphere, Verification, VerifyError, VerifyOptions, Walls, verify,
 };
 use texture::{PathOn, TextureResults, texture_on};
@@ -401,7 +403,7 @@ pub(crate) fn judge(
     progress: &mut dyn FnMut(f64),
 ) -> Result<(Verification, VerifyOptions), VerifyError> {
     let places = &planned.coverage.too_tight_places;
-    let sphere = |p: &crate::removal::Place| Sphere { centre: p.centre, radius: p.radius };
+    let sphere = |p: &evencut_core::removal::Place| Sphere { centre: p.centre, radius: p.radius };
     let options = VerifyOptions {
         too_tight: places.iter().map(sphere).collect(),
         ..verify_options(job, planned.cusp_limit, threads)
@@ -667,7 +669,7 @@ fn slowed(plain: &Toolpath, factor: f64, job: &Job) -> Toolpath {
             p.mrr *= factor;
         }
     }
-    crate::feed::fill_time(&mut path, &job.tool, &job.machine);
+    evencut_core::feed::fill_time(&mut path, &job.tool, &job.machine);
     path
 }
 
@@ -680,7 +682,7 @@ fn intervals_above(path: &Toolpath, limit: f64) -> u64 {
 
 fn coverage(planned: &Planned) -> CoverageFigures {
     let c = &planned.coverage;
-    let sphere = |s: &crate::removal::Place| [s.centre.x, s.centre.y, s.centre.z, s.radius];
+    let sphere = |s: &evencut_core::removal::Place| [s.centre.x, s.centre.y, s.centre.z, s.radius];
     CoverageFigures {
         area_mm2: c.area,
         never_covered_mm2: c.never_covered,
@@ -697,7 +699,7 @@ fn raised_length(planned: &Planned) -> f64 {
 }
 
 fn raised(planned: &Planned) -> Vec<RaisedStretch> {
-    let stretch = |r: &crate::cutter_location::RaisedStretch| RaisedStretch {
+    let stretch = |r: &evencut_core::cutter_location::RaisedStretch| RaisedStretch {
         from_mm: r.place.to_array(),
         length_mm: r.length,
         raised_by_mm: r.raise,

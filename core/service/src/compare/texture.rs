@@ -4,16 +4,16 @@
 //! per tooth. Every path is judged.
 
 use super::judged;
-use crate::job::{Job, TextureOptions};
-use crate::machine::Axes;
-use crate::plan::{Files, Stage, plan};
-use crate::preview::{TexturePanel, texture_panels};
-use crate::report::TextureFigures;
 use crate::results::ResultsError;
 use crate::results::texture::{PathOn, Simulated, window_of};
-use crate::texture::export::Matrix;
-use crate::tool::ToolKind;
 use core::fmt::Write;
+use evencut_core::job::{Job, TextureOptions};
+use evencut_core::machine::Axes;
+use evencut_core::plan::{Files, Stage, plan};
+use evencut_core::preview::{TexturePanel, texture_panels};
+use evencut_core::report::TextureFigures;
+use evencut_core::texture::export::Matrix;
+use evencut_core::tool::ToolKind;
 use thiserror::Error;
 
 /// Header of the table as comma-separated values.
@@ -268,8 +268,8 @@ pub fn to_svg<'a>(title: &str, rows: &'a [Row]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::job;
     use crate::results::texture::tests::{JOB, WINDOW};
+    use evencut_core::job;
 
     /// The job on a machine with these axes.
     fn on(axes: &str) -> Job {

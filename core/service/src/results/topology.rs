@@ -1,12 +1,12 @@
 //! The topology of the best feed direction → what is told and drawn of it.
 
-use crate::flatten::Locator;
-use crate::geometry::DVec2;
-use crate::preview::{PointKind, PointMark, TensorPicture};
-use crate::regions::tensor::{DegeneratePoint, Kind, TensorField, Topology};
-use crate::regions::{Divided, Part};
-use crate::report::{PointFigures, TensorFigures};
-use crate::surface::Surface;
+use evencut_core::flatten::Locator;
+use evencut_core::geometry::DVec2;
+use evencut_core::preview::{PointKind, PointMark, TensorPicture};
+use evencut_core::regions::tensor::{DegeneratePoint, Kind, TensorField, Topology};
+use evencut_core::regions::{Divided, Part};
+use evencut_core::report::{PointFigures, TensorFigures};
+use evencut_core::surface::Surface;
 
 /// What is told of it.
 pub fn figures(topology: &Topology) -> TensorFigures {

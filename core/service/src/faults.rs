@@ -1,0 +1,81 @@
+//! Faults of a job that only whoever has its files can find, and where they are in the job file.
+
+use std::fmt::Display;
+use std::ops::Range;
+
+use evencut_core::job::Fault;
+use toml::de::DeTable;
+
+/// A file that a job names.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum NamedFile {
+    /// The surface.
+    Surface,
+    /// The mesh of what stands beside it.
+    Wall,
+}
+
+impl NamedFile {
+    /// The key of its name.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Surface => "surface.file",
+            Self::Wall => "path.wall_file",
+        }
+    }
+
+    /// What messages about it begin with.
+    fn subject(self) -> &'static str {
+        match self {
+            Self::Surface => "surface",
+            Self::Wall => "walls",
+        }
+    }
+
+    /// There is no such file; `name`: as it is looked for.
+    pub fn missing(self, name: impl Display, job_source: &[u8]) -> Fault {
+        let mut fault = self.fault(format_args!("there is no file {name}"), job_source);
+        fault.help.push("paths in a job file are relative to the job file".into());
+        fault
+    }
+
+    /// It is there but cannot be used.
+    pub fn fault(self, message: impl Display, job_source: &[u8]) -> Fault {
+        fault(format!("{}: {message}", self.subject()), place(job_source, self.key()))
+    }
+}
+
+/// A fault whose message says all, at a place of the job file if there is one.
+pub fn fault(message: String, span: Option<Range<usize>>) -> Fault {
+    Fault { key: String::new(), message, help: Vec::new(), span }
+}
+
+/// Where the value of a dotted key is written in a job file, in bytes.
+pub fn place(source: &[u8], key: &str) -> Option<Range<usize>> {
+    let document = DeTable::parse(std::str::from_utf8(source).ok()?).ok()?;
+    let mut table = document.get_ref();
+    let mut keys = key.split('.').peekable();
+    while let Some(key) = keys.next() {
+        let value = table.get(key)?;
+        if keys.peek().is_none() {
+            return Some(value.span());
+        }
+        table = value.get_ref().as_table()?;
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_found_in_tables_and_inline_tables() {
+        let source = b"[surface]\nfile = \"a\"\nselect = { component = 3 }\n";
+        let at = |key| place(source, key).map(|span| &source[span]);
+        assert_eq!(at("surface.file"), Some(&b"\"a\""[..]));
+        assert_eq!(at("surface.select.component"), Some(&b"3"[..]));
+        assert_eq!(at("surface.file.name"), None);
+        assert_eq!(at("surface.scale"), None);
+    }
+}

@@ -1,0 +1,18 @@
+//! What a job file for a surface starts from.
+
+use evencut_core::job::SurfaceFacts;
+use evencut_core::surface::Inspection;
+
+/// What a job file for a surface starts from.
+pub fn facts(inspection: &Inspection) -> SurfaceFacts {
+    let Inspection { judgement, bounds, concave, convex, facing, .. } = inspection;
+    SurfaceFacts {
+        size: (bounds.1 - bounds.0).to_array(),
+        smallest_concave_radius: concave.map(|(radius, _)| radius),
+        smallest_convex_radius: convex.map(|(radius, _)| radius),
+        components: judgement.components.len(),
+        closed: judgement.boundary_loops.is_empty(),
+        mean_normal: facing.mean.to_array(),
+        from_mean: facing.from_mean,
+    }
+}
