@@ -1,6 +1,6 @@
 //! All that the cutter must keep clear of: the part, with its allowance, and walls.
 
-use super::CheckMesh;
+use super::check_mesh::CheckMesh;
 use super::ruling::{Pushed, Ruling, Rulings};
 use crate::geometry::DVec3;
 use crate::tool::Tool;

@@ -9,9 +9,13 @@
 //! The tolerance is shared out: a quarter for penetration that is let pass at contacts (walls
 //! beside the cutter), a quarter between them, half for the points left out.
 
+use super::axis::tool_axis;
+use super::error::LocateError;
+use super::obstacles::Obstacles;
+use super::options::PassOptions;
 use super::probe::{Placed, Probe};
 use super::ruling::corner;
-use super::{LocateError, Obstacles, ToolAxis, contact_offset, tip, tool_axis};
+use super::tip::{contact_offset, tip};
 use crate::geometry::DVec3;
 use crate::tool::Tool;
 use crate::toolpath::MoveKind;
@@ -33,23 +37,6 @@ pub struct Contact {
     pub kind: MoveKind,
     /// How far facets and smooth surface may lie apart here, mm; see [`facet_error`].
     pub facet_error: f64,
-}
-
-/// How a pass is located.
-#[derive(Copy, Clone, Debug, PartialEq)]
-pub struct PassOptions {
-    /// The cutter.
-    pub tool: Tool,
-    /// Where its axis comes from.
-    pub axis: ToolAxis,
-    /// Fastest turn of the axis along the pass, rad/mm; infinity for none.
-    pub axis_rate: f64,
-    /// Allowance left on the surface, mm.
-    pub stock: f64,
-    /// Largest deviation of the path and largest penetration, mm.
-    pub tolerance: f64,
-    /// Length of the cutter above its tip that must clear the part, mm; infinity for no limit.
-    pub reach: f64,
 }
 
 /// A point of the located path.
@@ -608,7 +595,8 @@ fn raised_stretches(contacts: &[Contact], dense: &[Dense], tolerance: f64) -> Ve
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cutter_location::CheckMesh;
+    use crate::cutter_location::axis::ToolAxis;
+    use crate::cutter_location::check_mesh::CheckMesh;
     use crate::geometry::math::{cos, sin};
 
     const OPEN: f64 = f64::INFINITY;

@@ -1,6 +1,9 @@
 //! One cutter tried at a place: off walls, down on the part, or raised clear of both.
 
-use super::{Obstacles, PassOptions, Standing, tip, tool_axis};
+use super::axis::tool_axis;
+use super::obstacles::{Obstacles, Standing};
+use super::options::PassOptions;
+use super::tip::tip;
 use crate::geometry::DVec3;
 use crate::tool::Tool;
 

@@ -5,7 +5,7 @@
 //! every answer is exact for the polyline path: the tree only says which few shapes to ask.
 //! Changes are journalled, so that a trial move can be taken back.
 
-use super::Engagement;
+use super::arc::Engagement;
 use super::capsule::{Capsule, circle_segment};
 use crate::geometry::DVec2;
 use crate::region::Region;

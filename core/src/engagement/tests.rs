@@ -1,7 +1,7 @@
 //! Closed forms: straight passes, slots, pockets.
 
 use super::*;
-use crate::geometry::DVec2;
+use crate::geometry::{DVec2, math};
 use crate::region::Region;
 
 fn rectangle(x0: f64, y0: f64, x1: f64, y1: f64) -> Vec<DVec2> {

@@ -1,6 +1,8 @@
 //! The cutter walking through the stock: every move measured, then swept, in cutting order.
 
-use super::{Capsule, Checkpoint, Engagement, Stock};
+use super::arc::Engagement;
+use super::capsule::Capsule;
+use super::swept::{Checkpoint, Stock};
 use crate::flat_path::{FlatPoint, Terrain};
 use crate::geometry::DVec2;
 use crate::job::FeedComponent;

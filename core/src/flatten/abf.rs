@@ -13,8 +13,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::Chart;
 use super::angle_layout::lay_out;
+use super::chart::Chart;
 use super::disk::Disk;
 use super::error::FlattenError;
 use super::intrinsic::measure;

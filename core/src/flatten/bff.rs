@@ -11,7 +11,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::Chart;
+use super::chart::Chart;
 use super::curve::closed_polygon;
 use super::disk::Disk;
 use super::error::FlattenError;

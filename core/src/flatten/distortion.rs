@@ -1,6 +1,6 @@
 //! How far a chart is from an isometry, face by face.
 
-use super::Chart;
+use super::chart::Chart;
 use crate::geometry::{DVec2, DVec3};
 use crate::mesh::FaceId;
 use crate::surface::Surface;

@@ -1,6 +1,6 @@
 //! Whether a chart is one-to-one: no face turned over, boundary simple.
 
-use super::Chart;
+use super::chart::Chart;
 use super::error::FlattenError;
 use crate::geometry::{DVec2, cross2};
 use crate::mesh::VertexId;

@@ -1,9 +1,10 @@
-//! Vectors, reproducible elementary functions and small planar geometry.
+//! Vectors, reproducible elementary functions, small planar geometry and the shape operator of a surface.
 
 pub mod beyond;
 pub mod disc;
 pub mod math;
 pub mod polyline;
+pub mod shape;
 
 pub use glam::{DMat3, DVec2, DVec3};
 

@@ -19,7 +19,8 @@ use toml::de::{DeArray, DeInteger, DeTable, DeValue};
 
 use super::fault::{Fault, Faults};
 use super::file::JobFile;
-use super::schema;
+use super::schema::described;
+use super::units::INCH;
 use super::words::{choices, expectation, keys, kind, names, quoted};
 
 /// Largest job file that is read, bytes. Jobs are a few kilobytes; a mesh given by mistake is not.
@@ -93,7 +94,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Document, Faults> {
         return Err(faults);
     }
     let lines = std::iter::once(0).chain(source.match_indices('\n').map(|(i, _)| i + 1)).collect();
-    let root = schema::described();
+    let root = described();
     let mut walk = Walk {
         root,
         unit: unit_of_length(document.get_ref()),
@@ -114,7 +115,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Document, Faults> {
 /// mm in the unit that `units` names; ranges are in mm whatever the job's unit.
 fn unit_of_length(document: &DeTable<'_>) -> f64 {
     match document.get("units").map(|v| v.get_ref()) {
-        Some(DeValue::String(unit)) if unit == "inch" => super::units::INCH,
+        Some(DeValue::String(unit)) if unit == "inch" => INCH,
         _ => 1.0,
     }
 }

@@ -9,11 +9,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{
-    AnalyticKind, Boundary, Compensation, CutDirection, DistortionMeasure, FeedComponent,
-    FirstPass, FlattenMethod, ForceControl, Links, Parameter, Pattern, Picture, RegionMethod,
-    RegionOrder, RingOrder, StartKey, TextureCells, TooTight, Traverse,
-};
+use super::cut::{CutDirection, TooTight};
+use super::force::{FeedComponent, ForceControl};
+use super::output::Picture;
+use super::path::{Boundary, FirstPass, Links, Parameter, Pattern, RingOrder, StartKey, Traverse};
+use super::regions::{Compensation, DistortionMeasure, RegionMethod, RegionOrder};
+use super::surface::{AnalyticKind, FlattenMethod};
+use super::texture::TextureCells;
 use crate::machine::Axes;
 use crate::tool::ToolKind;
 

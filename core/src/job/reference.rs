@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde_json::Value;
 
 use super::document::join;
-use super::schema;
+use super::schema::{described, unit_of};
 use super::words::{choices, expectation};
 
 const HEAD: &str = "\
@@ -37,7 +37,7 @@ feed = 1200.0
 /// The reference of the job file as Markdown: every key with unit, default, range and meaning.
 pub fn reference() -> String {
     let mut text = HEAD.to_owned();
-    table(&mut text, "", schema::described());
+    table(&mut text, "", described());
     text
 }
 
@@ -69,7 +69,7 @@ fn row(text: &mut String, name: &str, value: &Value, table: &Value) {
         (None, Some(constant)) => format!("`{constant}`"),
         (None, None) => "none".to_owned(),
     };
-    let unit = value.as_object().and_then(schema::unit_of).unwrap_or_default();
+    let unit = value.as_object().and_then(unit_of).unwrap_or_default();
     let meaning = value["description"].as_str().unwrap_or_default();
     let allowed = allowed(value);
     let _ = writeln!(text, "| `{name}` | {unit} | {default} | {allowed} | {meaning} |");

@@ -1,18 +1,21 @@
 //! From the complete job back to a job file with every key written out.
 
+use super::complete::Job;
+use super::cut::{Cut, Stepover};
 use super::file::{
     AnalyticTable, ComponentKey, ComponentRule, CutTable, DistortionTable, FlattenTable,
     ForceTable, GcodeTable, JobFile, MachineTable, OutputTable, PathTable, PostKey, RegionsTable,
     SelectTable, SurfaceTable, TensorTable, TextureTable, ToolTable, TravelTable, TrochoidTable,
     Units, VERSION,
 };
+use super::force::MrrLimit;
+use super::output::Post;
+use super::path::{Boundary, PathOptions, Start, StartKey};
+use super::regions::{Division, RegionOptions};
 use super::resolve::{is_step, uses};
+use super::surface::{AnalyticOptions, Component, Selection, SurfaceOptions, SurfaceSource};
+use super::texture::TextureOptions;
 use super::units::{to_degrees, to_per_minute};
-use super::{
-    AnalyticOptions, Boundary, Component, Cut, Division, Job, MrrLimit, PathOptions, Post,
-    RegionOptions, Selection, Start, StartKey, Stepover, SurfaceOptions, SurfaceSource,
-    TextureOptions,
-};
 use crate::machine::Machine;
 
 impl Job {

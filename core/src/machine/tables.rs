@@ -1,6 +1,7 @@
 //! The tables on their way along a path: legs between rotary positions, and the time that they take.
 
-use super::{Machine, Rotary};
+use super::limits::Machine;
+use super::xyzac::Rotary;
 use crate::geometry::{DVec3, math};
 
 /// Part of the tolerance by which an axis near the C axis may be off, at the cutter's rim. Larger: fewer turns of

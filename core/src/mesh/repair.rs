@@ -4,8 +4,8 @@
 //! then repeat a vertex and faces that occur twice dropped, faces without area dissolved into
 //! their neighbours, and each component's faces turned to face the same way.
 
-use super::TriangleSoup;
 use super::edges::{Edges, Side, ends, fans};
+use super::soup::TriangleSoup;
 use super::weld::weld;
 use crate::geometry::DVec3;
 

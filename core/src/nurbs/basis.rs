@@ -1,9 +1,8 @@
 //! B-spline basis functions and their derivatives, without allocation.
 
+use super::degree::LARGEST_DEGREE;
 use super::error::{Direction, NurbsError};
 
-/// Largest degree; CAD systems stay below it, and it bounds the arrays on the stack.
-pub const LARGEST_DEGREE: usize = 15;
 /// Functions that are not zero in a span, at most.
 const MOST: usize = LARGEST_DEGREE + 1;
 

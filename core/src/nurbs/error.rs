@@ -4,7 +4,7 @@ use std::fmt;
 
 use thiserror::Error;
 
-use super::basis::LARGEST_DEGREE;
+use super::degree::LARGEST_DEGREE;
 use crate::geometry::{DVec2, DVec3};
 
 /// One of the two parameters.

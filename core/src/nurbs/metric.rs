@@ -1,7 +1,9 @@
 //! How long an edge may be in each direction at a place.
 
-use super::sizing::GROWTH;
 use crate::geometry::DVec3;
+
+/// Growth of the edge length with the distance. Larger makes worse triangles, smaller more.
+pub(super) const GROWTH: f64 = 0.3;
 
 /// Edges at a place: up to `wide` along one tangent, up to `narrow` across it.
 ///

@@ -7,6 +7,7 @@
 
 mod basis;
 mod curve;
+mod degree;
 mod domain;
 mod error;
 mod json;
@@ -19,8 +20,8 @@ mod surface;
 #[cfg(test)]
 mod tests;
 
-pub use basis::LARGEST_DEGREE;
 pub use curve::NurbsCurve;
+pub use degree::LARGEST_DEGREE;
 pub use domain::TrimLoop;
 pub use error::{Direction, NurbsError};
 pub use json::{NurbsFile, read_json};

@@ -5,10 +5,10 @@
 //! least curvature (`narrow`) and along it (`wide`); both then grow from place to place by no more
 //! than a given rate, so that neighbouring triangles are of like size.
 
-use super::metric::Metric;
+use super::metric::{GROWTH, Metric};
 use super::surface::NurbsSurface;
+use crate::geometry::shape::ShapeOperator;
 use crate::geometry::{DVec2, DVec3};
-use crate::surface::ShapeOperator;
 
 /// Lines of the grid along one parameter, at least and at most.
 const LINES: (usize, usize) = (33, 800);
@@ -16,8 +16,6 @@ const LINES: (usize, usize) = (33, 800);
 const CAUTION: f64 = 0.95;
 /// Longest edge as a part of the radius of curvature (0.35 turns by 20 degrees).
 const TURN: f64 = 0.35;
-/// Growth of the edge length with the distance. Larger makes worse triangles, smaller more.
-pub(super) const GROWTH: f64 = 0.3;
 /// Most that an edge along the direction of least curvature may be longer than one across. Larger
 /// saves little more (blades: 2.5 halves the triangles, 6 leaves a quarter) and makes angles
 /// below 15 degrees common, which the flat image suffers from.

@@ -4,8 +4,8 @@ use glam::DVec4;
 
 use super::basis::Knots;
 use super::error::{Direction, NurbsError};
+use crate::geometry::shape::ShapeOperator;
 use crate::geometry::{DMat3, DVec2, DVec3};
-use crate::surface::ShapeOperator;
 
 /// Largest coordinate, mm; squares and cubes of lengths stay exact enough below it.
 const LARGEST_COORDINATE: f64 = 1e12;

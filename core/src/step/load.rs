@@ -2,7 +2,8 @@
 
 use thiserror::Error;
 
-use super::{FaceMesh, StepError, StepFile};
+use super::error::StepError;
+use super::file::{FaceMesh, StepFile};
 use crate::geometry::{DMat3, DVec3};
 use crate::job::{Component, SurfaceOptions};
 use crate::nurbs::{MeshOptions, NurbsError, Trim, mesh, read_json};

@@ -1,9 +1,10 @@
 //! Instances → faces: surfaces, edges, units.
 
+use super::edge::{Curve, Edge, Edges};
+use super::error::StepError;
+use super::face::{StepFace, Trimmed};
 use super::part21::{Instance, Record, Value};
-use super::trim::{Curve, Edge, Edges};
-use super::{StepError, StepFace, Trimmed};
-use crate::geometry::math::{cos, sin, tan};
+use crate::geometry::math::tan;
 use crate::geometry::{DVec3, any_perpendicular};
 use crate::nurbs::{NurbsCurve, NurbsError, NurbsParts, NurbsSurface};
 
@@ -629,9 +630,4 @@ fn extruded(curve: Curve, way: DVec3, edges: &Edges) -> Shape<NurbsSurface> {
         heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
     let (low, high) = widened(edges, &|p| p.dot(way))?;
     curve.extruded(way * (low - most), way * (high - low + most - least)).map_err(told)
-}
-
-/// A point of an ellipse.
-pub(super) fn on_ellipse(centre: DVec3, x: DVec3, y: DVec3, angle: f64) -> DVec3 {
-    centre + x * cos(angle) + y * sin(angle)
 }

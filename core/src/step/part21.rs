@@ -3,7 +3,7 @@
 //! Our own: `ruststep` reads the same syntax, but builds in minutes with its schemas, and what is
 //! needed here is one page.
 
-use super::StepError;
+use super::error::StepError;
 
 /// Deepest nesting of lists; real files have four levels.
 const DEEPEST: usize = 32;

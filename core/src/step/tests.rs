@@ -1,6 +1,8 @@
 //! Real files of the shared data; skipped where it is not present.
 
 use super::*;
+use crate::geometry::{DMat3, DVec3};
+use crate::nurbs::MeshOptions;
 
 #[test]
 fn faces_of_real_files_mesh() {

@@ -1,7 +1,7 @@
 //! Test surfaces given by formulas, with exact curvature.
 
-use super::shape::ShapeOperator;
 use crate::geometry::math::{asin, cos, exp, sin};
+use crate::geometry::shape::ShapeOperator;
 use crate::geometry::{DVec2, DVec3};
 use crate::mesh::TriangleSoup;
 

@@ -4,22 +4,18 @@
 //! job's selection picks faces and a component of them; what is left must be one oriented
 //! manifold piece with a boundary and without handles. Holes are fine.
 
-use std::fmt;
-
-use thiserror::Error;
-
+use super::error::{FARTHEST, SurfaceError};
+use super::fault::{Fault, several_pieces, topology_faults};
+use super::manifold::Surface;
+use super::parametrisation::Parametrisation;
 use super::select::{Picked, pick};
 use super::warning::{self, Warning};
-use super::{Parametrisation, Surface};
 use crate::geometry::math::{cos, sin};
 use crate::geometry::{DMat3, DVec2, DVec3};
 use crate::job::SurfaceOptions;
 use crate::mesh::repair::{is_flat, turn_faces};
-use crate::mesh::{Connectivity, Judgement, TopologyFault, TriangleSoup, VertexId, repair};
+use crate::mesh::{Connectivity, TriangleSoup, VertexId, repair};
 use crate::nurbs::NurbsSurface;
-
-/// Largest coordinate after placing, mm; beyond it squares and cubes of lengths lose meaning.
-const FARTHEST: f64 = 1e12;
 
 /// The surface and what came with it.
 #[derive(Clone, Debug)]
@@ -69,227 +65,6 @@ impl Part {
         let rest = |f: &&[u32; 3]| machined.binary_search(&of_part(f)).is_err();
         let faces = self.faces.iter().filter(rest).copied().collect();
         Self { positions: self.positions.clone(), faces }
-    }
-}
-
-/// Why triangles are not a surface that can be machined.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum SurfaceError {
-    /// The mesh is empty.
-    #[error("surface: the mesh has no faces; give a file with at least one triangle")]
-    NoFaces,
-    /// A face names a vertex that is not there.
-    #[error("surface: face {face} names vertex {vertex} of {vertices}; indices start at 0")]
-    BadIndex {
-        /// The face.
-        face: usize,
-        /// The vertex it names.
-        vertex: u32,
-        /// Number of vertices.
-        vertices: usize,
-    },
-    /// A coordinate is too large or not a number.
-    #[error(
-        "surface: vertex {vertex} lands at {} mm; coordinates must stay below {FARTHEST:e} mm: \
-         check surface.scale and surface.translate", Spot(*.at)
-    )]
-    TooFar {
-        /// The vertex.
-        vertex: usize,
-        /// Where it lands, mm.
-        at: DVec3,
-    },
-    /// No face has any area.
-    #[error(
-        "surface: none of the {faces} faces has an area; all corners coincide or lie on lines: \
-         check the file and surface.scale"
-    )]
-    NoArea {
-        /// Faces that were read.
-        faces: usize,
-    },
-    /// Nothing was selected by the normal.
-    #[error(
-        "surface: surface.select.normal_within = {limit:.4} degrees of {} keeps none of {faces} \
-         faces; their normals are between {nearest:.4} and {farthest:.4} degrees from it: allow \
-         more than {nearest:.4}, or set surface.flip if the faces look the wrong way", Spot(*.of)
-    )]
-    NoNormalWithin {
-        /// Largest angle allowed, degrees.
-        limit: f64,
-        /// Direction it is measured from.
-        of: DVec3,
-        /// Faces there were.
-        faces: usize,
-        /// Smallest angle of any face, degrees.
-        nearest: f64,
-        /// Largest angle of any face, degrees.
-        farthest: f64,
-    },
-    /// Nothing was selected by the box.
-    #[error(
-        "surface: the box of surface.select from {} to {} mm keeps none of {faces} faces; the \
-         part reaches from {} to {} mm: check surface.scale, surface.translate and the box",
-        Spot(*.low), Spot(*.high), Spot(*.part_low), Spot(*.part_high)
-    )]
-    NoneInBox {
-        /// Lower corner of the box, mm.
-        low: DVec3,
-        /// Upper corner of the box, mm.
-        high: DVec3,
-        /// Faces that the other conditions left.
-        faces: usize,
-        /// Lower corner of the part, mm.
-        part_low: DVec3,
-        /// Upper corner of the part, mm.
-        part_high: DVec3,
-    },
-    /// There is no such component.
-    #[error(
-        "surface: surface.select.component = {index}, but there are {count} connected pieces; \
-         they count from 0 in order of decreasing area"
-    )]
-    NoSuchComponent {
-        /// The index asked for.
-        index: u32,
-        /// Number of components.
-        count: usize,
-    },
-    /// The piece is not a manifold with boundary and without handles.
-    #[error("surface: {}", Listed(.0))]
-    Unusable(Vec<Fault>),
-    /// The piece is not an oriented manifold.
-    #[error("surface: {0}")]
-    Topology(#[from] TopologyFault),
-}
-
-/// A fault of the piece to be machined.
-#[derive(Copy, Clone, Debug, PartialEq, Error)]
-pub enum Fault {
-    /// There is more than one piece and the job does not say which.
-    #[error(
-        "{count} connected pieces (the two largest have {} and {} mm², the second one is at {}); one \
-         is machined at a time: set surface.select.component to \"largest\" or to an index, or \
-         close the cracks between them", short(*.largest), short(*.second), Spot(*.at)
-    )]
-    Pieces {
-        /// Number of pieces.
-        count: usize,
-        /// Area of the largest, mm².
-        largest: f64,
-        /// Area of the next, mm².
-        second: f64,
-        /// A corner of the second one, mm.
-        at: DVec3,
-    },
-    /// The piece has no boundary.
-    #[error(
-        "a closed surface of {faces} faces without boundary; a surface to machine has one: pick \
-         the faces with surface.select (normal_within or a box)"
-    )]
-    Closed {
-        /// Number of faces.
-        faces: usize,
-    },
-    /// Edges with more than two faces.
-    #[error(
-        "non-manifold edges (more than two faces meet): {count}, e.g. at {}; an edge has one or \
-         two faces: mend the mesh there or leave it out with surface.select", Spot(*.at)
-    )]
-    NonManifoldEdges {
-        /// How many.
-        count: usize,
-        /// Midpoint of one, mm.
-        at: DVec3,
-    },
-    /// Vertices at which parts of the surface only touch.
-    #[error(
-        "non-manifold vertices (parts of the surface only touch there): {count}, e.g. at {}; mend \
-         the mesh there or leave it out with surface.select", Spot(*.at)
-    )]
-    NonManifoldVertices {
-        /// How many.
-        count: usize,
-        /// One of them, mm.
-        at: DVec3,
-    },
-    /// The surface has one side only.
-    #[error(
-        "a non-orientable surface: at {count} edges, e.g. at {}, the faces cannot agree on a \
-         side; cut the mesh open or leave a part out with surface.select", Spot(*.at)
-    )]
-    OneSided {
-        /// Edges in conflict.
-        count: usize,
-        /// Midpoint of one, mm.
-        at: DVec3,
-    },
-    /// The surface has handles.
-    #[error(
-        "genus {genus} (that many handles); a surface that can be laid flat has genus 0: select \
-         a part of it with surface.select"
-    )]
-    Handles {
-        /// Number of handles.
-        genus: u64,
-    },
-    /// Faces without area that could not be dissolved.
-    #[error(
-        "{count} faces without area that cannot be dissolved, e.g. at {} (height below \
-         {tolerance:.3e} mm); mend the mesh there", Spot(*.at)
-    )]
-    Flat {
-        /// How many.
-        count: usize,
-        /// A corner of one, mm.
-        at: DVec3,
-        /// Largest height of such a face, mm.
-        tolerance: f64,
-    },
-    /// Vertices whose faces fold back so that they have no normal.
-    #[error(
-        "{count} vertices without a normal, e.g. at {}: the faces there fold back onto each \
-         other; mend the mesh there", Spot(*.at)
-    )]
-    NoNormal {
-        /// How many.
-        count: usize,
-        /// One of them, mm.
-        at: DVec3,
-    },
-}
-
-/// A position for a message.
-pub(super) struct Spot(pub DVec3);
-
-impl fmt::Display for Spot {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [x, y, z] = self.0.to_array().map(short);
-        write!(f, "({x}, {y}, {z})")
-    }
-}
-
-/// A number with at most six significant digits, without an exponent where it needs none.
-pub(super) fn short(value: f64) -> String {
-    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
-    let size = rounded.abs();
-    if size == 0.0 {
-        "0".into()
-    } else if (1e-4..1e9).contains(&size) {
-        format!("{rounded}")
-    } else {
-        format!("{rounded:e}")
-    }
-}
-
-struct Listed<'a>(&'a [Fault]);
-
-impl fmt::Display for Listed<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, fault) in self.0.iter().enumerate() {
-            write!(f, "{}{fault}", if i == 0 { "" } else { "; also " })?;
-        }
-        Ok(())
     }
 }
 
@@ -416,37 +191,6 @@ fn faults(picked: &Picked, tolerance: f64) -> Vec<Fault> {
     if let Some(face) = flat().next() {
         let at = positions[face[0] as usize];
         faults.push(Fault::Flat { count: flat().count(), at, tolerance });
-    }
-    faults
-}
-
-/// The fault of having more than one piece.
-pub(super) fn several_pieces(judgement: &Judgement, mesh: &TriangleSoup) -> Option<Fault> {
-    let [first, second, ..] = judgement.components[..] else { return None };
-    let corner = mesh.faces[second.first_face as usize][0];
-    let at = mesh.positions[corner as usize];
-    let (count, largest) = (judgement.components.len(), first.area);
-    Some(Fault::Pieces { count, largest, second: second.area, at })
-}
-
-/// What is wrong with the topology, apart from the number of pieces.
-pub(super) fn topology_faults(judgement: &Judgement) -> Vec<Fault> {
-    let mut faults = Vec::new();
-    if judgement.boundary_loops.is_empty() {
-        faults.push(Fault::Closed { faces: judgement.faces });
-    }
-    if let Some(at) = judgement.nonmanifold_edges.example {
-        faults.push(Fault::NonManifoldEdges { count: judgement.nonmanifold_edges.count, at });
-    }
-    if let Some(at) = judgement.nonmanifold_vertices.example {
-        faults.push(Fault::NonManifoldVertices { count: judgement.nonmanifold_vertices.count, at });
-    }
-    if let Some(at) = judgement.orientation_conflicts.example {
-        faults.push(Fault::OneSided { count: judgement.orientation_conflicts.count, at });
-    }
-    match judgement.genus {
-        Some(genus) if genus > 0 => faults.push(Fault::Handles { genus }),
-        _ => {}
     }
     faults
 }

@@ -10,8 +10,9 @@
 //! Cazals and Pouget, "Estimating differential quantities using polynomial fitting of osculating
 //! jets", CAGD 22 (2005).
 
-use super::shape::ShapeOperator;
-use super::{Surface, SurfacePoint};
+use super::manifold::Surface;
+use super::point::SurfacePoint;
+use crate::geometry::shape::ShapeOperator;
 use crate::geometry::{DVec3, any_perpendicular};
 use crate::mesh::{HalfEdgeId, VertexId};
 
@@ -110,6 +111,19 @@ impl CurvatureField {
             }
         }
         ShapeOperator { frame, k }
+    }
+}
+
+impl Surface {
+    /// Shape operators at the vertices: exact on a NURBS surface, else estimated at a scale of
+    /// `radius` mm; see [`CurvatureField::estimate`].
+    pub fn curvature(&self, radius: Option<f64>) -> CurvatureField {
+        match self.parameters() {
+            Some(parametrisation) => CurvatureField::from_operators(
+                parametrisation.vertex_shapes(self.connectivity(), self.vertex_normals()),
+            ),
+            None => CurvatureField::estimate(self, radius),
+        }
     }
 }
 

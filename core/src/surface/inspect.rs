@@ -2,10 +2,11 @@
 
 use std::fmt;
 
-use super::Surface;
-use super::build::{
-    Fault, Spot, SurfaceError, check_indices, several_pieces, short, topology_faults,
-};
+use super::build::check_indices;
+use super::error::SurfaceError;
+use super::fault::{Fault, several_pieces, topology_faults};
+use super::manifold::Surface;
+use super::message::{Spot, short};
 use crate::geometry::{DVec3, math};
 use crate::mesh::repair::{bounding_box, face_area, split_pinches};
 use crate::mesh::{

@@ -1,9 +1,10 @@
 //! What a mesh of a NURBS surface knows of it: the parameters of its corners.
 
-use super::{CurvatureField, ShapeOperator, Surface, SurfacePoint};
+use super::point::SurfacePoint;
 use crate::geometry::math::atan2;
+use crate::geometry::shape::ShapeOperator;
 use crate::geometry::{DVec2, DVec3};
-use crate::mesh::FaceId;
+use crate::mesh::{Connectivity, FaceId};
 use crate::nurbs::NurbsSurface;
 
 /// Way from a corner to the middle of its face at which a surface is looked at where the corner
@@ -96,10 +97,14 @@ impl Parametrisation {
 
     /// Normals at the vertices: means over the faces, weighted with the angles, so that creases and
     /// poles have one too.
-    pub(super) fn vertex_normals(&self, surface: &Surface) -> Vec<Option<DVec3>> {
-        let mut sums = vec![DVec3::ZERO; surface.positions().len()];
-        for (f, face) in surface.connectivity().faces().iter().enumerate() {
-            let p = face.map(|v| surface.positions()[v.index()]);
+    pub(super) fn vertex_normals(
+        &self,
+        connectivity: &Connectivity,
+        positions: &[DVec3],
+    ) -> Vec<Option<DVec3>> {
+        let mut sums = vec![DVec3::ZERO; positions.len()];
+        for (f, face) in connectivity.faces().iter().enumerate() {
+            let p = face.map(|v| positions[v.index()]);
             for i in 0..3 {
                 let (u, v) = (p[(i + 1) % 3] - p[i], p[(i + 2) % 3] - p[i]);
                 let angle = atan2(u.cross(v).length(), u.dot(v));
@@ -111,18 +116,23 @@ impl Parametrisation {
         sums.into_iter().map(DVec3::try_normalize).collect()
     }
 
-    /// Exact shape operators at the vertices; where a vertex is singular, those next to it.
-    pub(super) fn curvature(&self, surface: &Surface) -> CurvatureField {
+    /// Exact shape operators at the vertices, which have these normals; where a vertex is singular,
+    /// those next to it.
+    pub(super) fn vertex_shapes(
+        &self,
+        connectivity: &Connectivity,
+        normals: &[DVec3],
+    ) -> Vec<ShapeOperator> {
         let flat = |n: &DVec3| ShapeOperator::flat(*n);
-        let mut operators: Vec<ShapeOperator> = surface.vertex_normals().iter().map(flat).collect();
-        for (f, face) in surface.connectivity().faces().iter().enumerate() {
+        let mut operators: Vec<ShapeOperator> = normals.iter().map(flat).collect();
+        for (f, face) in connectivity.faces().iter().enumerate() {
             for (i, v) in face.iter().enumerate() {
                 if let Some(shape) = self.shape(self.regular(f, i)) {
                     operators[v.index()] = shape;
                 }
             }
         }
-        CurvatureField::from_operators(operators)
+        operators
     }
 }
 

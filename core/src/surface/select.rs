@@ -1,7 +1,7 @@
 //! The faces that the job's selection means.
 
-use super::SurfaceError;
-use super::build::topology_faults;
+use super::error::SurfaceError;
+use super::fault::topology_faults;
 use crate::geometry::DVec3;
 use crate::geometry::math::acos_clamped;
 use crate::job::{Component, Selection};

@@ -2,8 +2,8 @@
 
 use thiserror::Error;
 
-use super::Surface;
-use super::build::{Spot, short};
+use super::manifold::Surface;
+use super::message::{Spot, short};
 use super::select::Picked;
 use crate::geometry::DVec3;
 use crate::geometry::math::acos_clamped;

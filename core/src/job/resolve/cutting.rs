@@ -1,8 +1,9 @@
 //! The cutter, the cutting data and the trochoids, which must fit each other.
 
-use super::Resolver;
+use super::resolver::Resolver;
+use crate::job::cut::{Cut, CutDirection, Stepover, TooTight};
+use crate::job::force::TrochoidOptions;
 use crate::job::units::{per_second, radians, to_per_minute};
-use crate::job::{Cut, CutDirection, Stepover, TooTight, TrochoidOptions};
 use crate::machine::{Axes, Machine};
 use crate::tool::{Tool, ToolKind};
 

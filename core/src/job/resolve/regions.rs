@@ -1,9 +1,10 @@
 //! The division into regions.
 
-use super::Resolver;
-use crate::job::{
-    Boundary, DistortionOptions, Division, Job, Pattern, RegionMethod, RegionOptions, RegionOrder,
-    TensorOptions,
+use super::resolver::Resolver;
+use crate::job::complete::Job;
+use crate::job::path::{Boundary, Pattern};
+use crate::job::regions::{
+    DistortionOptions, Division, RegionMethod, RegionOptions, RegionOrder, TensorOptions,
 };
 use crate::tool::Tool;
 

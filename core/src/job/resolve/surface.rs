@@ -1,13 +1,13 @@
 //! Where the surface comes from, how it is placed, and which of its faces are machined.
 
-use super::Resolver;
+use super::resolver::Resolver;
 use crate::geometry::DVec3;
 use crate::job::file::{AnalyticTable, ComponentKey, ComponentRule, SelectTable, Units};
-use crate::job::units::{INCH, radians};
-use crate::job::{
+use crate::job::surface::{
     AnalyticKind, AnalyticOptions, AnalyticParameters, Component, Selection, SurfaceOptions,
     SurfaceSource,
 };
+use crate::job::units::{INCH, radians};
 
 /// Formats by the ending of the file's name.
 const FORMATS: [&str; 7] = ["stl", "obj", "ply", "off", "json", "step", "stp"];

@@ -1,10 +1,11 @@
 //! The window whose texture is simulated.
 
-use super::Resolver;
+use super::resolver::Resolver;
 use crate::geometry::DVec2;
+use crate::job::complete::Job;
 use crate::job::file::TextureTable;
+use crate::job::texture::{TextureCells, TextureOptions};
 use crate::job::units::radians;
-use crate::job::{Job, TextureCells, TextureOptions};
 
 impl Resolver<'_> {
     /// The window, if the job has one. `job`: all of it but its window.

@@ -1,10 +1,12 @@
 //! Wavefront OBJ: `v`, `vt` and `f` records; everything else is passed over.
 
+use super::check::check_vertex_count;
+use super::error::{Place, ReadError};
+use super::format::MeshFormat;
 use super::polygon::{too_few_corners, triangulate};
 use super::text::{Token, Tokens, parse_index, quote};
-use super::{MeshFormat, Place, ReadError, check_vertex_count};
 use crate::geometry::{DVec2, DVec3};
-use crate::mesh::TriangleSoup;
+use crate::mesh::soup::TriangleSoup;
 
 /// No texture coordinate.
 const NONE: u32 = u32::MAX;

@@ -1,9 +1,11 @@
 //! OFF, ASCII: `OFF`, counts, vertices, polygons; colours and normals are passed over.
 
+use super::check::check_vertex_count;
+use super::error::{Place, ReadError};
+use super::format::MeshFormat;
 use super::polygon::{too_few_corners, triangulate};
 use super::text::{Token, Tokens, quote};
-use super::{MeshFormat, Place, ReadError, check_vertex_count};
-use crate::mesh::TriangleSoup;
+use crate::mesh::soup::TriangleSoup;
 
 /// Shortest vertex line: three digits, two blanks and a line end.
 const SHORTEST_VERTEX: u64 = 6;

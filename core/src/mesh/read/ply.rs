@@ -1,10 +1,12 @@
 //! PLY: ASCII and binary of either byte order, any property types, lists and extra elements.
 
+use super::check::{check_vertex_count, finite};
+use super::error::{Place, ReadError};
+use super::format::MeshFormat;
 use super::polygon::{too_few_corners, triangulate};
 use super::text::{Tokens, quote};
-use super::{MeshFormat, Place, ReadError, check_vertex_count, finite};
 use crate::geometry::DVec3;
-use crate::mesh::TriangleSoup;
+use crate::mesh::soup::TriangleSoup;
 
 #[derive(Copy, Clone, PartialEq)]
 enum Encoding {

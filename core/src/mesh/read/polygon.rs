@@ -1,6 +1,7 @@
 //! Polygons into triangles.
 
-use super::{MeshFormat, Place, ReadError};
+use super::error::{Place, ReadError};
+use super::format::MeshFormat;
 use crate::geometry::{DVec2, DVec3, any_perpendicular, cross2};
 
 /// Largest polygon that ear clipping is given, whose time grows with the square or worse.

@@ -1,9 +1,11 @@
 //! STL: binary, told by its length, or ASCII in any spelling.
 
+use super::check::{check_vertex_count, finite};
+use super::error::{Place, ReadError};
+use super::format::MeshFormat;
 use super::text::Tokens;
-use super::{MeshFormat, Place, ReadError, check_vertex_count, finite};
 use crate::geometry::DVec3;
-use crate::mesh::TriangleSoup;
+use crate::mesh::soup::TriangleSoup;
 
 const HEADER: usize = 84;
 const RECORD: usize = 50;

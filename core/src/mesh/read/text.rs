@@ -1,6 +1,8 @@
 //! Tokens of a text file, with the line numbers of what goes wrong.
 
-use super::{MeshFormat, Place, ReadError, finite};
+use super::check::finite;
+use super::error::{Place, ReadError};
+use super::format::MeshFormat;
 use crate::geometry::DVec3;
 
 /// A reader of whitespace-separated tokens.

@@ -4,7 +4,7 @@
 //! ISO 25178-72:2017 (once ISO 5436-2), annex A; lengths in metres, heights as little-endian doubles, along the first
 //! axis fastest.
 
-use super::Matrix;
+use super::matrix::Matrix;
 use md5::{Digest, Md5};
 use std::io::{Cursor, Write};
 use thiserror::Error;

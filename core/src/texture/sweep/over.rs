@@ -6,7 +6,10 @@
 //! the edges; a point that is far from the tile lets as many elements be skipped as are shorter than the distance;
 //! (3) test each quadrilateral with the nodes in its box.
 
-use super::{ROUNDING, Search, Stint, Sweep, Work};
+use super::options::Search;
+use super::simulation::Sweep;
+use super::stint::{ROUNDING, Stint};
+use super::work::Work;
 use crate::geometry::DVec3;
 use crate::geometry::math::{asin, atan2};
 use crate::texture::engagement::Stretch;

@@ -4,14 +4,16 @@ use super::*;
 use crate::geometry::math::{cos, sin, tan};
 use crate::geometry::{DVec2, DVec3};
 use crate::surface::AnalyticSurface;
+use crate::texture::edge::Runout;
 use crate::texture::engagement::{Shape, thickness};
 use crate::texture::grid::{Discretisation, Node};
-use crate::texture::kinematics::feed_moves;
+use crate::texture::kinematics::{Spindle, feed_moves};
 use crate::texture::parameters::Levelled;
+use crate::tool::Tool;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 
 use plain::Plain;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 const R: f64 = 5.0;
 const FZ: f64 = 0.1;

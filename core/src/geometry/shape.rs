@@ -1,7 +1,7 @@
 //! The shape operator of a surface at a point.
 
-use crate::geometry::math::{atan2, cos, hypot, sin};
-use crate::geometry::{DVec3, any_perpendicular};
+use super::math::{atan2, cos, hypot, sin};
+use super::{DVec3, any_perpendicular};
 
 /// How a surface bends at a point: `k(d) = d^T K d`, 1/mm, positive where it is convex seen from
 /// the tool.

@@ -1,0 +1,40 @@
+//! Where the tool axis points.
+
+use crate::geometry::DVec3;
+use crate::geometry::math::{cos, sin};
+
+/// Where the tool axis comes from.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub enum ToolAxis {
+    /// The same unit direction everywhere (three-axis; 3+2 when not +Z).
+    Fixed(DVec3),
+    /// Tilted by this angle, rad, from the surface normal toward the feed direction (five-axis).
+    Lead(f64),
+}
+
+/// Unit tool axis at a contact with unit `normal` and feed direction `feed` (of any length).
+///
+/// `cos(lead) n + sin(lead) f`, with `f` the part of the feed direction perpendicular to `n`; `n`
+/// itself where there is none.
+pub fn tool_axis(rule: ToolAxis, normal: DVec3, feed: DVec3) -> DVec3 {
+    match rule {
+        ToolAxis::Fixed(axis) => axis,
+        ToolAxis::Lead(lead) => {
+            let forward = (feed - normal * feed.dot(normal)).normalize_or_zero();
+            (normal * cos(lead) + forward * sin(lead)).normalize_or(normal)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lead_tilts_toward_the_feed() {
+        let axis = tool_axis(ToolAxis::Lead(0.1), DVec3::Z, DVec3::new(2.0, 0.0, 5.0));
+        assert!((axis - DVec3::new(sin(0.1), 0.0, cos(0.1))).length() < 1e-15);
+        let no_feed = tool_axis(ToolAxis::Lead(0.1), DVec3::Z, DVec3::Z);
+        assert!((no_feed - DVec3::Z).length() < 1e-15);
+    }
+}

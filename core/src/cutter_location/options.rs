@@ -1,0 +1,21 @@
+//! What a pass is located for: cutter, axis, allowance, tolerance.
+
+use super::axis::ToolAxis;
+use crate::tool::Tool;
+
+/// How a pass is located.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct PassOptions {
+    /// The cutter.
+    pub tool: Tool,
+    /// Where its axis comes from.
+    pub axis: ToolAxis,
+    /// Fastest turn of the axis along the pass, rad/mm; infinity for none.
+    pub axis_rate: f64,
+    /// Allowance left on the surface, mm.
+    pub stock: f64,
+    /// Largest deviation of the path and largest penetration, mm.
+    pub tolerance: f64,
+    /// Length of the cutter above its tip that must clear the part, mm; infinity for no limit.
+    pub reach: f64,
+}

@@ -1,0 +1,103 @@
+//! The complete job, and what follows from its numbers.
+
+use super::cut::{Cut, Stepover};
+use super::fault::Faults;
+use super::force::{Force, MrrLimit, TrochoidOptions};
+use super::output::OutputOptions;
+use super::path::PathOptions;
+use super::regions::RegionOptions;
+use super::surface::{FlattenMethod, SurfaceOptions};
+use super::texture::TextureOptions;
+use crate::geometry::math::sin;
+use crate::machine::{Axes, Machine};
+use crate::tool::{Tool, ToolKind};
+
+/// A complete job: every default filled in, every value checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Job {
+    /// The job's own name.
+    pub name: String,
+    /// Where the surface comes from and which part of it is meant.
+    pub surface: SurfaceOptions,
+    /// How it is laid flat.
+    pub flatten: FlattenMethod,
+    /// The cutter.
+    pub tool: Tool,
+    /// Number of flutes.
+    pub flutes: u32,
+    /// Helix angle of the flutes, rad.
+    pub helix: f64,
+    /// Cutting data.
+    pub cut: Cut,
+    /// Division of the surface.
+    pub regions: RegionOptions,
+    /// Passes and links.
+    pub path: PathOptions,
+    /// Limit on the material removal rate.
+    pub force: Force,
+    /// Trochoid options.
+    pub trochoid: TrochoidOptions,
+    /// The machine.
+    pub machine: Machine,
+    /// The window whose texture is simulated, if there is one.
+    pub texture: Option<TextureOptions>,
+    /// What to write.
+    pub output: OutputOptions,
+}
+
+/// A job as it was resolved, with what deserves a second look.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Resolved {
+    /// The job.
+    pub job: Job,
+    /// Warnings, in the order of the file.
+    pub warnings: Faults,
+}
+
+impl Job {
+    /// Side step `D` of a straight pass on a flat surface, mm.
+    ///
+    /// A fixed stepover is itself. For a scallop height `h`: the chord of the corner's circle,
+    /// `2 sqrt(2 r_c h - h²)`, where the tool stands upright; the second-order strip width
+    /// `sqrt(8 h / k_tool)` for a flat or bull end with a lead. Never above the diameter.
+    ///
+    /// # Source
+    /// Strip width of a plane; see [`Tool::effective_curvature`].
+    pub fn nominal_side_step(&self) -> f64 {
+        let h = match self.cut.stepover {
+            Stepover::Fixed(side_step) => return side_step,
+            Stepover::Scallop(h) => h,
+        };
+        let (radius, corner) = (self.tool.radius(), self.tool.corner_radius());
+        let leads = self.cut.lead > 0.0 && self.tool.kind() != ToolKind::Ball;
+        let side_step = if leads {
+            let sin_lead = sin(self.cut.lead);
+            (8.0 * h / self.tool.effective_curvature(sin_lead)).sqrt()
+        } else {
+            2.0 * (h * (2.0 * corner - h)).max(0.0).sqrt()
+        };
+        side_step.min(2.0 * radius)
+    }
+
+    /// Removal rate `D H V_f` of a straight pass at the nominal side step, mm³/s.
+    pub fn nominal_mrr(&self) -> f64 {
+        self.nominal_side_step() * self.cut.axial_depth * self.cut.feed
+    }
+
+    /// Length of the cutter that is checked for collisions, mm: without end along a fixed axis; twice
+    /// its diameter where it leans, as the reach of a short end mill.
+    pub fn cutter_length(&self) -> f64 {
+        match self.machine.axes {
+            Axes::ThreeAxis => f64::INFINITY,
+            Axes::Xyzac => 4.0 * self.tool.radius(),
+        }
+    }
+
+    /// The limit on the material removal rate, mm³/s.
+    pub fn mrr_limit(&self) -> f64 {
+        match self.force.limit {
+            MrrLimit::Absolute(limit) => limit,
+            MrrLimit::Relative(factor) => factor * self.nominal_mrr(),
+        }
+    }
+}

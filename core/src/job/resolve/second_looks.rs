@@ -1,0 +1,71 @@
+//! What in a complete job deserves a second look.
+
+use super::resolver::Resolver;
+use crate::job::complete::Job;
+use crate::job::cut::Stepover;
+use crate::job::force::{ForceControl, MrrLimit};
+
+impl Resolver<'_> {
+    /// Warnings about a complete job.
+    pub(super) fn second_looks(&mut self, job: &Job) {
+        if let Stepover::Scallop(h) = job.cut.stepover
+            && job.cut.tolerance >= h
+        {
+            let message = format!(
+                "{} is not below the scallop {}",
+                self.show(job.cut.tolerance),
+                self.show(h)
+            );
+            let help = "a chord tolerance of half the scallop or less shows in the cusps";
+            self.warn("cut.tolerance", message, help);
+        }
+        if let Some(chord) = job.surface.chord
+            && chord > job.cut.tolerance
+        {
+            let message = format!(
+                "triangles up to {} off the surface, above the tolerance {}",
+                self.show(chord),
+                self.show(job.cut.tolerance)
+            );
+            let help = "the cusps stand on the triangles: give half the tolerance or less";
+            self.warn("surface.chord", message, help);
+        }
+        let (limit, straight) = (60.0 * job.mrr_limit(), 60.0 * job.nominal_mrr());
+        if limit < straight && job.force.control != ForceControl::Off {
+            let key = match job.force.limit {
+                MrrLimit::Absolute(_) => "force.mrr_limit",
+                MrrLimit::Relative(_) => "force.relative",
+            };
+            let message = format!(
+                "a straight pass removes {straight:.1} mm³/min, above the limit of {limit:.1} mm³/min"
+            );
+            self.warn(
+                key,
+                message,
+                "every pass will need the cure; lower feed, depth or side step",
+            );
+        }
+        let per_tooth = job.cut.feed / (job.cut.spindle * f64::from(job.flutes));
+        if per_tooth > 0.1 * job.tool.radius() {
+            let message =
+                format!("{} per tooth is more than 5 % of the diameter", self.show(per_tooth));
+            self.warn("cut.feed", message, "check `cut.feed`, `cut.spindle` and `tool.flutes`");
+        }
+        if job.cut.axial_depth > 2.0 * job.tool.radius() {
+            let message =
+                format!("{} is deeper than the tool is wide", self.show(job.cut.axial_depth));
+            self.warn("cut.axial_depth", message, "check it against the length of the flutes");
+        }
+        if let Stepover::Scallop(h) = job.cut.stepover
+            && h >= job.cut.axial_depth
+        {
+            let depth = self.show(job.cut.axial_depth);
+            let message = format!("cusps of {} stand as high as the stock, {depth}", self.show(h));
+            self.warn(
+                "cut.scallop",
+                message,
+                "lower it, or give `cut.axial_depth` what is to be cut",
+            );
+        }
+    }
+}

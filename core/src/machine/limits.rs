@@ -1,0 +1,44 @@
+//! How the axes of a machine are arranged, and what they can do.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Arrangement of the axes.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Axes {
+    /// Three linear axes; the tool axis is fixed.
+    #[serde(rename = "3")]
+    ThreeAxis,
+    /// Rotary tables A (about X) and C (about Z) under three linear axes.
+    #[serde(rename = "xyzac")]
+    Xyzac,
+}
+
+/// Limits of the machine.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Machine {
+    /// Arrangement of the axes.
+    pub axes: Axes,
+    /// Fastest feed, mm/s; rapids run at it too.
+    pub max_feed: f64,
+    /// Acceleration of the linear axes, mm/s².
+    pub max_acceleration: f64,
+    /// Fastest turn of a rotary axis, rad/s.
+    pub max_rotary_speed: f64,
+    /// Height above part and stock at which rapids run, mm.
+    pub clearance: f64,
+    /// Where the linear axes can go, in the program's coordinates.
+    pub travel: Travel,
+}
+
+/// Reach of the linear axes in the program's coordinates: least and greatest position, mm; an axis
+/// that is `None` is not checked.
+#[derive(Copy, Clone, Debug, PartialEq, Default)]
+pub struct Travel {
+    /// Along X.
+    pub x: Option<(f64, f64)>,
+    /// Along Y.
+    pub y: Option<(f64, f64)>,
+    /// Along Z.
+    pub z: Option<(f64, f64)>,
+}

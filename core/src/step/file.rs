@@ -1,0 +1,135 @@
+//! The faces of a file: chosen, listed, meshed.
+
+use super::error::StepError;
+use super::face::StepFace;
+use super::model::faces;
+use super::part21::parse;
+use super::trim::loops;
+use crate::geometry::math::cbrt;
+use crate::geometry::{DMat3, DVec3};
+use crate::mesh::TriangleSoup;
+use crate::mesh::repair::{face_area, turn_faces};
+use crate::nurbs::{MeshOptions, NurbsError, NurbsMesh, NurbsSurface, Trim, mesh};
+
+/// Faces listed in a message.
+const LISTED: usize = 40;
+
+/// The faces of a STEP file, in the order of its shells.
+#[derive(Clone, Debug)]
+pub struct StepFile {
+    faces: Vec<StepFace>,
+}
+
+/// A face as triangles.
+#[derive(Clone, Debug)]
+pub struct FaceMesh {
+    /// Its surface, mm.
+    pub surface: NurbsSurface,
+    /// Its triangles, counter-clockwise from outside the part.
+    pub mesh: NurbsMesh,
+}
+
+impl StepFile {
+    /// Reads a STEP file; lengths become millimetres.
+    ///
+    /// Memory stays within a small multiple of `bytes.len()`.
+    ///
+    /// # Errors
+    /// [`StepError`] naming the line or the instance. A face that cannot be used is told when it
+    /// is asked for.
+    pub fn read(bytes: &[u8]) -> Result<Self, StepError> {
+        let faces = faces(&parse(bytes)?)?;
+        if faces.is_empty() { Err(StepError::NoFaces) } else { Ok(Self { faces }) }
+    }
+
+    /// The faces.
+    pub fn faces(&self) -> &[StepFace] {
+        &self.faces
+    }
+
+    /// The triangles of face `index`, from 0, its lengths multiplied by `matrix` and moved by
+    /// `shift`.
+    ///
+    /// # Errors
+    /// [`StepError::Face`] with what keeps it from being meshed.
+    pub fn mesh(
+        &self,
+        index: usize,
+        (matrix, shift): (DMat3, DVec3),
+        options: MeshOptions,
+    ) -> Result<FaceMesh, StepError> {
+        let face = &self.faces[index];
+        let fault = |what: String| StepError::Face {
+            face: index + 1,
+            id: face.id,
+            kind: face.kind.clone(),
+            what,
+        };
+        let shape = face.shape.as_ref().map_err(|what| fault(what.clone()))?;
+        let of_nurbs = |error: NurbsError| fault(error.to_string());
+        let scale = cbrt(matrix.determinant().abs());
+        let loops = loops(&shape.surface, &shape.edges, options.chord / scale, shape.reversed);
+        let loops = loops.map_err(|what| fault(what.to_owned()))?;
+        let surface = shape.surface.transformed(matrix, shift).map_err(of_nurbs)?;
+        let mut mesh = mesh(&surface, Trim::Loops(loops), options).map_err(of_nurbs)?;
+        if shape.reversed {
+            turn_faces(&mut mesh.soup, |_| true);
+        }
+        Ok(FaceMesh { surface, mesh })
+    }
+
+    /// Number, kind and area of every face as one line, coarsely measured.
+    pub fn list(&self) -> String {
+        let one = |i: usize| format!("{} {} {}", i + 1, self.faces[i].kind, self.area_text(i));
+        let shown = self.faces.len().min(LISTED);
+        let mut list: Vec<String> = (0..shown).map(one).collect();
+        if shown < self.faces.len() {
+            list.push(format!("and {} more", self.faces.len() - shown));
+        }
+        list.join(", ")
+    }
+
+    /// Area of a face, mm², coarsely measured.
+    ///
+    /// # Errors
+    /// [`StepError::Face`] with what keeps it from being meshed.
+    pub fn area(&self, index: usize) -> Result<f64, StepError> {
+        let size = self.faces[index].shape.as_ref().map_or(1.0, |s| s.surface.size());
+        let options = MeshOptions { chord: 2e-3 * size, longest: 0.5, most_faces: 20_000 };
+        let face = self.mesh(index, (DMat3::IDENTITY, DVec3::ZERO), options)?;
+        Ok(area(&face.mesh.soup))
+    }
+
+    fn area_text(&self, index: usize) -> String {
+        match self.area(index) {
+            Ok(area) => format!("{area:.4} mm²"),
+            Err(_) => "(unusable)".to_owned(),
+        }
+    }
+
+    /// The face that is meant: the one with number `face`, from 1, else the only one, else, if
+    /// `largest`, the largest.
+    ///
+    /// # Errors
+    /// [`StepError::NoSuchFace`] and [`StepError::SeveralFaces`] list the faces.
+    pub fn choose(&self, face: Option<u32>, largest: bool) -> Result<usize, StepError> {
+        let count = self.faces.len();
+        match face {
+            Some(number) if (1..=count).contains(&(number as usize)) => Ok(number as usize - 1),
+            Some(face) => Err(StepError::NoSuchFace { face, count, list: self.list() }),
+            None if count == 1 => Ok(0),
+            None if largest => {
+                let area = |i: &usize| self.area(*i).unwrap_or(0.0);
+                let areas: Vec<(usize, f64)> = (0..count).map(|i| (i, area(&i))).collect();
+                let best = areas.iter().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+                Ok(best.map_or(0, |(i, _)| *i))
+            }
+            None => Err(StepError::SeveralFaces { count, list: self.list() }),
+        }
+    }
+}
+
+/// Area of triangles.
+fn area(soup: &TriangleSoup) -> f64 {
+    soup.faces.iter().map(|f| face_area(&soup.positions, *f)).sum()
+}
