@@ -1,5 +1,6 @@
 //! `evencut texture`: a job or its results → the texture that the teeth leave in a window.
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -19,6 +20,10 @@ use crate::output::{self, ResultDirectory};
 use crate::plan::{Failed, of_output};
 use crate::progress::Progress;
 use crate::{Exit, Streams, input};
+
+/// Sizes and spacings, mm, that a job file may give, too.
+const SIZES: RangeInclusive<f64> = 1e-4..=1000.0;
+const SPACINGS: RangeInclusive<f64> = 1e-5..=10.0;
 
 /// The job and the path of results.
 const RESULTS: [&str; 2] = ["job.resolved.toml", "toolpath.csv"];
@@ -158,6 +163,17 @@ impl Texture {
             }
             given => Ok(given.clone()),
         };
+        let ranges = [
+            ("--size", self.size.as_deref(), SIZES),
+            ("--spacing", self.spacing.as_ref().map(core::slice::from_ref), SPACINGS),
+        ];
+        for (name, given, range) in ranges {
+            if given.is_some_and(|given| !given.iter().all(|x| range.contains(x))) {
+                let (least, most) = (range.start(), range.end());
+                let message = format!("error: {name} must be between {least} and {most} mm\n");
+                return Err(Failed(Exit::BadJob, message));
+            }
+        }
         let at = numbers("--at", &self.at, 3)?.map(|at| DVec3::new(at[0], at[1], at[2]));
         let size = numbers("--size", &self.size, 2)?.map(|size| DVec2::new(size[0], size[1]));
         let mut window = match (&job.texture, at) {

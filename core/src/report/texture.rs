@@ -9,6 +9,8 @@ const FEWEST: f64 = 4.0;
 const SUNK: f64 = 3.0;
 /// Facets that are higher than this part of Sz are worth a word.
 const ROUGH: f64 = 0.1;
+/// Depth that is rounding, mm.
+const ROUNDING: f64 = 1e-6;
 
 /// The texture of a window.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -124,12 +126,12 @@ impl ProfileFigures {
 }
 
 impl TextureFigures {
-    /// What deserves a second look. `lowest`: height of the deepest node, mm; `tolerance`: how far the path may be off
-    /// the surface, mm.
+    /// What deserves a second look. `lowest`: height of the deepest node without run-out, mm; `tolerance`: how far the path
+    /// may be off the surface, mm.
     pub fn second_looks(&self, lowest: f64, tolerance: f64) -> Vec<String> {
         let mut notes = Vec::new();
         let window = &self.window;
-        if lowest < -SUNK * tolerance {
+        if lowest < -(SUNK * tolerance).max(ROUNDING) {
             notes.push(format!(
                 "the teeth come {:.1} µm below the surface, where the path may be {:.1} µm off it: path and surface do not \
                  belong together, or the path cuts into the part",

@@ -14,6 +14,9 @@ use thiserror::Error;
 pub const MOST_NODES: f64 = 2e7;
 /// How often the uniform grid may be made finer until its longest cell is short enough.
 const REFINEMENTS: usize = 20;
+/// Rounds of it after which steps are made smaller than the longest cell asks for, by so much more each time.
+const SOON: usize = 5;
+const ROOM: f64 = 0.01;
 /// Halvings of a bisection: enough for all bits of a length.
 const HALVINGS: usize = 60;
 /// Rounds of bisections on `du` and `dv` in turn.
@@ -59,6 +62,14 @@ pub enum GridError {
         "texture: cells of {cell} mm are longer than the surface is wide: give a smaller spacing"
     )]
     TooCoarse {
+        /// Length of a cell, mm.
+        cell: f64,
+    },
+    /// Steps of the flat map that keep cells short enough were not found.
+    #[error(
+        "texture: no even steps of the flat map keep all cells of the surface below {cell} mm: give another spacing"
+    )]
+    NoSteps {
         /// Length of a cell, mm.
         cell: f64,
     },
@@ -190,7 +201,7 @@ impl Grid {
         // Rounding must not ask for one cell more than a length divides into.
         let steps = |length: f64, cell: f64| (length / cell - 1e-9).ceil().max(1.0);
         let mut asked = [cell; 2];
-        for _ in 0..REFINEMENTS {
+        for round in 0..REFINEMENTS {
             let [nu, nv] = [steps(size.x, asked[0]), steps(size.y, asked[1])];
             refuse_too_many([nu, nv])?;
             let at =
@@ -212,11 +223,13 @@ impl Grid {
             if longest.iter().all(|l| *l <= cell * (1.0 + 1e-9)) {
                 return Ok(grid);
             }
+            // Where the surface ends between nodes, finer steps may meet a longer cell: room for it, more from round to round.
+            let room = if round < SOON { 1e-6 } else { ROOM * (round + 1 - SOON) as f64 };
             for axis in [0, 1] {
-                asked[axis] *= (cell / longest[axis]).min(1.0) * (1.0 - 1e-6);
+                asked[axis] *= (cell / longest[axis]).min(1.0) * (1.0 - room);
             }
         }
-        Err(GridError::NoNet { u: 0.0, v: 0.0 })
+        Err(GridError::NoSteps { cell })
     }
 
     fn constant(

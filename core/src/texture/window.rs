@@ -138,6 +138,16 @@ impl<'a> Window<'a> {
         0.5 * (way(0) + way(1) + way(2)).length()
     }
 
+    /// Whether nothing of the surface within `distance` mm of the middle is curved.
+    pub fn is_plane(&self, curvature: &CurvatureField, distance: f64) -> bool {
+        let places = self.surface.positions().iter().zip(curvature.operators());
+        let mut near = places.filter(|(p, _)| p.distance(self.middle) <= distance);
+        near.all(|(_, k)| {
+            let (least, most, _) = k.principal();
+            least.abs() <= FLAT && most.abs() <= FLAT
+        })
+    }
+
     /// The least concave radius of the surface within `distance` mm of the middle, mm; `None` where nothing is concave.
     pub fn least_concave_radius(&self, curvature: &CurvatureField, distance: f64) -> Option<f64> {
         let places = self.surface.positions().iter().zip(curvature.operators());

@@ -1,7 +1,7 @@
 //! One job planned with several tilts of the axis and feeds per tooth: what its window looks like, and how long it takes.
 //!
-//! All else is the job's, its limit on the removal rate too; the grid is the same for all, fine enough for the least feed
-//! per tooth. Every path is judged.
+//! All else is the job's, its limit on the removal rate too; the grid is the same for all, that of the job or, in a window,
+//! finer, for the least feed per tooth. Every path is judged.
 
 use super::judged;
 use crate::results::ResultsError;
@@ -104,7 +104,8 @@ impl Choice {
             }
             job.cut.feed = feed;
         }
-        if let Some(TextureOptions { spacing, .. }) = &mut job.texture {
+        // A whole surface so fine would be too much.
+        if let Some(TextureOptions { spacing, whole: false, .. }) = &mut job.texture {
             *spacing = spacing.min(finest / CELLS);
         }
         Ok(job)

@@ -128,6 +128,10 @@ pub(crate) struct Simulated {
     start: f64,
     facets: f64,
     least_concave_radius: Option<f64>,
+    /// How far teeth may stand out or come deeper, mm.
+    runout: f64,
+    /// Whether nothing of the surface at the window is curved.
+    is_plane: bool,
 }
 
 impl Simulated {
@@ -159,6 +163,7 @@ impl Simulated {
         let near = window.least_concave_radius(&curvature, half);
         let reached = window.least_concave_radius(&curvature, half + 2.0 * job.tool.radius());
         let start = job.cut.stock + job.cut.axial_depth;
+        let cutter = cutter(job, options);
         let sweep_options = SweepOptions {
             start,
             // On a whole surface the cutter leaves places out into which it does not fit.
@@ -174,7 +179,7 @@ impl Simulated {
         if moves.is_empty() {
             return Err(TextureError::NoTime);
         }
-        let map = sweep(&grid, &cutter(job, options), &moves, &sweep_options, progress);
+        let map = sweep(&grid, &cutter, &moves, &sweep_options, progress);
         if !map.heights.iter().any(|height| *height < start) {
             return Err(TextureError::NotCut { start });
         }
@@ -186,6 +191,8 @@ impl Simulated {
             start,
             facets: window.facets((at, size)),
             least_concave_radius: near,
+            runout: cutter.runout.largest(),
+            is_plane: window.is_plane(&curvature, half),
         })
     }
 
@@ -205,6 +212,11 @@ impl Simulated {
             file("texture.json", json(&job.name, &figures)),
         ];
         Ok(TextureResults { files, figures })
+    }
+
+    /// How far straight moves of the path may be off the surface, mm.
+    fn off_path(&self, job: &Job) -> f64 {
+        if self.is_plane { 0.0 } else { job.cut.tolerance }
     }
 
     /// The heights over their mean plane.
@@ -255,7 +267,7 @@ impl Simulated {
             notes: Vec::new(),
         };
         let lowest = self.map.heights.iter().copied().fold(f64::INFINITY, f64::min);
-        figures.notes = figures.second_looks(lowest, job.cut.tolerance);
+        figures.notes = figures.second_looks(lowest + self.runout, self.off_path(job));
         figures
     }
 }
