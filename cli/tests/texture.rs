@@ -63,6 +63,12 @@ fn errors_point_at_what_chose_the_window() {
     assert!(told(&["--at", "2.9,0,0", "--size", "1,1"]).contains(" --> --at, --size\n"));
     let many = told(&["--spacing", "1e-5"]);
     assert!(many.contains("at most 20000000") && many.contains(" --> --spacing\n"), "{many}");
+    for (name, value) in
+        [("--size", "1e-9,1"), ("--size", "1,2000"), ("--spacing", "0"), ("--spacing", "nan")]
+    {
+        let range = told(&[name, value]);
+        assert!(range.contains(&format!("error: {name} must be between")), "{range}");
+    }
     // The job's own window is to be mended there.
     fs::write(path.join("part.toml"), JOB.replace("at = [0.0,", "at = [90.0,")).unwrap();
     assert!(told(&[]).contains("part.toml:6:"), "{}", told(&[]));

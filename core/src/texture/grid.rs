@@ -423,6 +423,25 @@ mod tests {
         }
     }
 
+    /// The longest cells are at the rim, and whether one is there changes with the steps.
+    #[test]
+    fn a_whole_dome_has_a_grid_at_every_spacing() {
+        let dome = |at: DVec2| {
+            let r = at.length();
+            if r > 0.995 {
+                return Some(Node::BEYOND);
+            }
+            let place = at.extend((1.0 - r * r).sqrt());
+            Some(Node { place, normal: place.normalize() })
+        };
+        for k in 0..60 {
+            let cell = 0.02 + 0.001 * f64::from(k);
+            let grid = Grid::new(DVec2::splat(1.99), cell, Discretisation::Uniform, 1, &dome);
+            let largest = grid.unwrap_or_else(|e| panic!("{cell}: {e}")).cells().largest;
+            assert!(largest <= cell * (1.0 + 1e-9), "{largest} of {cell}");
+        }
+    }
+
     #[test]
     fn what_is_no_window_is_refused() {
         let plane = |at: DVec2| {
