@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use evencut_core::job::{self, Faults, Job, Severity};
 use evencut_service::failure;
+use evencut_service::faults::{fault, place};
 use evencut_service::results::{Input, OutputFile, Results, ResultsOptions, results};
 use evencut_service::stages::words;
 
@@ -71,18 +72,32 @@ impl Plan {
         // Before the work, not after it.
         output::check(&target).map_err(|error| of_output(&error))?;
         let results = self.results(&read)?;
-        let place = write(&target, &results.files).map_err(|error| of_output(&error))?;
+        let written = write(&target, &results.files).map_err(|error| of_output(&error))?;
         if self.json {
             streams.data(&results.report.to_json());
         } else if !self.quiet {
             streams.data(&results.report.summary());
         }
         if !self.quiet {
-            streams.message(&format!("results in {}\n", input::shown(&place)));
+            streams.message(&format!("results in {}\n", input::shown(&written)));
         }
         match &results.report.verification {
             Some(verification) if !verification.passed => {
                 Err(Failed(Exit::NotVerified, broken(&verification.broken)))
+            }
+            _ => self.asked_texture(&read, &results),
+        }
+    }
+
+    /// A window that was asked for and could not be simulated costs no plan, but is no success.
+    fn asked_texture(&self, read: &Read, results: &Results) -> Result<(), Failed> {
+        let warnings = &results.report.warnings;
+        let failed = warnings.iter().find(|warning| warning.stage == "texture");
+        match failed {
+            Some(warning) if read.job.texture.is_some() && results.report.texture.is_none() => {
+                let message = format!("texture: {}; all else is written", warning.message);
+                let fault = fault(message, place(&read.source, "texture"));
+                Err(self.failed(Exit::BadJob, &Faults(vec![fault]), &read.source))
             }
             _ => Ok(()),
         }

@@ -220,6 +220,23 @@ fn slow_tables_are_told() {
 }
 
 #[test]
+fn a_texture_that_was_asked_for_and_is_not_there_is_no_success() {
+    let directory = scratch("texture");
+    let window = "spindle = 6000.0\n[texture]\nat = [90.0, 0.0, 0.0]\n";
+    fs::write(directory.join("dome.toml"), format!("{DOME}{window}")).unwrap();
+    let output = evencut(&directory, &["plan", "dome.toml", "-q", "-o", "out"]);
+    let (exit, _, messages) = streams(&output);
+    assert_eq!(exit, 2, "{messages}");
+    assert!(
+        messages.contains("all else is written") && messages.contains("dome.toml:14"),
+        "{messages}"
+    );
+    assert!(
+        directory.join("out/toolpath.csv").exists() && !directory.join("out/texture.csv").exists()
+    );
+}
+
+#[test]
 fn quiet_runs_show_errors_only() {
     let directory = scratch("quiet");
     assert_eq!(streams(&evencut(&directory, &["plan", "dome.toml", "-q"])), (0, "", ""));
