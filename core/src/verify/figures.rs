@@ -225,7 +225,8 @@ impl Figures {
         let deepest = DEEPEST * options.tool.radius() * (1.0 - 1e-6) + options.stock;
         let largest = worst(heights.iter().copied(), |s| s.residual);
         let [p50, p99] = percentiles(&judged);
-        let untouched = judged.iter().filter(|s| s.by.is_none());
+        // On the rim, too, where samples have no area.
+        let untouched = heights.iter().filter(|s| s.by.is_none());
         let mut figures = Self {
             area: sum(&judged, |_| 1.0),
             samples: samples.len(),

@@ -72,7 +72,7 @@ const UPRIGHT: f64 = 1.0 - 1e-12;
 const STRAIGHT_UP: f64 = 1e-6;
 /// Samples of a wall on a cutter radius at least.
 const WALL_SAMPLES_PER_RADIUS: f64 = 8.0;
-/// Distance from the rim of the samples beside it, at least, cutter radii: a sharp edge that goes along them is seen
+/// Distance from the rim of the samples beside it, cutter radii: a sharp edge that goes along them is seen
 /// at places a twentieth of the radius apart, between which it lies back by a third of this.
 const BESIDE_RIM: f64 = 1e-3;
 /// A rapid that takes less than this touches nothing, mm.
@@ -145,7 +145,7 @@ pub fn verify(
         height: options.stock + options.depth,
         deepest: DEEPEST * options.tool.radius(),
     };
-    let inset = options.tolerance.max(BESIDE_RIM * options.tool.radius());
+    let inset = BESIDE_RIM * options.tool.radius();
     let outline = Outline::of(design, rest, options.walls.is_some());
     let tiles = samples::tiles(design, rest, spacing, &outline.open);
     let mut swept: Vec<SweptTile> = Vec::with_capacity(tiles.len());

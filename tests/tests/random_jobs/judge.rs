@@ -230,6 +230,9 @@ impl Case<'_> {
             from_rim,
             verification.map_or(0.0, |v| 1e3 * v.scallop.largest_mm)
         ));
+        // No wall's place is known to more than the tolerance.
+        let at_wall = self.job.path.boundary == Boundary::Wall && from_rim < self.tolerance();
+        let untouched = if at_wall { f64::INFINITY } else { untouched };
         if height > self.too_high() || height >= untouched {
             let over = worst.iter().filter(|w| w.0 > self.too_high()).count();
             let bound = verification.map_or(0.0, |v| v.scallop.sampling_bound_mm);
@@ -271,14 +274,17 @@ impl Case<'_> {
             self.design.faces.iter().zip(&self.design.normals).map(raised).collect();
         faces.extend(&self.rest.faces);
         let walls = match self.job.path.boundary {
-            Boundary::Wall => {
-                tops(&walls(&self.design.rims(), &self.rest, self.job.path.wall_height, true))
-            }
+            Boundary::Wall => walls(&self.design.rims(), &self.rest, self.job.path.wall_height, true),
             Boundary::Open => Vec::new(),
         };
-        let obstacles = Obstacles::new(self.sweep.cutter, faces, &walls);
+        let obstacles = Obstacles::new(self.sweep.cutter, faces, &tops(&walls));
         let allowed = self.limit() + self.tolerance() + stock;
-        let admits = |p: &Place| obstacles.admits(p.at + p.normal * allowed);
+        // What lies behind a wall is the wall's.
+        let admits = |p: &Place| {
+            let point = p.at + p.normal * allowed;
+            let free = walls.iter().filter_map(|w| w.crossed(p.at, point)).fold(1.0, f64::min);
+            obstacles.admits(p.at.lerp(point, free))
+        };
         // Evenly thinned.
         let tried = excused.len().min(TRIED);
         let picked = (0..tried).map(|i| &excused[i * excused.len() / tried].1);

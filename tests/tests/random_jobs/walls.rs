@@ -67,6 +67,17 @@ pub fn walls(rims: &[Rim], rest: &Mesh, height: f64, upright: bool) -> Vec<Wall>
 }
 
 impl Wall {
+    /// Part of the way between two places after which an upright wall stands.
+    pub fn crossed(&self, from: DVec3, to: DVec3) -> Option<f64> {
+        let [a, b] = self.rim.ends;
+        let [left, right] = [a, b].map(|end| side(from, to, end));
+        let [before, behind] = [from, to].map(|p| side(a, b, p));
+        let part = before / (before - behind);
+        let at = from.lerp(to, part);
+        let top = (a + self.up[0]).lerp(b + self.up[1], left / (left - right));
+        (before * behind < 0.0 && left * right < 0.0 && at.z < top.z).then_some(part)
+    }
+
     /// The deepest place at which the cutter stands in the wall, among places that the doubt about it does not
     /// explain.
     pub fn deepest(&self, sweep: &Sweep, tolerance: f64) -> Option<Stand> {
@@ -100,6 +111,11 @@ impl Wall {
         }
         best
     }
+}
+
+/// Side of a line through two level places on which a third lies: the doubled area between them.
+fn side(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+    (b - a).truncate().perp_dot((c - a).truncate())
 }
 
 /// How far behind the start of a line the cutter stands that holds the start: all of it, where its centre does
@@ -143,6 +159,19 @@ mod tests {
         assert!((deepest(&walls, &[row(0.0, 0.0), row(5.5, 0.0)]) - 2.5).abs() < 0.01);
         // Above it there is no wall.
         assert_eq!(deepest(&walls, &[row(0.0, 4.01), row(9.0, 4.01)]), 0.0);
+    }
+
+    #[test]
+    fn a_way_ends_at_a_wall_but_not_above_it() {
+        let floor = Mesh::of(sheet(5.0, 10, |_, _| 0.0));
+        let walls = walls(&floor.rims(), &Mesh::of(Vec::new()), 4.0, true);
+        let free = |to: DVec3| {
+            let from = DVec3::new(3.0, 0.3, 0.0);
+            walls.iter().filter_map(|w| w.crossed(from, to)).fold(1.0, f64::min)
+        };
+        assert_eq!(free(DVec3::new(4.9, 0.3, 1.0)), 1.0);
+        assert!((free(DVec3::new(7.0, 0.3, 1.0)) - 0.5).abs() < 1e-12);
+        assert_eq!(free(DVec3::new(7.0, 0.3, 9.0)), 1.0);
     }
 
     #[test]
