@@ -92,7 +92,7 @@ pub struct Verify {
     depth: Option<f64>,
     /// Allowance that is to stay on the surface, mm [default: the job's, or 0]
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
-    stock: Option<f64>,
+    allowance: Option<f64>,
     /// Limit on the removal rate, mm³/min [default: the job's]
     #[arg(long, value_name = "MM3/MIN", allow_hyphen_values = true)]
     mrr_limit: Option<f64>,
@@ -157,7 +157,7 @@ impl Verify {
         if let Some(target) = &self.output {
             output::check(target).map_err(|error| of_output(&error))?;
         }
-        let (file, too_tight) = self.path_file(streams)?;
+        let (file, inaccessible) = self.path_file(streams)?;
         let mut subject = match (&self.job, &self.surface) {
             (Some(job), _) => self.of_job(job, |read| {
                 (input::surface_path(job, read), input::wall_path(job, read))
@@ -173,7 +173,7 @@ impl Verify {
         }
         self.override_options(&mut subject.options);
         self.refuse_bad_numbers(&subject.options)?;
-        subject.options.too_tight = too_tight;
+        subject.options.inaccessible = inaccessible;
         let bytes = std::fs::read(&file).map_err(|e| Failed::file(Exit::BadJob, e, &file))?;
         let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let path = Input { name: &name, bytes: &bytes };
@@ -219,8 +219,8 @@ impl Verify {
         }
         let report = directory.join("report.json");
         let Ok(bytes) = std::fs::read(&report) else { return Ok((file, Vec::new())) };
-        let too_tight = spheres(&bytes).ok_or_else(|| {
-            Failed::file(Exit::BadJob, "coverage.too_tight_places is no list of places", &report)
+        let inaccessible = spheres(&bytes).ok_or_else(|| {
+            Failed::file(Exit::BadJob, "coverage.inaccessible_places is no list of places", &report)
         })?;
         for name in changed(&bytes, directory) {
             streams.message(&format!(
@@ -229,11 +229,11 @@ impl Verify {
                 if self.path.is_dir() && name != "toolpath.csv" {
                     "only toolpath.csv is judged here: name the program to judge it"
                 } else {
-                    "its places too tight for the cutter may not be those of this path"
+                    "its inaccessible places may not be those of this path"
                 }
             ));
         }
-        Ok((file, too_tight))
+        Ok((file, inaccessible))
     }
 
     /// By the job that results were made with.
@@ -304,13 +304,13 @@ impl Verify {
             },
             depth: UNKNOWN_DEPTH * tool.radius(),
             tells_rate: self.depth.is_some(),
-            stock: 0.0,
+            allowance: 0.0,
             scallop: None,
             tolerance: 0.005,
             mrr_limit: None,
             spacing: tool.radius() / SAMPLES_PER_RADIUS,
             up: UP,
-            too_tight: Vec::new(),
+            inaccessible: Vec::new(),
             walls: None,
             threads: self.threads(),
         };
@@ -339,12 +339,15 @@ impl Verify {
         options.scallop = self.scallop.or(options.scallop);
         options.tolerance = self.tolerance.unwrap_or(options.tolerance);
         options.depth = self.depth.unwrap_or(options.depth);
-        options.stock = self.stock.unwrap_or(options.stock);
+        options.allowance = self.allowance.unwrap_or(options.allowance);
         options.mrr_limit = self.mrr_limit.map(|limit| limit / 60.0).or(options.mrr_limit);
         options.spacing = self.spacing.unwrap_or(options.spacing);
         if self.wall {
-            let stock =
-                if options.tells_rate { options.stock + options.depth } else { options.stock };
+            let stock = if options.tells_rate {
+                options.allowance + options.depth
+            } else {
+                options.allowance
+            };
             let height = self.wall_height.unwrap_or(stock.max(2.0 * options.tool.radius()));
             let rise = if self.axes == Machine::Three { Rise::Up } else { Rise::Normal };
             options.walls = Some(Walls { height, rise });
@@ -356,7 +359,7 @@ impl Verify {
             ("--scallop", options.scallop.unwrap_or(1.0), f64::MIN_POSITIVE),
             ("--tolerance", options.tolerance, 0.0),
             ("--depth", options.depth, f64::MIN_POSITIVE),
-            ("--stock", options.stock, 0.0),
+            ("--allowance", options.allowance, 0.0),
             ("--mrr-limit", options.mrr_limit.unwrap_or(1.0), f64::MIN_POSITIVE),
             ("--spacing", options.spacing, f64::MIN_POSITIVE),
         ];
@@ -364,7 +367,7 @@ impl Verify {
             in_range("--wall-height", height, WALL_HEIGHTS)?;
         }
         let deepest = MOST_RADII * options.tool.radius();
-        for (name, value) in [("--depth", options.depth), ("--stock", options.stock)] {
+        for (name, value) in [("--depth", options.depth), ("--allowance", options.allowance)] {
             if value > deepest {
                 let message = format!(
                     "error: {name} is {value} mm; it must be at most {deepest} mm, {MOST_RADII} \
@@ -504,7 +507,7 @@ fn changed(report: &[u8], directory: &Path) -> Vec<String> {
 /// The places of a report where its plan says that the cutter does not fit.
 fn spheres(report: &[u8]) -> Option<Vec<Sphere>> {
     let report: serde_json::Value = serde_json::from_slice(report).ok()?;
-    let Some(places) = report["coverage"]["too_tight_places"].as_array() else {
+    let Some(places) = report["coverage"]["inaccessible_places"].as_array() else {
         return Some(Vec::new());
     };
     let sphere = |place: &serde_json::Value| {

@@ -69,7 +69,7 @@ fn cutters(criterion: &mut Criterion) {
                 tool,
                 axis,
                 axis_rate: f64::INFINITY,
-                stock: 0.0,
+                allowance: 0.0,
                 tolerance: 0.005,
                 reach: 40.0,
             };

@@ -132,7 +132,7 @@ impl<'a> Mender<'a> {
         let MendOptions { pass, limit, .. } = self.options;
         (self.samples, self.in_rows) = match pass.tool.kind() {
             ToolKind::Ball => {
-                let ball = Ball { radius: pass.tool.radius(), stock: pass.stock, limit };
+                let ball = Ball { radius: pass.tool.radius(), allowance: pass.allowance, limit };
                 let samples = self.places.beside_passes(flat, &ball);
                 let count = samples.len();
                 (samples, count)
@@ -312,7 +312,7 @@ impl<'a> Mender<'a> {
         if raise <= limit.max(WORTH * height) {
             return Lowered::From(DVec2::ZERO);
         }
-        let low = at + normal * (pass.stock + limit);
+        let low = at + normal * (pass.allowance + limit);
         let reaches = |s: &Sample| {
             standing_clear(s.at, s.normal, feed, pass, self.obstacles)
                 .is_some_and(|at| at.contains(low))
@@ -382,14 +382,15 @@ impl<'a> Mender<'a> {
     fn heights(&self, samples: &[Sample], path: &Toolpath, enough: f64) -> Vec<f64> {
         let MendOptions { pass, limit, threads, .. } = self.options;
         let cutter = Cutter { tool: pass.tool, length: pass.reach };
-        let layer = Layer { stock: pass.stock, depth: TOLD * limit };
+        let layer = Layer { allowance: pass.allowance, depth: TOLD * limit };
         let line = |s: &Sample| (Line { foot: s.at, normal: s.normal }, s.flat);
         let lines: Vec<(Line, DVec2)> = samples.iter().map(line).collect();
         let (columns, ids) = Columns::on(&lines, layer.top());
         let path = near_links(path, cutter.tool.radius());
-        let left = columns.remains(&path, cutter, layer, pass.stock + enough, threads);
+        let left = columns.remains(&path, cutter, layer, pass.allowance + enough, threads);
         let mut heights = vec![0.0; lines.len()];
-        let above = ids.iter().zip(left.heights()).map(|(id, height)| (*id, height - pass.stock));
+        let above =
+            ids.iter().zip(left.heights()).map(|(id, height)| (*id, height - pass.allowance));
         above.for_each(|(id, height)| heights[id as usize] = height);
         heights
     }
@@ -534,7 +535,7 @@ mod tests {
                 tool: Tool::new(RADIUS, RADIUS).unwrap(),
                 axis: ToolAxis::Fixed(DVec3::Z),
                 axis_rate: f64::INFINITY,
-                stock: 0.5,
+                allowance: 0.5,
                 tolerance: 0.001,
                 reach: f64::INFINITY,
             },
@@ -570,7 +571,7 @@ mod tests {
         let mut flat = flat.to_vec();
         for round in 0..20 {
             let point = |p: &FlatPoint| {
-                let tip = p.at.extend(options.pass.stock);
+                let tip = p.at.extend(options.pass.allowance);
                 PathPoint { tip, axis: DVec3::Z, ..touching(p.at, p.kind) }
             };
             match mender.mended(&flat, &Toolpath { points: flat.iter().map(point).collect() }) {
@@ -615,7 +616,7 @@ mod tests {
     #[test]
     fn what_cannot_be_touched_is_reached_from_beside() {
         let step = 0.1 - HALF;
-        let reach = step + RADIUS + ball().pass.stock;
+        let reach = step + RADIUS + ball().pass.allowance;
         let surface = plane();
         let (positions, mut faces) = surface.triangles();
         let first = positions.len() as u32;
@@ -647,7 +648,7 @@ mod tests {
                 tool: Tool::new(RADIUS, 0.0).unwrap(),
                 axis: ToolAxis::Lead(LEAD),
                 axis_rate: f64::INFINITY,
-                stock: 0.0,
+                allowance: 0.0,
                 tolerance: 0.001,
                 reach: f64::INFINITY,
             },

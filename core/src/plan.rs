@@ -6,7 +6,7 @@ mod load;
 mod plane;
 mod tilt;
 
-use crate::cutter_location::{CheckMesh, RaisedStretch};
+use crate::cutter_location::{CheckMesh, LiftedSpan};
 use crate::feed::fill_time;
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, FlattenError, Locator, Quality, abf, bff};
@@ -95,8 +95,8 @@ pub struct Planned {
     pub plain: Option<Toolpath>,
     /// Trochoid loops.
     pub loops: usize,
-    /// Where the cutter had to be raised.
-    pub raised: Vec<RaisedStretch>,
+    /// Where the cutter had to be lifted.
+    pub lifted: Vec<LiftedSpan>,
     /// What the path leaves.
     pub coverage: Coverage,
     /// Facets of the part that are not machined, and of the mesh beside the surface.
@@ -268,7 +268,7 @@ pub fn plan_showing(
     });
     progress(Stage::Locate, 0.0);
     let finished = delivery.finished(&cut.points, &mut |p| progress(Stage::Locate, p))?;
-    let Finished { mut toolpath, raised, coverage, .. } = finished;
+    let Finished { mut toolpath, lifted, coverage, .. } = finished;
     fill_time(&mut toolpath, &job.tool, &job.machine);
     Ok(Planned {
         rest,
@@ -289,7 +289,7 @@ pub fn plan_showing(
         toolpath,
         plain,
         loops: cut.loops,
-        raised,
+        lifted,
         rapid_plane: options.rapid_plane,
         tightest,
         surface,

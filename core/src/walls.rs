@@ -42,7 +42,7 @@ pub struct WallOptions {
     /// How high swept walls stand above the boundary, mm.
     pub height: f64,
     /// Allowance on the part's own walls, mm.
-    pub stock: f64,
+    pub allowance: f64,
     /// Distance of rulings, mm.
     pub spacing: f64,
 }
@@ -130,7 +130,7 @@ impl Walls {
         let width = |c: &[DVec3; 3]| (c[1] - c[0]).length().max((c[2] - c[0]).length());
         let all: f64 = ruled.iter().map(width).sum();
         let options = WallOptions {
-            stock: 0.0,
+            allowance: 0.0,
             spacing: options.spacing.max(all / MOST_RULINGS),
             ..*options
         };
@@ -211,7 +211,7 @@ impl Walls {
                     from,
                     to,
                     inward: normal,
-                    allowance: options.stock,
+                    allowance: options.allowance,
                     clears_behind,
                 });
             }
@@ -392,10 +392,10 @@ impl Clearance<'_> {
     fn at(&self, uv: DVec2) -> Option<f64> {
         let point = self.chart.locate(uv).ok()?;
         let (contact, normal) = (self.surface.position(point), self.surface.normal(point));
-        let PassOptions { tool, axis: rule, stock, reach, .. } = self.pass;
+        let PassOptions { tool, axis: rule, allowance, reach, .. } = self.pass;
         let stand = |feed: DVec3| {
             let axis = tool_axis(rule, normal, feed);
-            let tip = tip(&tool, contact, normal, axis, stock);
+            let tip = tip(&tool, contact, normal, axis, allowance);
             (normal.dot(axis) > 0.0)
                 .then(|| self.obstacles.rulings().stand(&tool, tip, axis, reach))
         };

@@ -225,7 +225,7 @@ fn the_limit_is_kept_on_the_rim_and_in_corners() {
     stepped.cut.stepover = Stepover::Fixed(4.73);
     let mut leaning =
         with_pattern(&job_with(plane, slim, "xyzac", (0.0827, 0.002)), Pattern::Spiral);
-    (leaning.cut.stock, leaning.cut.lead) = (0.348, 5.0f64.to_radians());
+    (leaning.cut.allowance, leaning.cut.lead) = (0.348, 5.0f64.to_radians());
     for job in jobs.iter().chain([&stepped, &leaning]) {
         let plan = planned(job, Files::default(), 2).unwrap();
         check_kept(job.path.pattern.name(), &judged(job, &plan, 2).unwrap());

@@ -64,7 +64,7 @@ fn check_promises(name: &str, results: &Results) {
     let [plain_rate, slowed_rate, rate] = [plain, slowed, delivered].map(|p| p.rate.unwrap());
     println!(
         "{name:34} plain {:6.3} delivered {:6.4} of the limit; {:7.0} {:7.0} {:7.0} mm; \
-         {:6.0} {:6.0} {:6.0} s; uncovered {:.4} % too tight {:.1} mm2 raised {}",
+         {:6.0} {:6.0} {:6.0} s; uncovered {:.4} % inaccessible {:.1} mm2 lifted {}",
         plain_rate.peak_over_limit,
         rate.peak_over_limit,
         plain.length_mm.total,
@@ -74,8 +74,8 @@ fn check_promises(name: &str, results: &Results) {
         slowed.time_s.total,
         delivered.time_s.total,
         coverage.never_covered_percent,
-        coverage.too_tight_mm2,
-        gouge.raised.len(),
+        coverage.inaccessible_mm2,
+        gouge.lifted.len(),
     );
     assert!(rate.peak_over_limit <= 1.0, "{name}: {}", rate.peak_over_limit);
     assert!(plain_rate.peak_over_limit >= PLAIN_EXCESS, "{name}: {}", plain_rate.peak_over_limit);
@@ -95,7 +95,7 @@ fn check_verdict(name: &str, job: &Job, results: &Results) {
     let limit = s.limit_mm.unwrap();
     println!(
         "{:34} scallop {:6.1} of {:6.1} µm (+ {:4.1}, sampling {:4.1}); gouge {:5.1} µm; untouched \
-         {:.3} mm2; too tight {:.2} %",
+         {:.3} mm2; inaccessible {:.2} %",
         "  measured",
         1e3 * s.largest_mm,
         1e3 * limit,
@@ -103,7 +103,7 @@ fn check_verdict(name: &str, job: &Job, results: &Results) {
         1e3 * s.sampling_bound_mm,
         1e3 * v.gouge_mm,
         v.untouched_mm2,
-        100.0 * v.too_tight_mm2 / (v.area_mm2 + v.too_tight_mm2),
+        100.0 * v.inaccessible_mm2 / (v.area_mm2 + v.inaccessible_mm2),
     );
     assert!(s.largest_mm <= limit + s.tolerance_mm, "{name}: {:?}", v.broken);
     assert!(v.gouge_mm >= -s.tolerance_mm, "{name}: {:?}", v.broken);

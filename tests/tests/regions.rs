@@ -113,7 +113,7 @@ fn map_evenly_and_keep_the_limit(case: &Case) {
         let v = report.verification.as_ref().unwrap();
         assert!(v.passed, "{:?}", v.broken);
         // Nothing is left out of the judgement.
-        assert_eq!(v.too_tight_mm2, 0.0);
+        assert_eq!(v.inaccessible_mm2, 0.0);
     }
 }
 

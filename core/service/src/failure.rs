@@ -127,7 +127,7 @@ fn of_plan(error: &PlanError) -> Failure {
         PlanError::Deliver(DeliverError::Outside(_))
         | PlanError::Deliver(DeliverError::Locate(LocateError::NotFinite { .. })) => BUG,
         PlanError::LimitUnreachable { .. } => limit(&["force.mrr_limit", "force.relative"]),
-        PlanError::TooTight { .. } => limit(&["cut.too_tight", "tool.diameter"]),
+        PlanError::Inaccessible { .. } => limit(&["cut.inaccessible", "tool.diameter"]),
         PlanError::FitsNowhere { .. } => limit(&["tool.diameter", "surface.select"]),
     }
 }

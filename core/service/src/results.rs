@@ -25,7 +25,7 @@ use evencut_core::preview::{
 };
 use evencut_core::report::{
     ByKind, CoverageFigures, DivisionFigures, FORMAT, FileRecord, FlattenFigures, ForceFigures,
-    GougeFigures, Lines, PassFigures, PathFigures, Profile, RaisedStretch, RateFigures, Report,
+    GougeFigures, LiftedSpan, Lines, PassFigures, PathFigures, Profile, RateFigures, Report,
     StepoverFigures, SurfaceFigures, VerificationFigures, Versions, Warning,
 };
 use evencut_core::surface::{self, Surface};
@@ -402,10 +402,10 @@ pub(crate) fn judge(
     threads: usize,
     progress: &mut dyn FnMut(f64),
 ) -> Result<(Verification, VerifyOptions), VerifyError> {
-    let places = &planned.coverage.too_tight_places;
+    let places = &planned.coverage.inaccessible_places;
     let sphere = |p: &evencut_core::removal::Place| Sphere { centre: p.centre, radius: p.radius };
     let options = VerifyOptions {
-        too_tight: places.iter().map(sphere).collect(),
+        inaccessible: places.iter().map(sphere).collect(),
         ..verify_options(job, planned.cusp_limit, threads)
     };
     let (positions, faces) = planned.surface.triangles();
@@ -424,13 +424,13 @@ pub fn verify_options(job: &Job, cusp_limit: f64, threads: usize) -> VerifyOptio
         length: job.cutter_length(),
         depth: job.cut.axial_depth,
         tells_rate: limits_rate,
-        stock: job.cut.stock,
+        allowance: job.cut.allowance,
         scallop: Some(cusp_limit),
         tolerance: job.cut.tolerance,
         mrr_limit: limits_rate.then(|| job.mrr_limit()),
         spacing: of_radius.min(job.nominal_side_step() / SAMPLES_PER_STEP),
         up: DVec3::Z,
-        too_tight: Vec::new(),
+        inaccessible: Vec::new(),
         walls: (job.path.boundary == Boundary::Wall).then(|| walls(job)),
         threads,
     }
@@ -653,7 +653,7 @@ fn report_on(
         slowed,
         delivered,
         coverage: coverage(planned),
-        gouge: GougeFigures { raised: raised(planned) },
+        gouge: GougeFigures { lifted: lifted(planned) },
         verification: None,
         texture: None,
         outputs: Vec::new(),
@@ -687,24 +687,24 @@ fn coverage(planned: &Planned) -> CoverageFigures {
         area_mm2: c.area,
         never_covered_mm2: c.never_covered,
         never_covered_percent: 100.0 * c.never_covered / c.area.max(f64::MIN_POSITIVE),
-        too_tight_mm2: c.too_tight,
-        too_tight_at_mm: c.too_tight_at.map(|p| p.to_array()),
-        too_tight_places: c.too_tight_places.iter().map(sphere).collect(),
+        inaccessible_mm2: c.inaccessible,
+        inaccessible_at_mm: c.inaccessible_at.map(|p| p.to_array()),
+        inaccessible_places: c.inaccessible_places.iter().map(sphere).collect(),
         cusp_limit_mm: planned.cusp_limit,
     }
 }
 
-fn raised_length(planned: &Planned) -> f64 {
-    planned.raised.iter().map(|r| r.length).sum()
+fn lifted_length(planned: &Planned) -> f64 {
+    planned.lifted.iter().map(|r| r.length).sum()
 }
 
-fn raised(planned: &Planned) -> Vec<RaisedStretch> {
-    let stretch = |r: &evencut_core::cutter_location::RaisedStretch| RaisedStretch {
+fn lifted(planned: &Planned) -> Vec<LiftedSpan> {
+    let span = |r: &evencut_core::cutter_location::LiftedSpan| LiftedSpan {
         from_mm: r.place.to_array(),
         length_mm: r.length,
-        raised_by_mm: r.raise,
+        lifted_by_mm: r.raise,
     };
-    planned.raised.iter().map(stretch).collect()
+    planned.lifted.iter().map(span).collect()
 }
 
 fn repairs(planned: &Planned) -> Vec<String> {
@@ -738,31 +738,31 @@ fn warnings(
             "choose a smaller cut.stepover or cut.scallop",
         ));
     }
-    if c.too_tight > 0.0 {
+    if c.inaccessible > 0.0 {
         let message = format!(
             "{:.2} mm² lie in corners or beside what the cutter must keep clear of, where it cannot go",
-            c.too_tight
+            c.inaccessible
         );
         out.push(warning("passes", message, "finish them with a smaller cutter"));
     }
-    if let Some(worst) = planned.raised.iter().max_by(|a, b| a.raise.total_cmp(&b.raise)) {
-        let length = match raised_length(planned) {
+    if let Some(worst) = planned.lifted.iter().max_by(|a, b| a.raise.total_cmp(&b.raise)) {
+        let length = match lifted_length(planned) {
             length if length < 0.05 => "less than 0.1".into(),
             length => format!("{length:.1}"),
         };
         out.push(warning(
             "cutter",
             format!(
-                "the cutter does not fit on {} stretch{}, {length} mm in all; worst near \
-                 ({:.3}, {:.3}, {:.3}) mm, raised by {:.3} mm",
-                planned.raised.len(),
-                if planned.raised.len() == 1 { "" } else { "es" },
+                "the cutter does not fit on {} span{}, {length} mm in all; worst near \
+                 ({:.3}, {:.3}, {:.3}) mm, lifted by {:.3} mm",
+                planned.lifted.len(),
+                if planned.lifted.len() == 1 { "" } else { "s" },
                 worst.place.x,
                 worst.place.y,
                 worst.place.z,
                 worst.raise
             ),
-            "use a smaller cutter or corner radius there; with cut.stock, also less of it",
+            "use a smaller cutter or corner radius there; with cut.allowance, also less of it",
         ));
     }
     let q = &planned.quality;
@@ -787,7 +787,7 @@ fn warn_of_force(
     slowed: Option<&PathFigures>,
     delivered: &PathFigures,
 ) {
-    let top = job.cut.stock + job.cut.axial_depth;
+    let top = job.cut.allowance + job.cut.axial_depth;
     if let Some(tightest) = planned.tightest.filter(|t| top > DEEP * t.radius)
         && job.force.control != ForceControl::Off
     {
@@ -799,7 +799,7 @@ fn warn_of_force(
         out.push(warning(
             "force",
             message,
-            "rough it in layers first (cut.axial_depth, cut.stock)",
+            "rough it in layers first (cut.axial_depth, cut.allowance)",
         ));
     }
     if let Some(rate) = delivered.rate.filter(|rate| rate.peak_over_limit > 1.0) {

@@ -1,7 +1,7 @@
-//! How far a cutter must be raised along its axis to touch no facet of the part.
+//! How far a cutter must be lifted along its axis to touch no facet of the part.
 //!
 //! Steps: (1) a tree over the facets is built once; each node keeps a box along the mean normal and
-//! the longest direction of its facets. (2) A query keeps the cutter raised as far as the facets
+//! the longest direction of its facets. (2) A query keeps the cutter lifted as far as the facets
 //! seen so far ask for. A node is left out where a plane parts its box from that cutter (see
 //! [`super::solid`]); how far the cutter must rise for that orders the others, most first. On a smooth
 //! surface only nodes within about their own size of the contact are opened. (3) Facets whose
@@ -90,7 +90,7 @@ struct Item {
 struct Query {
     tip: DVec3,
     frame: [DVec3; 3],
-    /// The cutter, raised as far as is known to be needed.
+    /// The cutter, lifted as far as is known to be needed.
     solid: Solid,
     /// Obstacles higher above the tip are ignored, mm.
     reach: f64,
@@ -146,7 +146,7 @@ impl CheckMesh {
     pub fn raise(&self, tool: &Tool, tip: DVec3, axis: DVec3, reach: f64) -> f64 {
         let mut query = Query::new(tool, tip, axis, reach);
         let mut raise = self.descend(&mut query, 0.0, f64::INFINITY);
-        // A raised cutter reaches higher and may meet what was ignored.
+        // A lifted cutter reaches higher and may meet what was ignored.
         let mut rounds = 0;
         while query.lowest_ignored < reach + raise && query.reach < reach + raise {
             rounds += 1;
@@ -368,7 +368,7 @@ impl Query {
         DVec3::new(d.dot(self.frame[0]), d.dot(self.frame[1]), d.dot(self.frame[2]))
     }
 
-    /// Puts the cutter where it is raised by `best`.
+    /// Puts the cutter where it is lifted by `best`.
     fn stand_at(&mut self, best: f64) {
         self.solid.tip = self.tip + self.frame[2] * (best + NEGLIGIBLE);
     }
@@ -638,7 +638,7 @@ mod tests {
             let positions: Vec<_> = soup.positions.iter().map(|&p| (p - low) * scale).collect();
             let part = CheckMesh::new(positions.clone(), soup.faces);
             let mut s = Sequence(5);
-            let mut raised = 0;
+            let mut lifted = 0;
             for _ in 0..8 {
                 for tool in tools() {
                     let on = positions[(s.next() * positions.len() as f64) as usize];
@@ -649,11 +649,11 @@ mod tests {
                     assert!((raise - all).abs() <= 2.0 * NEGLIGIBLE, "{name}: {raise} not {all}");
                     assert_eq!(raise == 0.0, part.is_clear(&tool, tip, axis, f64::INFINITY));
                     let clear = part.raise(&tool, tip + axis * (raise + 1e-9), axis, f64::INFINITY);
-                    assert_eq!(clear, 0.0, "{name}: raised by {raise}");
-                    raised += usize::from(raise > 0.0);
+                    assert_eq!(clear, 0.0, "{name}: lifted by {raise}");
+                    lifted += usize::from(raise > 0.0);
                 }
             }
-            assert!(raised > 16, "{name}: only {raised} of 32 touch");
+            assert!(lifted > 16, "{name}: only {lifted} of 32 touch");
         }
     }
 
@@ -685,7 +685,7 @@ mod tests {
         for tool in tools() {
             let raise = |reach| roofed.raise(&tool, DVec3::ZERO, DVec3::Z, reach);
             assert!((raise(20.0) - 0.5).abs() < 1e-9);
-            assert!((raise(29.6) - 30.0).abs() < 1e-9, "raised by 0.5 it meets the roof");
+            assert!((raise(29.6) - 30.0).abs() < 1e-9, "lifted by 0.5 it meets the roof");
             assert!((raise(f64::INFINITY) - 30.0).abs() < 1e-9);
         }
     }

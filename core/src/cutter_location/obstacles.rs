@@ -5,7 +5,7 @@ use super::ruling::{Pushed, Ruling, Rulings};
 use crate::geometry::DVec3;
 use crate::tool::Tool;
 
-/// Rounds in which the cutter is raised out of the part and out of walls in turn.
+/// Rounds in which the cutter is lifted out of the part and out of walls in turn.
 const MOST_ROUNDS: usize = 8;
 
 /// The first part of the way down that is looked at.
@@ -34,7 +34,7 @@ pub struct Standing {
 
 impl Standing {
     /// The same cutter moved along its axis, mm.
-    pub fn raised(self, by: f64) -> Self {
+    pub fn lifted(self, by: f64) -> Self {
         Self { tip: self.tip + self.axis * by, ..self }
     }
 
@@ -54,7 +54,7 @@ impl Standing {
         let radius = self.tool.radius() + growth;
         let corner = (self.tool.corner_radius() + growth).max(0.0);
         let tool = Tool::new(radius, corner.min(radius)).ok()?;
-        Some(Self { tool, ..self.raised(-growth) })
+        Some(Self { tool, ..self.lifted(-growth) })
     }
 }
 
@@ -79,14 +79,14 @@ impl Obstacles {
         &self.rulings
     }
 
-    /// How far the cutter must be raised to clear the part, with `stock` mm left on it, and the walls, mm.
-    pub fn raise(&self, at: Standing, stock: f64) -> f64 {
-        let Some(grown) = at.grown(stock) else { return 0.0 };
+    /// How far the cutter must be lifted to clear the part, with `allowance` mm left on it, and the walls, mm.
+    pub fn raise(&self, at: Standing, allowance: f64) -> f64 {
+        let Some(grown) = at.grown(allowance) else { return 0.0 };
         let mut raise = 0.0;
         for _ in 0..MOST_ROUNDS {
             let of = |mesh: &CheckMesh, s: Standing| mesh.raise(&s.tool, s.tip, s.axis, s.reach);
-            raise += of(&self.part, grown.raised(raise));
-            let more = of(&self.walls, at.raised(raise));
+            raise += of(&self.part, grown.lifted(raise));
+            let more = of(&self.walls, at.lifted(raise));
             raise += more;
             if more == 0.0 {
                 break;
@@ -95,13 +95,13 @@ impl Obstacles {
         raise
     }
 
-    /// Whether the cutter penetrates part (with `stock` mm left on it) and walls by less than `depth` mm, measured
+    /// Whether the cutter penetrates part (with `allowance` mm left on it) and walls by less than `depth` mm, measured
     /// along the normal.
-    pub fn is_clear(&self, at: Standing, stock: f64, depth: f64) -> bool {
+    pub fn is_clear(&self, at: Standing, allowance: f64, depth: f64) -> bool {
         let clears = |mesh: &CheckMesh, growth: f64| {
             at.grown(growth).is_none_or(|s| mesh.is_clear(&s.tool, s.tip, s.axis, s.reach))
         };
-        clears(&self.part, stock - depth) && clears(&self.walls, -depth)
+        clears(&self.part, allowance - depth) && clears(&self.walls, -depth)
     }
 
     /// The cutter moved across its axis until it just touches the walls it stood in; `None` where it does not fit.
@@ -112,14 +112,14 @@ impl Obstacles {
         self.rulings.push(&at.tool, at.tip, at.axis, at.reach)
     }
 
-    /// The cutter let down, or raised, along its axis until it rests on the part; where it was if there is nothing so
+    /// The cutter let down, or lifted, along its axis until it rests on the part; where it was if there is nothing so
     /// far `below` it, mm.
-    pub fn dropped(&self, at: Standing, stock: f64, below: f64) -> DVec3 {
-        let Some(grown) = at.grown(stock) else { return at.tip };
+    pub fn dropped(&self, at: Standing, allowance: f64, below: f64) -> DVec3 {
+        let Some(grown) = at.grown(allowance) else { return at.tip };
         // Most surfaces lie little lower; from far below more of the part stands in the way.
         let mut down = FIRST_DROP * below;
         loop {
-            let low = grown.raised(-down);
+            let low = grown.lifted(-down);
             let raise = self.part.raise(&low.tool, low.tip, low.axis, low.reach + down);
             if raise > 0.0 {
                 return at.tip + at.axis * (raise - down);

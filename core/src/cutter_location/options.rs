@@ -13,7 +13,7 @@ pub struct PassOptions {
     /// Fastest turn of the axis along the pass, rad/mm; infinity for none.
     pub axis_rate: f64,
     /// Allowance left on the surface, mm.
-    pub stock: f64,
+    pub allowance: f64,
     /// Largest deviation of the path and largest penetration, mm.
     pub tolerance: f64,
     /// Length of the cutter above its tip that must clear the part, mm; infinity for no limit.

@@ -1,7 +1,7 @@
 //! One pass of cutter contacts → the fewest cutter locations that keep to the tolerance.
 //!
-//! Steps: (1) an axis and a tip for every contact, the tip raised clear of the part. (2) Between
-//! neighbours, middles are tested and raised where the straight piece would cut in. (3) Points are
+//! Steps: (1) an axis and a tip for every contact, the tip lifted clear of the part. (2) Between
+//! neighbours, middles are tested and lifted where the straight piece would cut in. (3) Points are
 //! left out while the path stays within half the tolerance of the dense one; points where the
 //! feed changes stay. (4) The pieces that remain are tested again against the part, and split where
 //! they penetrate.
@@ -52,17 +52,17 @@ pub struct Located {
     pub normal: DVec3,
     /// Feed of the move that ends here, mm/s.
     pub feed: f64,
-    /// How far the tip was raised from touching the contact, mm; infinite where there is no way between the points
+    /// How far the tip was lifted from touching the contact, mm; infinite where there is no way between the points
     /// before and behind.
     pub raise: f64,
     /// Keys of the first and the last contact whose pieces the move that ends here covers.
     pub keys: (usize, usize),
 }
 
-/// A stretch of the pass where the cutter does not fit: it was raised beyond the tolerance and the facets'
+/// A span of the pass where the cutter does not fit: it was lifted beyond the tolerance and the facets'
 /// own error.
 #[derive(Copy, Clone, Debug, PartialEq)]
-pub struct RaisedStretch {
+pub struct LiftedSpan {
     /// First contact, mm.
     pub from: DVec3,
     /// Last contact, mm.
@@ -81,7 +81,7 @@ pub struct LocatedPass {
     /// The path, in order.
     pub points: Vec<Located>,
     /// Where the cutter does not fit.
-    pub raised: Vec<RaisedStretch>,
+    pub lifted: Vec<LiftedSpan>,
 }
 
 /// A bound of the raise, mm, that comes from facets and interpolated normals alone, for a cutter of
@@ -103,7 +103,7 @@ pub fn facet_error(corners: [DVec3; 3], normals: [DVec3; 3], radius: f64) -> f64
 /// Locates the cutter along a pass.
 ///
 /// Three-axis passes keep the axis; five-axis ones turn it at most `axis_rate`. Every straight piece of
-/// the result stays within `tolerance` of the raised path and penetrates the part (grown by the
+/// the result stays within `tolerance` of the lifted path and penetrates the part (grown by the
 /// allowance) no deeper than that; in five axes the depth of the cut follows tip and axis and is held to
 /// the same tolerance. Where the wanted position would need a jump, the cutter is lifted
 /// along its axis beside the obstacle.
@@ -127,7 +127,7 @@ pub fn locate_pass(
         .enumerate()
         .map(|(i, &k)| located(contacts, &dense, if i == 0 { None } else { Some(kept[i - 1]) }, k))
         .collect();
-    Ok(LocatedPass { points, raised: raised_stretches(contacts, &dense, options.tolerance) })
+    Ok(LocatedPass { points, lifted: lifted_spans(contacts, &dense, options.tolerance) })
 }
 
 /// A point of the dense path.
@@ -144,7 +144,7 @@ struct Dense {
     at_contact: bool,
     /// Whether it was tested to penetrate by at most a quarter of the tolerance.
     tested: bool,
-    /// Whether it was raised out of all that it would penetrate.
+    /// Whether it was lifted out of all that it would penetrate.
     is_free: bool,
     /// Out of the wall that the cutter was moved off, unit.
     away: Option<DVec3>,
@@ -287,7 +287,8 @@ fn dense_path(
 ) -> Vec<Dense> {
     let mut dense: Vec<Dense> = Vec::with_capacity(contacts.len());
     for (piece, (contact, &axis)) in contacts.iter().zip(axes).enumerate() {
-        let touching = tip(&options.tool, contact.position, contact.normal, axis, options.stock);
+        let touching =
+            tip(&options.tool, contact.position, contact.normal, axis, options.allowance);
         let Placed { tip, raise, is_free, away } = probe.placed(touching, axis);
         let point = Dense {
             tip,
@@ -352,7 +353,7 @@ fn in_corner(dense: &[Dense], b: &Dense, probe: &Probe) -> Option<Dense> {
 const CORNER: f64 = 4.0;
 /// Times as far as its contact goes the tip, where the cutter turns about it.
 const SWING: f64 = 2.0;
-/// What a raised cutter may still penetrate, mm: a bound of [`CheckMesh::raise`].
+/// What a lifted cutter may still penetrate, mm: a bound of [`CheckMesh::raise`].
 const FREE: f64 = 2e-6;
 /// Halvings of a piece between contacts; 2^12 parts of a long piece are shorter than any tolerance.
 const DEEPEST: u32 = 12;
@@ -419,7 +420,7 @@ fn midpoint(a: &Dense, b: &Dense) -> Dense {
     }
 }
 
-/// The lower of two points, raised along its axis to the height of the higher: a lift up a wall.
+/// The lower of two points, lifted along its axis to the height of the higher: a lift up a wall.
 fn lifted_beside(a: &Dense, b: &Dense) -> Dense {
     let climb = (b.tip - a.tip).dot(a.axis);
     let (low, axis) = if climb > 0.0 { (a, a.axis) } else { (b, b.axis) };
@@ -561,8 +562,8 @@ fn located(contacts: &[Contact], dense: &[Dense], before: Option<usize>, at: usi
     }
 }
 
-fn raised_stretches(contacts: &[Contact], dense: &[Dense], tolerance: f64) -> Vec<RaisedStretch> {
-    let mut stretches: Vec<RaisedStretch> = Vec::new();
+fn lifted_spans(contacts: &[Contact], dense: &[Dense], tolerance: f64) -> Vec<LiftedSpan> {
+    let mut spans: Vec<LiftedSpan> = Vec::new();
     let mut open = false;
     for d in dense.iter().filter(|d| d.at_contact) {
         let contact = &contacts[d.piece];
@@ -571,15 +572,15 @@ fn raised_stretches(contacts: &[Contact], dense: &[Dense], tolerance: f64) -> Ve
             continue;
         }
         let place = contact.position;
-        match stretches.last_mut().filter(|_| open) {
-            Some(stretch) => {
-                stretch.length += stretch.to.distance(place);
-                stretch.to = place;
-                if d.raise > stretch.raise {
-                    (stretch.raise, stretch.place) = (d.raise, place);
+        match spans.last_mut().filter(|_| open) {
+            Some(span) => {
+                span.length += span.to.distance(place);
+                span.to = place;
+                if d.raise > span.raise {
+                    (span.raise, span.place) = (d.raise, place);
                 }
             }
-            None => stretches.push(RaisedStretch {
+            None => spans.push(LiftedSpan {
                 from: place,
                 to: place,
                 length: 0.0,
@@ -589,7 +590,7 @@ fn raised_stretches(contacts: &[Contact], dense: &[Dense], tolerance: f64) -> Ve
         }
         open = true;
     }
-    stretches
+    spans
 }
 
 #[cfg(test)]
@@ -603,7 +604,7 @@ mod tests {
 
     fn options(radius: f64, corner: f64, axis: ToolAxis) -> PassOptions {
         let tool = Tool::new(radius, corner).unwrap();
-        PassOptions { tool, axis, axis_rate: OPEN, stock: 0.0, tolerance: 0.005, reach: 40.0 }
+        PassOptions { tool, axis, axis_rate: OPEN, allowance: 0.0, tolerance: 0.005, reach: 40.0 }
     }
 
     fn wave(x: f64) -> f64 {
@@ -760,20 +761,20 @@ mod tests {
     }
 
     #[test]
-    fn where_the_cutter_does_not_fit_is_reported_once_a_stretch() {
+    fn where_the_cutter_does_not_fit_is_reported_once_a_span() {
         // Valleys of radius 36 / 3 = 12 at slope 0: a ball of 30 hangs above them.
         let contacts = wave_pass(600);
         let tight = options(30.0, 30.0, ToolAxis::Fixed(DVec3::Z));
         let mesh = wave_mesh(800);
         let pass = locate_pass(&contacts, &tight, &mesh).unwrap();
-        assert!(!pass.raised.is_empty() && pass.raised.len() <= 3, "{}", pass.raised.len());
-        for stretch in &pass.raised {
-            assert!(stretch.raise > 0.5 && stretch.length > 5.0);
-            assert!(stretch.place.z < 0.0, "the deepest misfit lies in a valley");
+        assert!(!pass.lifted.is_empty() && pass.lifted.len() <= 3, "{}", pass.lifted.len());
+        for span in &pass.lifted {
+            assert!(span.raise > 0.5 && span.length > 5.0);
+            assert!(span.place.z < 0.0, "the deepest misfit lies in a valley");
         }
         assert!(penetration(&pass, &tight, &mesh) <= tight.tolerance);
         let fits = options(4.0, 4.0, ToolAxis::Fixed(DVec3::Z));
-        assert_eq!(locate_pass(&contacts, &fits, &mesh).unwrap().raised, vec![]);
+        assert_eq!(locate_pass(&contacts, &fits, &mesh).unwrap().lifted, vec![]);
     }
 
     #[test]
@@ -794,7 +795,7 @@ mod tests {
         let pass = locate_pass(&contacts, &o, &mesh).unwrap();
         let highest = pass.points.iter().map(|p| p.raise).fold(0.0, f64::max);
         assert!(highest > 0.005, "facets do raise the cutter: {highest}");
-        assert_eq!(pass.raised, vec![]);
+        assert_eq!(pass.lifted, vec![]);
     }
 
     #[test]
@@ -817,10 +818,10 @@ mod tests {
         let o = options(5.0, 5.0, ToolAxis::Fixed(DVec3::Z));
         let beside: Vec<_> = (0..50).map(|i| along(-5.0 + 1e-3, i as f64 * 0.2, i)).collect();
         let pass = locate_pass(&beside, &o, &mesh).unwrap();
-        assert!(pass.raised.is_empty() && pass.points.len() == 2, "{pass:?}");
+        assert!(pass.lifted.is_empty() && pass.points.len() == 2, "{pass:?}");
         let into: Vec<_> = (0..100).map(|i| along(-20.0 + i as f64 * 0.19, 0.0, i)).collect();
         let pass = locate_pass(&into, &o, &mesh).unwrap();
-        assert_eq!(pass.raised.len(), 1);
+        assert_eq!(pass.lifted.len(), 1);
         assert!(penetration(&pass, &o, &mesh) <= o.tolerance);
     }
 
@@ -848,7 +849,7 @@ mod tests {
             vec![[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]],
         ));
         let mut o = options(2.0, 2.0, ToolAxis::Fixed(DVec3::Z));
-        o.stock = 0.5;
+        o.allowance = 0.5;
         let contact = Contact {
             position: DVec3::ZERO,
             normal: DVec3::Z,

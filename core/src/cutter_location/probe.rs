@@ -1,4 +1,4 @@
-//! One cutter tried at a place: off walls, down on the part, or raised clear of both.
+//! One cutter tried at a place: off walls, down on the part, or lifted clear of both.
 
 use super::axis::tool_axis;
 use super::obstacles::{Obstacles, Standing};
@@ -15,7 +15,7 @@ const AT_WALL: f64 = 0.2;
 /// Where the cutter stands instead of where it was to stand.
 pub(super) struct Placed {
     pub tip: DVec3,
-    /// How far it was raised.
+    /// How far it was lifted.
     pub raise: f64,
     /// Whether it is clear of all.
     pub is_free: bool,
@@ -27,15 +27,15 @@ pub(super) struct Placed {
 pub(super) struct Probe<'a> {
     pub obstacles: &'a Obstacles,
     pub tool: Tool,
-    pub stock: f64,
+    pub allowance: f64,
     pub tolerance: f64,
     pub reach: f64,
 }
 
 impl<'a> Probe<'a> {
     pub fn new(options: &PassOptions, obstacles: &'a Obstacles) -> Self {
-        let PassOptions { tool, stock, tolerance, reach, .. } = *options;
-        Self { obstacles, tool, stock, tolerance, reach }
+        let PassOptions { tool, allowance, tolerance, reach, .. } = *options;
+        Self { obstacles, tool, allowance, tolerance, reach }
     }
 
     fn standing(&self, tip: DVec3, axis: DVec3) -> Standing {
@@ -44,10 +44,10 @@ impl<'a> Probe<'a> {
 
     /// Whether the cutter penetrates by less than `depth`, measured along the normal.
     pub fn clears(&self, tip: DVec3, axis: DVec3, depth: f64) -> bool {
-        self.obstacles.is_clear(self.standing(tip, axis), self.stock, depth)
+        self.obstacles.is_clear(self.standing(tip, axis), self.allowance, depth)
     }
 
-    /// Where the cutter stands that was to stand at `tip`: moved off walls and then let down on the part; raised
+    /// Where the cutter stands that was to stand at `tip`: moved off walls and then let down on the part; lifted
     /// where it does not fit.
     pub fn placed(&self, tip: DVec3, axis: DVec3) -> Placed {
         let pushed = self.obstacles.pushed(self.standing(tip, axis));
@@ -58,7 +58,7 @@ impl<'a> Probe<'a> {
             let at = self.standing(pushed.tip, axis);
             // The part's own walls, which it touches, are not to hold it up.
             let slack = AT_WALL * self.tolerance;
-            let tip = self.obstacles.dropped(at, self.stock - slack, below) + axis * slack;
+            let tip = self.obstacles.dropped(at, self.allowance - slack, below) + axis * slack;
             let tip = tip + axis * self.raise(tip, axis).0;
             if self.clears(tip, axis, 0.25 * self.tolerance) {
                 return Placed { tip, raise: 0.0, is_free: true, away: pushed.away };
@@ -71,7 +71,7 @@ impl<'a> Probe<'a> {
     /// The raise, and whether it is all that is asked for: a small penetration is forgiven where undoing it
     /// would take a long way up a wall.
     fn raise(&self, tip: DVec3, axis: DVec3) -> (f64, bool) {
-        let raise = self.obstacles.raise(self.standing(tip, axis), self.stock);
+        let raise = self.obstacles.raise(self.standing(tip, axis), self.allowance);
         if raise > 0.5 * self.tolerance && self.clears(tip, axis, 0.25 * self.tolerance) {
             return (0.0, false);
         }
@@ -79,7 +79,7 @@ impl<'a> Probe<'a> {
     }
 }
 
-/// How far the cutter must be raised where it is to touch one contact of a path going along `feed`, mm; infinite
+/// How far the cutter must be lifted where it is to touch one contact of a path going along `feed`, mm; infinite
 /// where that cannot be: the surface faces away, or the allowance leaves nothing of the cutter.
 pub fn raise_at(
     contact: DVec3,
@@ -89,7 +89,7 @@ pub fn raise_at(
     obstacles: &Obstacles,
 ) -> f64 {
     touching(contact, normal, feed, options)
-        .map_or(f64::INFINITY, |at| obstacles.raise(at, options.stock))
+        .map_or(f64::INFINITY, |at| obstacles.raise(at, options.allowance))
 }
 
 /// The cutter that touches one contact of a path going along `feed`, where nothing stands in its way.
@@ -101,7 +101,7 @@ pub fn standing_clear(
     obstacles: &Obstacles,
 ) -> Option<Standing> {
     let at = touching(contact, normal, feed, options)?;
-    obstacles.is_clear(at, options.stock, 0.25 * options.tolerance).then_some(at)
+    obstacles.is_clear(at, options.allowance, 0.25 * options.tolerance).then_some(at)
 }
 
 /// The cutter that is to touch one contact of a path going along `feed` and would stand in a wall: moved off it and let
@@ -137,7 +137,7 @@ pub fn is_in_wall(
 /// faces away or the allowance leaves nothing of the cutter.
 fn touching(contact: DVec3, normal: DVec3, feed: DVec3, options: &PassOptions) -> Option<Standing> {
     let axis = tool_axis(options.axis, normal, feed);
-    let tip = tip(&options.tool, contact, normal, axis, options.stock);
+    let tip = tip(&options.tool, contact, normal, axis, options.allowance);
     let at = Standing { tool: options.tool, tip, axis, reach: options.reach };
-    (normal.dot(axis) > 0.0 && at.grown(options.stock).is_some()).then_some(at)
+    (normal.dot(axis) > 0.0 && at.grown(options.allowance).is_some()).then_some(at)
 }

@@ -24,11 +24,11 @@ pub fn contact_offset(tool: &Tool, normal: DVec3, axis: DVec3) -> DVec3 {
 }
 
 /// Position of the tool tip, mm, that touches `contact` on a surface of unit `normal` toward the tool,
-/// leaving an allowance of `stock` mm.
+/// leaving an allowance of `allowance` mm.
 ///
-/// `CL = CC + stock n + r_c n + (R - r_c) m - r_c a`.
-pub fn tip(tool: &Tool, contact: DVec3, normal: DVec3, axis: DVec3, stock: f64) -> DVec3 {
-    contact + normal * stock - contact_offset(tool, normal, axis)
+/// `CL = CC + allowance n + r_c n + (R - r_c) m - r_c a`.
+pub fn tip(tool: &Tool, contact: DVec3, normal: DVec3, axis: DVec3, allowance: f64) -> DVec3 {
+    contact + normal * allowance - contact_offset(tool, normal, axis)
 }
 
 #[cfg(test)]

@@ -48,7 +48,7 @@ pub fn lowest(ends: [Disc; 2], radius: f64, foot: DVec3, normal: DVec3) -> Optio
 mod tests {
     use super::*;
 
-    /// A disc with its front raised, going along x: the line beside its middle is lowest where the rear leaves
+    /// A disc with its front lifted, going along x: the line beside its middle is lowest where the rear leaves
     /// it, half way through a move.
     #[test]
     fn the_rear_of_a_tilted_disc_is_lowest() {

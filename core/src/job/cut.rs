@@ -25,9 +25,9 @@ pub enum CutDirection {
 /// What to do where the cutter does not fit.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum TooTight {
-    /// Raise the cutter until it clears, report the area.
-    Avoid,
+pub enum Inaccessible {
+    /// Lift the cutter until it clears, report the area.
+    Lift,
     /// Refuse the job.
     Refuse,
 }
@@ -48,9 +48,9 @@ pub struct Cut {
     /// Chord tolerance, mm.
     pub tolerance: f64,
     /// Allowance left on the surface, mm.
-    pub stock: f64,
+    pub allowance: f64,
     /// Climb or conventional.
     pub direction: CutDirection,
-    /// Policy for places the cutter does not fit.
-    pub too_tight: TooTight,
+    /// What to do where the cutter does not fit.
+    pub inaccessible: Inaccessible,
 }

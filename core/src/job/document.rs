@@ -25,6 +25,9 @@ use super::words::{choices, expectation, keys, kind, names, quoted};
 
 /// Largest job file that is read, bytes. Jobs are a few kilobytes; a mesh given by mistake is not.
 const LARGEST: usize = 1 << 20;
+/// Keys that have other names now.
+const RENAMED: [(&str, &str); 2] =
+    [("cut.stock", "cut.allowance"), ("cut.too_tight", "cut.inaccessible")];
 
 /// Where a key and its value stand in the source, bytes.
 #[derive(Clone, Debug, PartialEq)]
@@ -225,7 +228,11 @@ impl Walk {
         let known: Vec<&str> = keys(schema).collect();
         let mut fault = Fault::new(join(path, name), "unknown key");
         let homes = self.homes(name);
-        if let Some(near) = nearest(name, known.iter().copied()) {
+        let full = join(path, name);
+        if let Some((_, key)) = RENAMED.iter().find(|(old, _)| *old == full) {
+            fault = fault.help(format!("it is called `{key}` now"));
+            self.places.misspelt.insert((*key).to_owned(), place);
+        } else if let Some(near) = nearest(name, known.iter().copied()) {
             fault = fault.help(format!("did you mean `{near}`?"));
             self.places.misspelt.insert(join(path, near), place);
         } else if let [home] = homes.as_slice() {

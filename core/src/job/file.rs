@@ -9,7 +9,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::cut::{CutDirection, TooTight};
+use super::cut::{CutDirection, Inaccessible};
 use super::force::{FeedComponent, ForceControl};
 use super::output::Picture;
 use super::path::{Boundary, FirstPass, Links, Parameter, Pattern, RingOrder, StartKey, Traverse};
@@ -252,13 +252,13 @@ pub struct CutTable {
     pub tolerance: Option<f64>,
     /// Allowance left on the surface.
     #[schemars(extend("x-unit" = "mm", "default" = 0.0, "minimum" = 0.0, "maximum" = 100.0))]
-    pub stock: Option<f64>,
+    pub allowance: Option<f64>,
     /// On which side of the cutter the material lies.
     #[schemars(extend("default" = "climb"))]
     pub direction: Option<CutDirection>,
     /// What to do where the cutter does not fit.
-    #[schemars(extend("default" = "avoid"))]
-    pub too_tight: Option<TooTight>,
+    #[schemars(extend("default" = "lift"))]
+    pub inaccessible: Option<Inaccessible>,
 }
 
 /// `[regions]`.

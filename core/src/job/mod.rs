@@ -25,7 +25,7 @@ mod words;
 mod write;
 
 pub use complete::{Job, Resolved};
-pub use cut::{Cut, CutDirection, Stepover, TooTight};
+pub use cut::{Cut, CutDirection, Inaccessible, Stepover};
 pub use fault::{Fault, Faults, Severity, line_and_column};
 pub use file::JobFile;
 pub use force::{FeedComponent, Force, ForceControl, MrrLimit, TrochoidOptions};

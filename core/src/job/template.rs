@@ -82,7 +82,7 @@ feed = {feed:?}
 spindle = {spindle:?}
 tolerance = 0.005
 direction = \"climb\"        # climb | conventional
-too_tight = \"avoid\"        # avoid: the cutter is raised where it does not fit; refuse
+inaccessible = \"lift\"      # lift the cutter where it does not fit, or refuse the job
 {}
 [path]
 order = \"outside-in\"       # outside-in | inside-out

@@ -196,9 +196,9 @@ fn cut_table(cut: &Cut) -> CutTable {
         spindle: Some(to_per_minute(cut.spindle)),
         lead: Some(to_degrees(cut.lead)),
         tolerance: Some(cut.tolerance),
-        stock: Some(cut.stock),
+        allowance: Some(cut.allowance),
         direction: Some(cut.direction),
-        too_tight: Some(cut.too_tight),
+        inaccessible: Some(cut.inaccessible),
     }
 }
 

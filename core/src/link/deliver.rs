@@ -1,7 +1,7 @@
-//! Flat path → the delivered [`Toolpath`]: lifted, located, joined by retracts and approaches.
+//! Flat path → the delivered [`Toolpath`]: mapped onto the surface, located, joined by retracts and approaches.
 
 use crate::cutter_location::{
-    LocateError, Located, LocatedPass, Obstacles, PassOptions, RaisedStretch, Standing, ToolAxis,
+    LiftedSpan, LocateError, Located, LocatedPass, Obstacles, PassOptions, Standing, ToolAxis,
     locate_pass,
 };
 use crate::flat_path::FlatPoint;
@@ -40,7 +40,7 @@ pub struct DeliverOptions {
     /// Distance along the axis from the origin at and above which rapids run, mm: clear of part and
     /// stock, in any position of the tables.
     pub rapid_plane: f64,
-    /// Where the cutter would have to be raised by more than this, mm, it retracts instead.
+    /// Where the cutter would have to be lifted by more than this, mm, it retracts instead.
     pub highest_raise: f64,
     /// Threads to use; the path does not depend on it.
     pub threads: usize,
@@ -50,20 +50,20 @@ pub struct DeliverOptions {
     pub rapid_feed: f64,
 }
 
-/// The delivered path and where the cutter had to be raised.
+/// The delivered path and where the cutter had to be lifted.
 #[derive(Clone, Debug, Default)]
 pub struct Delivered {
     /// The path.
     pub toolpath: Toolpath,
     /// Stretches where the cutter does not fit.
-    pub raised: Vec<RaisedStretch>,
+    pub lifted: Vec<LiftedSpan>,
 }
 
 /// Lifts, locates and joins a flat path. `after`: where an earlier path ended, if this one goes on
 /// from there; the first point of the result. `progress` is called with the part done.
 ///
 /// # Errors
-/// [`DeliverError`] when a point cannot be lifted or the cutter cannot be located there.
+/// [`DeliverError`] when a point cannot be mapped or the cutter cannot be located there.
 pub fn deliver(
     flat: &[FlatPoint],
     lift: &Lift,
@@ -75,13 +75,13 @@ pub fn deliver(
     let mut out = Delivered::default();
     out.toolpath.points.extend(after);
     for batch in runs(flat).chunks(BATCH) {
-        let lifted =
+        let mapped =
             parallel::map(options.threads, batch, |run| lift.run(&flat[run.clone()], run.start));
-        let lifted = lifted.into_iter().collect::<Result<Vec<_>, _>>()?;
-        let located = locate(&lifted, obstacles, options)?;
-        for (lifted, LocatedPass { points, raised }) in lifted.iter().zip(located) {
-            out.raised.extend(raised);
-            Run { flat, lifted, located: &points, obstacles, options }.append(&mut out);
+        let mapped = mapped.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let located = locate(&mapped, obstacles, options)?;
+        for (mapped, LocatedPass { points, lifted }) in mapped.iter().zip(located) {
+            out.lifted.extend(lifted);
+            Run { flat, mapped, located: &points, obstacles, options }.append(&mut out);
         }
         progress(batch.last().map_or(1.0, |run| run.end as f64 / flat.len() as f64));
     }
@@ -115,7 +115,7 @@ fn locate(
         let piece = piece?;
         let shared = usize::from(!all[k].points.is_empty());
         all[k].points.extend(piece.points.into_iter().skip(shared));
-        all[k].raised.extend(piece.raised);
+        all[k].lifted.extend(piece.lifted);
     }
     Ok(all)
 }
@@ -123,14 +123,14 @@ fn locate(
 /// Moves between two retracts.
 struct Run<'a> {
     flat: &'a [FlatPoint],
-    lifted: &'a Lifted,
+    mapped: &'a Lifted,
     located: &'a [Located],
     obstacles: &'a Obstacles,
     options: &'a DeliverOptions,
 }
 
 impl Run<'_> {
-    /// Appends the run; where the cutter had to be raised out of the cut it retracts and goes on
+    /// Appends the run; where the cutter had to be lifted out of the cut it retracts and goes on
     /// behind. What is no more than a point between two such places is left out.
     fn append(&self, out: &mut Delivered) {
         let fits = |l: &Located| l.raise <= self.options.highest_raise;
@@ -156,7 +156,7 @@ impl Run<'_> {
     fn append_piece(&self, out: &mut Delivered, piece: Range<usize>) {
         let mut indices = piece.clone();
         let Some(entry) = indices.clone().find(|&i| self.is_open(&self.located[i])) else {
-            out.raised.push(self.out_of_reach(piece));
+            out.lifted.push(self.out_of_reach(piece));
             return;
         };
         let exit = indices.rfind(|&i| self.is_open(&self.located[i])).unwrap_or(entry);
@@ -173,30 +173,24 @@ impl Run<'_> {
 
     /// Whether the part leaves the way along the axis open from here to the rapid plane.
     fn is_open(&self, l: &Located) -> bool {
-        let PassOptions { tool, stock, tolerance, .. } = self.options.pass;
+        let PassOptions { tool, allowance, tolerance, .. } = self.options.pass;
         let at = Standing { tool, tip: l.tip, axis: l.axis, reach: f64::INFINITY };
-        self.obstacles.is_clear(at, stock, tolerance)
+        self.obstacles.is_clear(at, allowance, tolerance)
     }
 
     /// A piece that cannot be entered, as a stretch from which the cutter is kept away.
-    fn out_of_reach(&self, piece: Range<usize>) -> RaisedStretch {
+    fn out_of_reach(&self, piece: Range<usize>) -> LiftedSpan {
         let piece = &self.located[piece];
         let (first, last) = (&piece[0], &piece[piece.len() - 1]);
         let length = piece.windows(2).map(|w| w[0].contact.distance(w[1].contact)).sum();
         let raise = self.options.rapid_plane - first.tip.dot(first.axis);
         let place = first.contact;
-        RaisedStretch {
-            from: place,
-            to: last.contact,
-            length,
-            raise: raise.max(first.raise),
-            place,
-        }
+        LiftedSpan { from: place, to: last.contact, length, raise: raise.max(first.raise), place }
     }
 
     /// The flat point that a located one is, or is on the way to.
     fn source(&self, l: &Located) -> &FlatPoint {
-        &self.flat[self.lifted.points[l.keys.1].source]
+        &self.flat[self.mapped.points[l.keys.1].source]
     }
 
     /// A straight move through air.
@@ -223,7 +217,7 @@ impl Run<'_> {
 
     /// A located point with the largest removal rate of the moves it covers.
     fn point(&self, l: &Located) -> PathPoint {
-        let sources = (self.lifted.points[l.keys.0].source, self.lifted.points[l.keys.1].source);
+        let sources = (self.mapped.points[l.keys.0].source, self.mapped.points[l.keys.1].source);
         let covered = &self.flat[sources.0..=sources.1];
         let worst = covered
             .iter()
@@ -236,7 +230,7 @@ impl Run<'_> {
             tip: l.tip,
             axis: l.axis,
             normal: l.normal,
-            flat: Some(self.lifted.points[l.keys.1].uv),
+            flat: Some(self.mapped.points[l.keys.1].uv),
             feed: l.feed,
             mrr: worst.mrr,
             alpha: worst.alpha,
@@ -353,13 +347,13 @@ mod tests {
             .collect();
         let point = |source| LiftedPoint { uv: DVec2::new(source as f64, 0.0), source };
         let points = (0..flat.len()).map(point).collect();
-        let lifted = Lifted { contacts: Vec::new(), points };
+        let mapped = Lifted { contacts: Vec::new(), points };
         let options = DeliverOptions {
             pass: PassOptions {
                 tool: Tool::new(3.0, 3.0).unwrap(),
                 axis: ToolAxis::Fixed(DVec3::Z),
                 axis_rate: f64::INFINITY,
-                stock: 0.0,
+                allowance: 0.0,
                 tolerance: 0.01,
                 reach: 10.0,
             },
@@ -372,7 +366,7 @@ mod tests {
         let check = roofs(spans);
         let (located, obstacles) = (&located[..], &check);
         let mut out = Delivered::default();
-        Run { flat: &flat, lifted: &lifted, located, obstacles, options: &options }
+        Run { flat: &flat, mapped: &mapped, located, obstacles, options: &options }
             .append(&mut out);
         out
     }
@@ -395,14 +389,14 @@ mod tests {
         assert!((0..=30).all(|x| reached(f64::from(x))));
         let straight = |w: &[PathPoint]| w[0].tip.z > 0.0 || w[0].tip.distance(w[1].tip) < 1.5;
         assert!(points[1..points.len() - 1].windows(2).all(straight));
-        assert!(out.raised.is_empty());
+        assert!(out.lifted.is_empty());
     }
 
     #[test]
     fn a_pass_under_a_roof_is_out_of_reach() {
         let out = delivered(&[[-9.0, 40.0]]);
         assert!(out.toolpath.points.is_empty());
-        assert_eq!(out.raised.len(), 1);
-        assert_eq!((out.raised[0].length, out.raised[0].raise), (30.0, 50.0));
+        assert_eq!(out.lifted.len(), 1);
+        assert_eq!((out.lifted[0].length, out.lifted[0].raise), (30.0, 50.0));
     }
 }

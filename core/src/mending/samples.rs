@@ -89,7 +89,7 @@ pub struct Ball {
     /// Radius, mm.
     pub radius: f64,
     /// Allowance, mm.
-    pub stock: f64,
+    pub allowance: f64,
     /// The limit, mm.
     pub limit: f64,
 }
@@ -214,7 +214,7 @@ impl Places<'_> {
 
     /// Where a ball that touches `middle` stands a little more than the limit above the surface, in a flat direction.
     fn edge(&self, middle: &Sample, direction: DVec2, ball: &Ball) -> Option<Sample> {
-        let centre = middle.at + middle.normal * (ball.radius + ball.stock);
+        let centre = middle.at + middle.normal * (ball.radius + ball.allowance);
         let asked = BEYOND * ball.limit;
         let mut away = 0.5 * self.side_step / middle.scale;
         let mut edge = None;
@@ -226,7 +226,8 @@ impl Places<'_> {
             let along = off.dot(sample.normal);
             let root = along * along - off.length_squared() + ball.radius * ball.radius;
             // Beside the ball it is nearer.
-            let height = if root > 0.0 { -along - root.sqrt() - ball.stock } else { 4.0 * asked };
+            let height =
+                if root > 0.0 { -along - root.sqrt() - ball.allowance } else { 4.0 * asked };
             let factor = (asked / height.max(f64::MIN_POSITIVE)).sqrt();
             away *= factor.clamp(0.5, 2.0);
             edge = Some(Sample { level: LEVELS, ..sample });

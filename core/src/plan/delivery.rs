@@ -3,12 +3,12 @@
 use super::error::{PlanError, SLOWEST};
 use super::load::chord;
 use super::tilt::{axis_rule, tilted};
-use crate::cutter_location::{Obstacles, PassOptions, RaisedStretch, ToolAxis};
+use crate::cutter_location::{LiftedSpan, Obstacles, PassOptions, ToolAxis};
 use crate::feed::fill_time;
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
 use crate::geometry::DVec3;
-use crate::job::{Boundary, ForceControl, Job, TooTight};
+use crate::job::{Boundary, ForceControl, Inaccessible, Job};
 use crate::lift::Lift;
 use crate::link::{self, DeliverOptions, Delivered, TouchUp, deliver};
 use crate::machine::Axes;
@@ -35,7 +35,7 @@ const TOUCHED: f64 = 0.98;
 /// A delivered path, and what it leaves.
 pub struct Finished {
     pub toolpath: Toolpath,
-    pub raised: Vec<RaisedStretch>,
+    pub lifted: Vec<LiftedSpan>,
     pub coverage: Coverage,
     /// What was removed; unknown where no columns were cut.
     removed: Option<removal::Removed>,
@@ -57,7 +57,7 @@ pub struct Delivery<'a> {
 
 impl Delivery<'_> {
     fn layer(&self) -> Layer {
-        Layer { stock: self.job.cut.stock, depth: self.job.cut.axial_depth }
+        Layer { allowance: self.job.cut.allowance, depth: self.job.cut.axial_depth }
     }
 
     fn cutter(&self) -> Cutter {
@@ -86,7 +86,7 @@ impl Delivery<'_> {
             ForceControl::Off => self.unlimited(delivered, progress),
             _ => self.limited(delivered, progress),
         }?;
-        finished.coverage.too_tight_places.extend(inaccessible);
+        finished.coverage.inaccessible_places.extend(inaccessible);
         Ok(finished)
     }
 
@@ -105,24 +105,24 @@ impl Delivery<'_> {
     /// walls, is it asked what is left.
     fn unlimited(
         &self,
-        Delivered { toolpath, raised }: Delivered,
+        Delivered { toolpath, lifted }: Delivered,
         progress: &mut dyn FnMut(f64),
     ) -> Result<Finished, PlanError> {
         // Beside walls stays what the cutter cannot enter.
-        if raised.is_empty() && self.obstacles.rulings().is_empty() {
+        if lifted.is_empty() && self.obstacles.rulings().is_empty() {
             let coverage = Coverage { area: self.surface.area(), ..Coverage::default() };
-            return Ok(Finished { toolpath, raised, coverage, removed: None });
+            return Ok(Finished { toolpath, lifted, coverage, removed: None });
         }
         let columns = &self.columns();
         let coverage = self.coverage(columns, &toolpath, None);
-        let finished = Finished { toolpath, raised, coverage, removed: None };
+        let finished = Finished { toolpath, lifted, coverage, removed: None };
         if self.job.path.boundary == Boundary::Open {
             return Ok(finished);
         }
         self.touched_up(finished, progress, |part, before| {
-            let (toolpath, raised) = joined(before, part.toolpath, part.raised);
+            let (toolpath, lifted) = joined(before, part.toolpath, part.lifted);
             let coverage = self.coverage(columns, &toolpath, None);
-            Ok(Finished { toolpath, raised, coverage, removed: None })
+            Ok(Finished { toolpath, lifted, coverage, removed: None })
         })
     }
 
@@ -148,9 +148,9 @@ impl Delivery<'_> {
             delivered =
                 deliver(&flat, &self.lift, self.obstacles, &self.options, None, &mut *progress)?;
         }
-        refuse_too_tight(self.job, &delivered.raised)?;
-        match delivered.raised.iter().min_by(|a, b| a.raise.total_cmp(&b.raise)) {
-            Some(RaisedStretch { place, raise, .. }) if delivered.toolpath.points.is_empty() => {
+        refuse_inaccessible(self.job, &delivered.lifted)?;
+        match delivered.lifted.iter().min_by(|a, b| a.raise.total_cmp(&b.raise)) {
+            Some(LiftedSpan { place, raise, .. }) if delivered.toolpath.points.is_empty() => {
                 Err(PlanError::FitsNowhere { place: *place, raise: *raise })
             }
             _ => Ok((delivered, mender.into_inaccessible())),
@@ -196,7 +196,7 @@ impl Delivery<'_> {
             let last = finished.toolpath.points.last().copied();
             let more =
                 deliver(&more, &self.lift, self.obstacles, &self.options, last, &mut *progress)?;
-            refuse_too_tight(self.job, &more.raised)?;
+            refuse_inaccessible(self.job, &more.lifted)?;
             finished = add(more, finished)?;
         }
         Ok(finished)
@@ -211,12 +211,12 @@ impl Delivery<'_> {
     ) -> Result<Finished, PlanError> {
         let earlier = before.as_ref().and_then(|b| b.removed.as_ref());
         let (rated, removed) = self.rated(columns, &part.toolpath, Feeds::Limited, earlier)?;
-        let (toolpath, raised) = match before {
-            None => (rated, part.raised),
-            Some(before) => joined(before, rated, part.raised),
+        let (toolpath, lifted) = match before {
+            None => (rated, part.lifted),
+            Some(before) => joined(before, rated, part.lifted),
         };
         let coverage = self.coverage(columns, &toolpath, Some(&removed));
-        Ok(Finished { toolpath, raised, coverage, removed: Some(removed) })
+        Ok(Finished { toolpath, lifted, coverage, removed: Some(removed) })
     }
 
     /// What a path leaves of the columns; `removed`: what it was seen to remove, if it was.
@@ -301,27 +301,25 @@ impl Delivery<'_> {
     }
 }
 
-/// A path so far with a further part, which begins where the path ends, and where the cutter was raised.
-fn joined(
-    before: Finished,
-    part: Toolpath,
-    more: Vec<RaisedStretch>,
-) -> (Toolpath, Vec<RaisedStretch>) {
-    let Finished { mut toolpath, mut raised, .. } = before;
+/// A path so far with a further part, which begins where the path ends, and where the cutter was lifted.
+fn joined(before: Finished, part: Toolpath, more: Vec<LiftedSpan>) -> (Toolpath, Vec<LiftedSpan>) {
+    let Finished { mut toolpath, mut lifted, .. } = before;
     toolpath.points.extend(part.points.into_iter().skip(1));
-    raised.extend(more);
-    (toolpath, raised)
+    lifted.extend(more);
+    (toolpath, lifted)
 }
 
-fn refuse_too_tight(job: &Job, raised: &[RaisedStretch]) -> Result<(), PlanError> {
-    let worst = raised.iter().max_by(|a, b| a.raise.total_cmp(&b.raise));
+fn refuse_inaccessible(job: &Job, lifted: &[LiftedSpan]) -> Result<(), PlanError> {
+    let worst = lifted.iter().max_by(|a, b| a.raise.total_cmp(&b.raise));
     match worst {
-        Some(worst) if job.cut.too_tight == TooTight::Refuse => Err(PlanError::TooTight {
-            place: worst.place,
-            raise: worst.raise,
-            stretches: raised.len(),
-            length: raised.iter().map(|r| r.length).sum(),
-        }),
+        Some(worst) if job.cut.inaccessible == Inaccessible::Refuse => {
+            Err(PlanError::Inaccessible {
+                place: worst.place,
+                raise: worst.raise,
+                spans: lifted.len(),
+                length: lifted.iter().map(|r| r.length).sum(),
+            })
+        }
         _ => Ok(()),
     }
 }
@@ -332,7 +330,7 @@ pub fn deliver_options(job: &Job, rapid_plane: f64, threads: usize) -> DeliverOp
             tool: job.tool,
             axis: axis_rule(job),
             axis_rate: f64::INFINITY,
-            stock: job.cut.stock,
+            allowance: job.cut.allowance,
             tolerance: job.cut.tolerance,
             reach: job.cutter_length(),
         },
@@ -353,7 +351,7 @@ pub fn rapid_plane(part: &Part, walls: &[DVec3], job: &Job) -> f64 {
         Axes::Xyzac => p.length(),
     };
     let top = |places: &[DVec3]| places.iter().map(reach).fold(f64::NEG_INFINITY, f64::max);
-    let stock = job.cut.axial_depth + job.cut.stock;
+    let stock = job.cut.axial_depth + job.cut.allowance;
     (top(&part.positions) + stock).max(top(walls)) + job.machine.clearance
 }
 
@@ -365,7 +363,7 @@ pub fn walls(job: &Job, surface: &Surface, rest: &Part, beside: Option<&Part>) -
             ToolAxis::Lead(_) => Sweep::Normal,
         },
         height: job.path.wall_height,
-        stock: job.cut.stock,
+        allowance: job.cut.allowance,
         spacing: WallOptions::spacing(job.tool.radius(), job.cut.tolerance),
     };
     let mut walls = match job.path.boundary {

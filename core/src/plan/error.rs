@@ -114,17 +114,17 @@ pub enum PlanError {
     },
     /// The cutter does not fit and the job says to refuse.
     #[error(
-        "cutter: it does not fit near ({:.3}, {:.3}, {:.3}) mm, where it would have to be raised by {raise:.3} mm \
-         ({stretches} stretch{}, {length:.1} mm of path); use a smaller cutter or cut.too_tight = \"avoid\"",
-        place.x, place.y, place.z, if *stretches == 1 { "" } else { "es" }
+        "cutter: it does not fit near ({:.3}, {:.3}, {:.3}) mm, where it would have to be lifted by {raise:.3} mm \
+         ({spans} span{}, {length:.1} mm of path); use a smaller cutter or cut.inaccessible = \"lift\"",
+        place.x, place.y, place.z, if *spans == 1 { "" } else { "s" }
     )]
-    TooTight {
+    Inaccessible {
         /// Worst place, mm.
         place: DVec3,
         /// Raise there, mm.
         raise: f64,
-        /// Number of stretches.
-        stretches: usize,
+        /// Number of spans.
+        spans: usize,
         /// Their length, mm.
         length: f64,
     },

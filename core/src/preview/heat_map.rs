@@ -109,12 +109,12 @@ pub(super) fn residual_scale(
     tolerance: f64,
 ) -> Scale {
     let samples = &verification.samples;
-    let judged = samples.iter().filter(|s| s.machined && !s.too_tight && s.by.is_some());
+    let judged = samples.iter().filter(|s| s.machined && !s.inaccessible && s.by.is_some());
     let largest = judged.map(|s| f64::from(s.residual)).fold(0.0, f64::max);
     let deepest = verification.figures.gouge.map_or(0.0, |g| -g.height);
     let mut others = vec![(MISSING, "no move came there")];
-    if samples.iter().any(|s| s.machined && s.too_tight) {
-        others.push((APART, "too tight for the cutter"));
+    if samples.iter().any(|s| s.machined && s.inaccessible) {
+        others.push((APART, "inaccessible"));
     }
     if has_rest {
         others.push((PLAIN, "not machined"));
@@ -150,7 +150,7 @@ pub(super) fn residual_mark(sample: &Outcome, scale: &Scale, tolerance: f64) -> 
         });
     } else if !sample.machined {
         return None;
-    } else if sample.too_tight {
+    } else if sample.inaccessible {
         (Rank::Apart, APART)
     } else if sample.by.is_none() {
         (Rank::Untouched, MISSING)
@@ -185,9 +185,9 @@ fn residual_lines(figures: &Figures, limit: Option<f64>, tolerance: f64) -> [Str
         _ => String::new(),
     };
     let second = format!(
-        "{gouge}{walls}; no move came to {} mm²; too tight: {} mm²",
+        "{gouge}{walls}; no move came to {} mm²; inaccessible: {} mm²",
         area(figures.untouched.0),
-        area(figures.too_tight.area)
+        area(figures.inaccessible.area)
     );
     [first, second]
 }
@@ -247,7 +247,7 @@ fn residual_places(
 /// Adds the highest samples above the limit, at least `apart` mm from others.
 fn add_highest(spots: &mut Vec<Spot>, samples: &[Outcome], scale: &Scale, apart: f64) {
     let over = |s: &&Outcome| {
-        let judged = s.machined && !s.too_tight && s.by.is_some();
+        let judged = s.machined && !s.inaccessible && s.by.is_some();
         judged && scale.is_over(MICRO * f64::from(s.residual))
     };
     let mut over: Vec<&Outcome> = samples.iter().filter(over).collect();
@@ -438,13 +438,13 @@ mod tests {
             length: f64::INFINITY,
             tells_rate: true,
             depth: 0.5,
-            stock: 0.0,
+            allowance: 0.0,
             scallop: Some(0.03),
             tolerance: TOLERANCE,
             mrr_limit: None,
             spacing: 0.2,
             up: DVec3::Z,
-            too_tight: Vec::new(),
+            inaccessible: Vec::new(),
             walls: None,
             threads: 1,
         };

@@ -242,7 +242,7 @@ impl<'a> Heat<'a> {
 }
 
 fn state(sample: &Outcome) -> u8 {
-    match (sample.too_tight, sample.by) {
+    match (sample.inaccessible, sample.by) {
         (true, _) => 2,
         (_, None) => 1,
         _ => 0,
@@ -282,13 +282,13 @@ mod tests {
             length: f64::INFINITY,
             depth: 0.5,
             tells_rate: true,
-            stock: 0.0,
+            allowance: 0.0,
             scallop: Some(0.03),
             tolerance: 0.005,
             mrr_limit: Some(samples::LIMIT),
             spacing: 0.5,
             up: DVec3::Z,
-            too_tight: Vec::new(),
+            inaccessible: Vec::new(),
             walls: None,
             threads: 1,
         };

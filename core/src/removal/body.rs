@@ -80,7 +80,7 @@ pub(crate) struct Line {
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Layer {
     /// Allowance below it.
-    pub stock: f64,
+    pub allowance: f64,
     /// Axial depth `H`.
     pub depth: f64,
 }
@@ -88,7 +88,7 @@ pub struct Layer {
 impl Layer {
     /// Its upper side.
     pub fn top(&self) -> f64 {
-        self.stock + self.depth
+        self.allowance + self.depth
     }
 }
 
@@ -358,7 +358,7 @@ impl Body {
         let covering = if self.is_upright(lean) { 0.5 * self.smear } else { 0.0 };
         let radius = self.radius - covering;
         let low = disc::lowest(ends, radius.max(0.0), line.foot, line.normal);
-        low.map(|low| low.max(self.layer.stock))
+        low.map(|low| low.max(self.layer.allowance))
     }
 
     /// The same where the least may lie before the end of the move.
@@ -396,7 +396,7 @@ impl Body {
         if z + cosine * known.limit <= 0.0 && cosine > 0.0 {
             return None;
         }
-        let middle = z + cosine * (self.layer.stock + 0.5 * self.layer.depth);
+        let middle = z + cosine * (self.layer.allowance + 0.5 * self.layer.depth);
         if middle > self.length {
             return None;
         }
@@ -404,7 +404,7 @@ impl Body {
         let lean = view.a.max(0.0).sqrt() * self.layer.depth;
         let upright = self.is_upright(lean);
         let reach = if upright { self.reach() } else { self.radius };
-        let near = view.rho_squared(self.layer.stock + 0.5 * self.layer.depth);
+        let near = view.rho_squared(self.layer.allowance + 0.5 * self.layer.depth);
         // The middle of the column lies within half its lean of all of it.
         let farthest = reach + 0.5 * lean;
         if near > farthest * farthest {
@@ -427,7 +427,7 @@ impl Body {
         view: &View,
     ) -> Option<Meeting> {
         let height = if view.cosine > FLAT { -view.z / view.cosine } else { return None };
-        let (floor, top) = (self.layer.stock, self.layer.top());
+        let (floor, top) = (self.layer.allowance, self.layer.top());
         let over = view.rho_squared(height) <= self.bottom * self.bottom
             && view.rho_squared(top) <= self.radius * self.radius
             && height <= top;
@@ -448,7 +448,7 @@ impl Body {
     ) -> Option<Meeting> {
         let (first, last) = view.within(self.radius)?;
         let entry = self.entry(pose, line, view, first, known)?;
-        let (floor, top) = (self.layer.stock, self.layer.top());
+        let (floor, top) = (self.layer.allowance, self.layer.top());
         if entry.height > self.highest(known) || last <= entry.height.max(floor) {
             return None;
         }
@@ -484,7 +484,7 @@ impl Body {
             }
             None => Entry { height: view.above(self.corner)?, outward: -pose.axis },
         };
-        let (floor, top) = (self.layer.stock, self.layer.top());
+        let (floor, top) = (self.layer.allowance, self.layer.top());
         if entry.height > top {
             return None;
         }
@@ -524,7 +524,7 @@ impl Body {
             };
             return Some(Entry { height, outward });
         }
-        let outside = height.max(self.layer.stock - self.radius);
+        let outside = height.max(self.layer.allowance - self.radius);
         let height = self.height_at_corner(view, outside, known)?;
         let at = view.q + line.normal * height;
         let z = at.dot(pose.axis);

@@ -26,11 +26,11 @@ pub struct Coverage {
     /// Flat places of all of it.
     pub never_covered_flat: Vec<DVec2>,
     /// Left where the cutter cannot touch, mm².
-    pub too_tight: f64,
+    pub inaccessible: f64,
     /// The highest of it, mm.
-    pub too_tight_at: Option<DVec3>,
-    /// Spheres that hold all that is too tight.
-    pub too_tight_places: Vec<Place>,
+    pub inaccessible_at: Option<DVec3>,
+    /// Spheres that hold all that is inaccessible.
+    pub inaccessible_places: Vec<Place>,
 }
 
 /// A sphere.
@@ -59,7 +59,7 @@ pub struct Access<'a> {
     pub follows_walls: bool,
     /// Height over the allowance that may stay, mm.
     pub cusp: f64,
-    /// Size of the cells that too tight places are gathered in, mm.
+    /// Size of the cells that inaccessible places are gathered in, mm.
     pub cell: f64,
     /// Threads to use.
     pub threads: usize,
@@ -81,14 +81,14 @@ pub fn coverage(columns: &Columns, removed: &Removed, access: &Access) -> Covera
     let fits = fits(&left, access);
     let mut out = Coverage { area: columns.area(), ..Coverage::default() };
     let mut highest = [f64::NEG_INFINITY; 2];
-    let mut tight = Vec::new();
+    let mut out_of_reach = Vec::new();
     for (l, fits) in left.iter().zip(fits) {
         let (area, place, highest) = if fits {
             out.never_covered_flat.push(l.flat);
             (&mut out.never_covered, &mut out.never_covered_at, &mut highest[0])
         } else {
-            tight.push(l.column.line.foot);
-            (&mut out.too_tight, &mut out.too_tight_at, &mut highest[1])
+            out_of_reach.push(l.column.line.foot);
+            (&mut out.inaccessible, &mut out.inaccessible_at, &mut highest[1])
         };
         *area += l.column.area;
         if l.over > *highest {
@@ -97,7 +97,7 @@ pub fn coverage(columns: &Columns, removed: &Removed, access: &Access) -> Covera
     }
     // Between a wall and the cutter beside it a wedge runs out that is narrower than the rim's columns see.
     let wedge = access.rim.as_ref().map_or(0.0, |_| access.wedge());
-    out.too_tight_places = gathered(&tight, access.cell, columns.spacing + wedge);
+    out.inaccessible_places = gathered(&out_of_reach, access.cell, columns.spacing + wedge);
     out
 }
 
@@ -117,7 +117,7 @@ impl Access<'_> {
     fn allowed(&self) -> f64 {
         // What no move took from is left, however high a cusp may be.
         let untouched = self.layer.top() - UNTOUCHED * self.layer.depth;
-        (self.layer.stock + self.cusp + SHARE * self.pass.tolerance).min(untouched)
+        (self.layer.allowance + self.cusp + SHARE * self.pass.tolerance).min(untouched)
     }
 }
 

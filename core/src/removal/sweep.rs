@@ -328,7 +328,7 @@ impl<'a> BlockCut<'a> {
         let t = &self.block.tiles[tile];
         let range = t.first..t.first + t.count;
         // A column leaning away from the plane has all of itself nearer than its top.
-        let floor = self.body.layer().stock;
+        let floor = self.body.layer().allowance;
         let enough = self.enough;
         let mut volume = 0.0;
         for (column, height) in

@@ -37,13 +37,13 @@ impl Plate {
     }
 
     /// The tip that touches at a place, the axis upright.
-    fn tip(&self, tool: &Tool, p: DVec2, stock: f64) -> DVec3 {
+    fn tip(&self, tool: &Tool, p: DVec2, allowance: f64) -> DVec3 {
         let contact = self.along * p.x + DVec3::Y * p.y;
         if (self.normal - DVec3::Z).length() < 1e-12 {
             // The middle of the bottom, which touches all over.
-            return contact + self.normal * stock;
+            return contact + self.normal * allowance;
         }
-        crate::cutter_location::tip(tool, contact, self.normal, DVec3::Z, stock)
+        crate::cutter_location::tip(tool, contact, self.normal, DVec3::Z, allowance)
     }
 }
 
@@ -64,16 +64,16 @@ fn point(kind: MoveKind, tip: DVec3) -> PathPoint {
 }
 
 /// Passes from one flat place to another, with a rapid before each.
-fn passes(plate: &Plate, tool: &Tool, stock: f64, ends: &[(DVec2, DVec2)]) -> Toolpath {
+fn passes(plate: &Plate, tool: &Tool, allowance: f64, ends: &[(DVec2, DVec2)]) -> Toolpath {
     let mut path = Toolpath::default();
     for &(a, b) in ends {
-        path.points.push(point(MoveKind::Rapid, plate.tip(tool, a, stock)));
-        path.points.push(point(MoveKind::Cut, plate.tip(tool, b, stock)));
+        path.points.push(point(MoveKind::Rapid, plate.tip(tool, a, allowance)));
+        path.points.push(point(MoveKind::Cut, plate.tip(tool, b, allowance)));
     }
     path
 }
 
-const LAYER: Layer = Layer { stock: 0.2, depth: 0.8 };
+const LAYER: Layer = Layer { allowance: 0.2, depth: 0.8 };
 
 /// Rates of all windows of 0.2 R on the last move, mm³/s, without its first and last `margin` mm.
 fn last_rates(
@@ -120,7 +120,7 @@ fn steady(angle: f64, side_step: f64) -> Vec<(DVec2, DVec2)> {
 fn steady_passes_of_a_flat_end_take_the_side_step() {
     let (plate, tool) = (Plate::new(60.0, 40.0, 0.0), Tool::new(R, 0.0).unwrap());
     for (angle, side_step) in [(0.0, 1.5), (0.3, 0.6), (0.6, 1.5), (0.9, 1.0)] {
-        let path = passes(&plate, &tool, LAYER.stock, &steady(angle, side_step));
+        let path = passes(&plate, &tool, LAYER.allowance, &steady(angle, side_step));
         let rates = last_rates(&plate, &tool, side_step, &path, 7.0);
         assert_close(&rates, side_step * LAYER.depth * FEED, 0.02);
     }
@@ -132,7 +132,7 @@ fn slots_take_the_section_of_the_cutter() {
     let ends = [(DVec2::new(8.0, 15.0), DVec2::new(52.0, 24.0))];
     for corner in [0.0, 0.5, 2.0, R] {
         let tool = Tool::new(R, corner).unwrap();
-        let path = passes(&plate, &tool, LAYER.stock, &ends);
+        let path = passes(&plate, &tool, LAYER.allowance, &ends);
         let rates = last_rates(&plate, &tool, 1.5, &path, 6.0);
         assert_close(&rates, 2.0 * tool.mean_radius(LAYER.depth) * LAYER.depth * FEED, 0.01);
     }
@@ -146,7 +146,7 @@ fn slots_take_the_section_of_the_cutter() {
 fn steady_passes_of_a_ball_leave_their_cusps() {
     let (plate, tool) = (Plate::new(60.0, 40.0, 0.0), Tool::new(R, R).unwrap());
     for (angle, d) in [(0.2, 1.5), (0.7, 0.8)] {
-        let path = passes(&plate, &tool, LAYER.stock, &steady(angle, d));
+        let path = passes(&plate, &tool, LAYER.allowance, &steady(angle, d));
         let rates = last_rates(&plate, &tool, d, &path, 7.0);
         // Between two circles over their common tangent.
         let half = 0.5 * d;
@@ -171,7 +171,7 @@ fn an_upright_flat_end_on_a_slope_takes_the_side_step_less_its_steps() {
         if !downhill {
             ends.reverse();
         }
-        let path = passes(&plate, &tool, LAYER.stock, &ends);
+        let path = passes(&plate, &tool, LAYER.allowance, &ends);
         let rates = last_rates(&plate, &tool, d, &path, 7.0);
         // Triangles over the side step, their angles at the surface those of the edge.
         let steps = 0.5 * d * d * sin(slope) * cos(slope);
@@ -190,7 +190,7 @@ fn an_upright_flat_end_takes_a_slot_up_and_down_a_slope() {
         let strip = |k: i32| height(R * (f64::from(k) + 0.5) / 1000.0).max(0.0);
         let section = (-1000..1000).map(strip).sum::<f64>() * R / 1000.0;
         for ends in [(low, high), (high, low)] {
-            let path = passes(&plate, &tool, LAYER.stock, &[ends]);
+            let path = passes(&plate, &tool, LAYER.allowance, &[ends]);
             let rates = last_rates(&plate, &tool, 1.5, &path, 7.0);
             assert_close(&rates, section * FEED, 0.02);
         }
@@ -200,7 +200,7 @@ fn an_upright_flat_end_takes_a_slot_up_and_down_a_slope() {
 #[test]
 fn threads_change_nothing() {
     let (plate, tool) = (Plate::new(60.0, 40.0, 0.2), Tool::new(R, 1.0).unwrap());
-    let path = passes(&plate, &tool, LAYER.stock, &steady(0.4, 2.0));
+    let path = passes(&plate, &tool, LAYER.allowance, &steady(0.4, 2.0));
     let columns = Columns::new(&plate.surface, &plate.chart, 2.0, LAYER.top());
     let one = columns.cut(&path, endless(tool), LAYER, None, 1);
     assert_eq!(one, columns.cut(&path, endless(tool), LAYER, None, 3));
@@ -213,7 +213,7 @@ fn no_tile_is_left_out() {
     let plate = Plate::new(60.0, 40.0, 0.35);
     for corner in [0.0, 2.0, R] {
         let tool = Tool::new(R, corner).unwrap();
-        let path = passes(&plate, &tool, LAYER.stock, &steady(0.4, 2.0));
+        let path = passes(&plate, &tool, LAYER.allowance, &steady(0.4, 2.0));
         let columns = Columns::new(&plate.surface, &plate.chart, 6.0, LAYER.top());
         let removed = columns.cut(&path, endless(tool), LAYER, None, 1);
         let total: f64 = removed.pieces.iter().map(|p| p.volume).sum();
@@ -248,11 +248,11 @@ fn what_a_leaned_flat_end_leaves_are_its_crests() {
     let (plate, tool) = (Plate::new(60.0, 40.0, lean), Tool::new(R, 0.0).unwrap());
     let rows = (0..=10).map(|k| step * f64::from(k));
     let rows = rows.map(|y| (DVec2::new(70.0, y), DVec2::new(-10.0, y))).collect::<Vec<_>>();
-    let path = passes(&plate, &tool, LAYER.stock, &rows);
+    let path = passes(&plate, &tool, LAYER.allowance, &rows);
     let columns = Columns::new(&plate.surface, &plate.chart, 2.0, LAYER.top());
     let crest = (R - (R * R - 0.25 * step * step).sqrt()) * sin(lean);
-    let removed = columns.remains(&path, endless(tool), LAYER, LAYER.stock + 0.9 * crest, 1);
-    let highest = removed.heights.iter().flatten().copied().fold(0.0, f64::max) - LAYER.stock;
+    let removed = columns.remains(&path, endless(tool), LAYER, LAYER.allowance + 0.9 * crest, 1);
+    let highest = removed.heights.iter().flatten().copied().fold(0.0, f64::max) - LAYER.allowance;
     assert!(highest <= crest + 1e-9 && highest > 0.95 * crest, "{highest} of {crest}");
 }
 
@@ -263,12 +263,12 @@ fn a_cutter_cuts_as_far_up_as_it_is_long() {
     let pose = |x: f64| body::Pose { tip: DVec3::new(x, 0.0, 0.0), axis: DVec3::Z };
     // Past a wall whose layer the side of the cutter enters by half.
     let stroke = body::Stroke::new(pose(-0.1), pose(0.1));
-    let out = R + LAYER.stock + 0.5 * LAYER.depth;
+    let out = R + LAYER.allowance + 0.5 * LAYER.depth;
     for (length, height, is_cut) in
         [(f64::INFINITY, 100.0, true), (20.0, 19.0, true), (20.0, 21.0, false)]
     {
         let body = body::Body::new(Cutter { tool, length }, LAYER, 0.1);
-        let foot = DVec3::new(0.0, out - LAYER.stock, height);
+        let foot = DVec3::new(0.0, out - LAYER.allowance, height);
         let line = body::Line { foot, normal: -DVec3::Y };
         let left = body.lowered(&stroke, &line, LAYER.top());
         assert_eq!(left < LAYER.top(), is_cut, "{length} mm long, {height} mm up: {left}");
@@ -280,7 +280,7 @@ fn a_cutter_cuts_as_far_up_as_it_is_long() {
 fn a_turning_cutter_takes_in_a_move_what_it_takes_on_the_way() {
     for corner in [1.0, 2.5, R] {
         let tool = Tool::new(R, corner).unwrap();
-        let body = body::Body::new(endless(tool), Layer { stock: 0.0, depth: 0.3 }, 0.0);
+        let body = body::Body::new(endless(tool), Layer { allowance: 0.0, depth: 0.3 }, 0.0);
         for turn in [-0.02, 0.0, 0.02] {
             let pose = |t: f64| {
                 let lean = 0.09 + turn * t;

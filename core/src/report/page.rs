@@ -43,7 +43,7 @@ pub fn page(report: &Report, pictures: &[(&str, &str)]) -> String {
     }
     texture(&mut html, report);
     kind_table(&mut html, &report.delivered);
-    raised_table(&mut html, report);
+    lifted_table(&mut html, report);
     repairs(&mut html, report);
     file_table(&mut html, "Files read", &report.inputs);
     file_table(&mut html, "Files written", &report.outputs);
@@ -142,18 +142,18 @@ fn kind_table(html: &mut String, path: &PathFigures) {
     html.push_str("</table></div>\n");
 }
 
-fn raised_table(html: &mut String, report: &Report) {
-    if report.gouge.raised.is_empty() {
+fn lifted_table(html: &mut String, report: &Report) {
+    if report.gouge.lifted.is_empty() {
         return;
     }
     html.push_str(
-        "<h2>Where the cutter was raised</h2>\n<div class=\"scroll\"><table>\n<thead><tr>\
+        "<h2>Where the cutter was lifted</h2>\n<div class=\"scroll\"><table>\n<thead><tr>\
          <th>from, mm</th><th class=\"number\">length, mm</th><th class=\"number\">by, mm</th>\
          </tr></thead>\n",
     );
-    for stretch in &report.gouge.raised {
-        let [x, y, z] = stretch.from_mm;
-        let (length, by) = (stretch.length_mm, stretch.raised_by_mm);
+    for span in &report.gouge.lifted {
+        let [x, y, z] = span.from_mm;
+        let (length, by) = (span.length_mm, span.lifted_by_mm);
         let _ = writeln!(
             html,
             "<tr><td>({x:.2}, {y:.2}, {z:.2})</td><td class=\"number\">{length:.2}</td>\

@@ -189,29 +189,29 @@ pub struct CoverageFigures {
     /// The same as a share of the area, percent.
     pub never_covered_percent: f64,
     /// Area where more is left because the cutter cannot touch, mm².
-    pub too_tight_mm2: f64,
+    pub inaccessible_mm2: f64,
     /// Where it is highest, mm; null if there is none.
-    pub too_tight_at_mm: Option<[f64; 3]>,
+    pub inaccessible_at_mm: Option<[f64; 3]>,
     /// Spheres that hold all of it: x, y, z, radius, mm.
-    pub too_tight_places: Vec<[f64; 4]>,
+    pub inaccessible_places: Vec<[f64; 4]>,
 }
 
 /// Where the cutter does not fit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct GougeFigures {
-    /// Stretches on which the cutter was raised to clear the part.
-    pub raised: Vec<RaisedStretch>,
+    /// Spans of the path on which the cutter was lifted to clear the part.
+    pub lifted: Vec<LiftedSpan>,
 }
 
-/// A stretch on which the cutter was raised.
+/// A span of the path on which the cutter was lifted.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-pub struct RaisedStretch {
+pub struct LiftedSpan {
     /// Tool tip where the stretch begins, mm.
     pub from_mm: [f64; 3],
     /// Its length, mm.
     pub length_mm: f64,
     /// The largest raise, mm.
-    pub raised_by_mm: f64,
+    pub lifted_by_mm: f64,
 }

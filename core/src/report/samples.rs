@@ -90,7 +90,7 @@ pub(super) fn report() -> Report {
         repairs: vec!["2 duplicate faces dropped, one at (1.00, 2.00, 3.00)".to_owned()],
         warnings: vec![Warning {
             stage: "cutter location".to_owned(),
-            message: "the cutter was raised by up to 0.031 mm at (44.1, 77.9, 3.2)".to_owned(),
+            message: "the cutter was lifted by up to 0.031 mm at (44.1, 77.9, 3.2)".to_owned(),
             remedy: "use a cutter with a larger corner radius or a ball".to_owned(),
         }],
         flatten: FlattenFigures {
@@ -135,15 +135,15 @@ pub(super) fn report() -> Report {
             area_mm2: 10_713.2,
             never_covered_mm2: 0.0,
             never_covered_percent: 0.0,
-            too_tight_mm2: 12.5,
-            too_tight_at_mm: Some([44.1, 77.9, 3.2]),
-            too_tight_places: vec![[44.1, 77.9, 3.2, 0.8], [45.5, 78.0, 3.1, 0.6]],
+            inaccessible_mm2: 12.5,
+            inaccessible_at_mm: Some([44.1, 77.9, 3.2]),
+            inaccessible_places: vec![[44.1, 77.9, 3.2, 0.8], [45.5, 78.0, 3.1, 0.6]],
         },
         gouge: GougeFigures {
-            raised: vec![RaisedStretch {
+            lifted: vec![LiftedSpan {
                 from_mm: [43.0, 77.0, 3.3],
                 length_mm: 8.4,
-                raised_by_mm: 0.031,
+                lifted_by_mm: 0.031,
             }],
         },
         verification: Some(verification()),
@@ -244,8 +244,8 @@ fn verification() -> VerificationFigures {
         }),
         untouched_mm2: 0.3,
         untouched_at_mm: Some(at),
-        too_tight_mm2: 12.5,
-        too_tight_residual_mm: 0.4,
+        inaccessible_mm2: 12.5,
+        inaccessible_residual_mm: 0.4,
         rest_mm2: 1.5,
         rest_height_mm: 0.4,
         mrr: Some(MrrFigures {

@@ -72,13 +72,15 @@ pub fn facts(report: &Report) -> Vec<(&'static str, String)> {
         ("limit", limit(report)),
         ("uncovered", format!("{:.2} mm² ({:.3} %)", c.never_covered_mm2, c.never_covered_percent)),
     ]);
-    if c.too_tight_mm2 > 0.0 {
-        facts
-            .push(("too tight", format!("{:.2} mm²{}", c.too_tight_mm2, place(c.too_tight_at_mm))));
+    if c.inaccessible_mm2 > 0.0 {
+        facts.push((
+            "inaccessible",
+            format!("{:.2} mm²{}", c.inaccessible_mm2, place(c.inaccessible_at_mm)),
+        ));
     }
-    if let Some(highest) = report.gouge.raised.iter().map(|r| r.raised_by_mm).reduce(f64::max) {
-        let count = counted(report.gouge.raised.len() as u64, "stretch");
-        facts.push(("raised", format!("{count}, by up to {highest:.3} mm")));
+    if let Some(highest) = report.gouge.lifted.iter().map(|r| r.lifted_by_mm).reduce(f64::max) {
+        let count = counted(report.gouge.lifted.len() as u64, "span");
+        facts.push(("lifted", format!("{count}, by up to {highest:.3} mm")));
     }
     facts
 }
@@ -120,7 +122,7 @@ fn limit(report: &Report) -> String {
 }
 
 fn place(at: Option<[f64; 3]>) -> String {
-    at.map_or_else(String::new, |[x, y, z]| format!(", tightest at ({x:.2}, {y:.2}, {z:.2})"))
+    at.map_or_else(String::new, |[x, y, z]| format!(", highest at ({x:.2}, {y:.2}, {z:.2})"))
 }
 
 fn counted(count: u64, noun: &str) -> String {

@@ -55,9 +55,9 @@ pub struct VerificationFigures {
     /// A place of it, mm.
     pub untouched_at_mm: Option<[f64; 3]>,
     /// Area where the plan says that the cutter does not fit, mm².
-    pub too_tight_mm2: f64,
+    pub inaccessible_mm2: f64,
     /// Largest residual there, mm.
-    pub too_tight_residual_mm: f64,
+    pub inaccessible_residual_mm: f64,
     /// Part of that area on which more than the limit on the scallop is left, mm²: the rest for a smaller cutter.
     pub rest_mm2: f64,
     /// Greatest height left on it, mm.
@@ -295,10 +295,10 @@ impl VerificationFigures {
             walls: f.walls.as_ref().map(|walls| cut_walls(walls, &lines)),
             untouched_mm2: f.untouched.0,
             untouched_at_mm: place(f.untouched.1),
-            too_tight_mm2: f.too_tight.area,
-            too_tight_residual_mm: f.too_tight.largest,
-            rest_mm2: f.too_tight.above,
-            rest_height_mm: if f.too_tight.above > 0.0 { f.too_tight.largest } else { 0.0 },
+            inaccessible_mm2: f.inaccessible.area,
+            inaccessible_residual_mm: f.inaccessible.largest,
+            rest_mm2: f.inaccessible.above,
+            rest_height_mm: if f.inaccessible.above > 0.0 { f.inaccessible.largest } else { 0.0 },
             mrr: mrr(verification, options, &lines),
             rapids_in_stock: f.rapids.len() as u64,
             rapids: faults(&f.rapids),

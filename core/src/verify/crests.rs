@@ -92,7 +92,7 @@ pub struct Survey<'a> {
     /// What is cut.
     pub material: Material,
     /// Allowance left on it, mm.
-    pub stock: f64,
+    pub allowance: f64,
 }
 
 /// A place on a cutting move.
@@ -147,7 +147,7 @@ impl Survey<'_> {
         Crests {
             sides: 2 * contacts.len(),
             highest_at: crests.last().map(|c| c.1),
-            heights: crests.into_iter().map(|c| c.0 - self.stock).collect(),
+            heights: crests.into_iter().map(|c| c.0 - self.allowance).collect(),
         }
     }
 
@@ -219,7 +219,7 @@ impl Survey<'_> {
 /// The places that every move left.
 fn left_by(samples: &[Outcome], moves: usize) -> Vec<Vec<DVec3>> {
     let mut left = vec![Vec::new(); moves];
-    for s in samples.iter().filter(|s| s.machined && !s.too_tight) {
+    for s in samples.iter().filter(|s| s.machined && !s.inaccessible) {
         if let Some(of) = s.by.and_then(|by| left.get_mut(by as usize)) {
             of.push(s.place());
         }
@@ -307,7 +307,7 @@ impl Section<'_> {
     fn next_pass(&self, residuals: &[Swept]) -> Option<usize> {
         let mut highest: f64 = 0.0;
         residuals.iter().position(|s| {
-            let height = s.height - self.survey.stock;
+            let height = s.height - self.survey.allowance;
             highest = highest.max(height);
             s.by.is_some_and(|by| self.is_another(by as usize)) && height <= FALLEN * highest
         })

@@ -7,7 +7,7 @@ use crate::geometry::DVec3;
 
 /// What excuses samples in a part of space.
 pub struct Excused<'a> {
-    too_tight: Vec<&'a Sphere>,
+    inaccessible: Vec<&'a Sphere>,
     /// Edges on which walls stand.
     walled: Vec<[DVec3; 2]>,
     tolerance: f64,
@@ -25,7 +25,7 @@ impl<'a> Excused<'a> {
         let is_near = |s: &&Sphere| s.centre.distance(centre) < s.radius + radius;
         let is_edge_near = |e: &&[DVec3; 2]| distance_to(**e, centre) < radius + tolerance;
         Self {
-            too_tight: options.too_tight.iter().filter(is_near).collect(),
+            inaccessible: options.inaccessible.iter().filter(is_near).collect(),
             walled: walled.iter().filter(is_edge_near).copied().collect(),
             tolerance,
         }
@@ -38,7 +38,7 @@ impl<'a> Excused<'a> {
         let beside = |e: &[DVec3; 2]| distance_to(*e, sample.position) < self.tolerance;
         // Out of reach by rounding alone, maybe.
         let is_rim = sample.on_rim && s.by.is_none();
-        let allowance = if sample.machined { options.stock } else { 0.0 };
+        let allowance = if sample.machined { options.allowance } else { 0.0 };
         Outcome {
             position: sample.position.as_vec3().to_array(),
             residual: (s.height - allowance) as f32,
@@ -47,7 +47,7 @@ impl<'a> Excused<'a> {
             by: s.by,
             opened_by: s.opened_by,
             machined: sample.machined,
-            too_tight: self.too_tight.iter().any(inside),
+            inaccessible: self.inaccessible.iter().any(inside),
             at_wall: sample.machined && (is_rim || self.walled.iter().any(beside)),
         }
     }

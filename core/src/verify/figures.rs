@@ -86,7 +86,7 @@ impl WallFigures {
 }
 
 /// What was found; areas in mm², heights in mm. Places where the plan says that the cutter does not
-/// fit count in `too_tight` only, gouges everywhere.
+/// fit count in `inaccessible` only, gouges everywhere.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figures {
     /// Area that is judged.
@@ -124,7 +124,7 @@ pub struct Figures {
     /// Area that no move reached, and a place of it.
     pub untouched: (f64, Option<DVec3>),
     /// What lies where the plan says that the cutter does not fit.
-    pub too_tight: Band,
+    pub inaccessible: Band,
     /// Rapids that touch stock or part.
     pub rapids: Vec<Fault>,
     /// Moves at feed that have none.
@@ -222,7 +222,7 @@ impl Figures {
         let heights: Vec<&Outcome> = judged.iter().copied().chain(higher).collect();
         let everywhere = || samples.iter().chain(further);
         let limit = options.scallop.unwrap_or(f64::INFINITY);
-        let deepest = DEEPEST * options.tool.radius() * (1.0 - 1e-6) + options.stock;
+        let deepest = DEEPEST * options.tool.radius() * (1.0 - 1e-6) + options.allowance;
         let largest = worst(heights.iter().copied(), |s| s.residual);
         let [p50, p99] = percentiles(&judged);
         // On the rim, too, where samples have no area.
@@ -255,7 +255,7 @@ impl Figures {
                 untouched.clone().map(|s| f64::from(s.area)).fold(0.0, |sum, area| sum + area),
                 untouched.clone().next().map(|s| s.place()),
             ),
-            too_tight: Band::default(),
+            inaccessible: Band::default(),
             rapids: touches
                 .iter()
                 .map(|t| Fault { of: t.of, place: t.place, depth: t.depth })
@@ -265,8 +265,8 @@ impl Figures {
                 .collect(),
             broken: Vec::new(),
         };
-        let tight = samples.iter().filter(|s| s.machined && s.too_tight);
-        tight.for_each(|s| figures.too_tight.add(s, limit));
+        let of_inaccessible = samples.iter().filter(|s| s.machined && s.inaccessible);
+        of_inaccessible.for_each(|s| figures.inaccessible.add(s, limit));
         figures.broken = figures.broken(rate, options);
         figures
     }
@@ -284,9 +284,9 @@ impl Figures {
             let worst = walls.deepest.filter(|d| d.height > tolerance)?;
             Some(Broken::Wall { worst, is_deeper: walls.is_deeper, tolerance })
         });
-        let tight = self.too_tight.area;
-        let nowhere =
-            (self.area == 0.0 && tight > 0.0).then_some(Broken::FitsNowhere { area: tight });
+        let of_inaccessible = self.inaccessible.area;
+        let nowhere = (self.area == 0.0 && of_inaccessible > 0.0)
+            .then_some(Broken::FitsNowhere { area: of_inaccessible });
         let untouched =
             self.untouched.1.map(|place| Broken::Untouched { area: self.untouched.0, place });
         let mrr = rate.peak.zip(options.mrr_limit).and_then(|(worst, limit)| {

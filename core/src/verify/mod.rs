@@ -142,7 +142,7 @@ pub fn verify(
     let body = Body::new(&options.tool, options.length);
     let motion = Motion::new(path, &body);
     let material = Material {
-        height: options.stock + options.depth,
+        height: options.allowance + options.depth,
         deepest: DEEPEST * options.tool.radius(),
     };
     let inset = BESIDE_RIM * options.tool.radius();
@@ -186,8 +186,13 @@ pub fn verify(
     let found = figures::Found { samples: &samples, further: &further, highest: scallops.highest };
     let walls = WallFigures::of(&on_walls, options);
     let figures = figures::Figures::of(path, found, walls, &touches, &rate, spacing, options);
-    let stock = options.stock;
-    let survey = crests::Survey { path, motion: &motion, body: &body, material, stock };
+    let survey = crests::Survey {
+        path,
+        motion: &motion,
+        body: &body,
+        material,
+        allowance: options.allowance,
+    };
     let crests = survey.crests(design, &samples, options.threads);
     progress(1.0);
     Ok(Verification { figures, crests, rate, samples })
@@ -304,7 +309,7 @@ fn checked(
     let positive = |what, value: f64| {
         if value > 0.0 { Ok(()) } else { Err(VerifyError::NotPositive { what, value }) }
     };
-    positive("the depth of the stock", options.depth + options.stock)?;
+    positive("the depth of the stock", options.depth + options.allowance)?;
     positive("the distance of samples", options.spacing)?;
     positive("the length of the cutter", options.length)?;
     positive("the height of the walls", options.walls.map_or(1.0, |w| w.height))?;

@@ -16,7 +16,7 @@ pub struct VerifyOptions {
     /// Whether that depth is known to be the stock's, so that a removal rate can be told.
     pub tells_rate: bool,
     /// Allowance left on the surface, mm.
-    pub stock: f64,
+    pub allowance: f64,
     /// Limit on the scallop height, mm.
     pub scallop: Option<f64>,
     /// By how much the limit on the scallop may be exceeded and the surface cut into, mm.
@@ -28,7 +28,7 @@ pub struct VerifyOptions {
     /// The direction from which slopes are counted, unit.
     pub up: DVec3,
     /// Places where the plan says that the cutter does not fit; judged apart.
-    pub too_tight: Vec<Sphere>,
+    pub inaccessible: Vec<Sphere>,
     /// The walls around what is machined; `None` where its boundary is open.
     pub walls: Option<Walls>,
     /// Threads to use; the result does not depend on it.

@@ -20,7 +20,7 @@ pub struct Outcome {
     /// Whether it is machined: the rest of the part is only guarded against gouges.
     pub machined: bool,
     /// Whether the plan says that the cutter does not fit there.
-    pub too_tight: bool,
+    pub inaccessible: bool,
     /// Whether a wall is nearer than the tolerance: its place is known to no more, so nothing need be reached there.
     pub at_wall: bool,
 }
@@ -34,6 +34,6 @@ impl Outcome {
 
     /// Whether what is left there is held to the limit.
     pub(super) fn is_judged(&self) -> bool {
-        self.machined && !self.too_tight && !self.at_wall
+        self.machined && !self.inaccessible && !self.at_wall
     }
 }

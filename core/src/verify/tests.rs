@@ -79,13 +79,13 @@ fn options(radius: f64, corner: f64) -> VerifyOptions {
         length: f64::INFINITY,
         depth: 0.5,
         tells_rate: true,
-        stock: 0.0,
+        allowance: 0.0,
         scallop: None,
         tolerance: 0.002,
         mrr_limit: None,
         spacing: 0.1,
         up: DVec3::Z,
-        too_tight: Vec::new(),
+        inaccessible: Vec::new(),
         walls: None,
         threads: 1,
     }
@@ -399,16 +399,16 @@ fn a_spike_of_the_removal_rate_is_found() {
 }
 
 #[test]
-fn what_the_plan_calls_too_tight_is_judged_apart() {
+fn what_the_plan_calls_inaccessible_is_judged_apart() {
     let mut passes = good();
     passes.remove(20);
-    let too_tight =
+    let inaccessible =
         (0..80).map(|i| Sphere { centre: DVec3::new(0.25 * f64::from(i), 12.0, 0.0), radius: 0.6 });
-    let options = VerifyOptions { too_tight: too_tight.collect(), ..strict() };
+    let options = VerifyOptions { inaccessible: inaccessible.collect(), ..strict() };
     let v = judged(&path(&passes), &Part::plane(20.0, 20.0), &options);
     assert_eq!(broken(&v), []);
-    assert_close(v.figures.too_tight.largest, 5.0 - (25.0f64 - 0.36).sqrt(), 0.01);
-    assert_close(v.figures.too_tight.area, 20.0 * 1.2, 0.1);
+    assert_close(v.figures.inaccessible.largest, 5.0 - (25.0f64 - 0.36).sqrt(), 0.01);
+    assert_close(v.figures.inaccessible.area, 20.0 * 1.2, 0.1);
 }
 
 #[test]
@@ -865,15 +865,15 @@ fn walls_are_judged_alike_by_any_number_of_threads() {
 fn the_rest_for_a_smaller_cutter_is_what_stands_above_the_limit() {
     let mut passes = good();
     passes.remove(20);
-    let too_tight =
+    let inaccessible =
         (0..80).map(|i| Sphere { centre: DVec3::new(0.25 * f64::from(i), 12.0, 0.0), radius: 0.9 });
-    let options = VerifyOptions { too_tight: too_tight.collect(), ..strict() };
+    let options = VerifyOptions { inaccessible: inaccessible.collect(), ..strict() };
     let v = judged(&path(&passes), &Part::plane(20.0, 20.0), &options);
     // A circle of 5 mm over a gap of 1.2 mm stands 9.5 µm high and more on this width in the middle.
     let height = 0.0095f64;
     let width = 1.2 - 2.0 * (10.0 * height - height * height).sqrt();
-    assert_close(v.figures.too_tight.above, 20.0 * width, 0.02);
-    assert!(v.figures.too_tight.area > 30.0);
+    assert_close(v.figures.inaccessible.above, 20.0 * width, 0.02);
+    assert!(v.figures.inaccessible.area > 30.0);
 }
 
 /// Height of the cusp that a ball of 5 mm leaves on a plane.
@@ -983,8 +983,8 @@ fn nothing_need_be_reached_nearer_to_a_wall_than_the_tolerance() {
     let corners = [(0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0)];
     let untouched = |tolerance: f64, walls: Option<Walls>| {
         let corner = |&(x, y): &(f64, f64)| Sphere { centre: DVec3::new(x, y, 0.0), radius: 5.5 };
-        let too_tight = corners.iter().map(corner).collect();
-        let options = VerifyOptions { too_tight, tolerance, walls, ..options(5.0, 0.0) };
+        let inaccessible = corners.iter().map(corner).collect();
+        let options = VerifyOptions { inaccessible, tolerance, walls, ..options(5.0, 0.0) };
         judged(&path, &Part::plane(20.0, 20.0), &options).figures.untouched.0
     };
     let walls = Some(Walls { height: 3.0, rise: Rise::Up });

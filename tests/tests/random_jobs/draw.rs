@@ -107,7 +107,7 @@ pub fn drawn(seed: u64, data: Option<&Path>) -> Drawn {
         let _ = writeln!(text, "axial_depth = {:?}", short(diameter * r.between(0.03, 0.3)));
     }
     if r.happens(0.25) {
-        let _ = writeln!(text, "stock = {:?}", short(r.between(0.05, 0.5)));
+        let _ = writeln!(text, "allowance = {:?}", short(r.between(0.05, 0.5)));
     }
     if five && (kind != "ball" || r.happens(0.7)) {
         let _ = writeln!(text, "lead = {lead:?}");

@@ -129,14 +129,15 @@ impl Case<'_> {
 
     /// Height left above surface and allowance; the depth of the layer where nothing came.
     fn height(&self, place: &Place) -> f64 {
-        let line = Line { foot: place.at + place.normal * self.job.cut.stock, along: place.normal };
+        let line =
+            Line { foot: place.at + place.normal * self.job.cut.allowance, along: place.normal };
         let (floor, top) = (-self.tolerance() - NOISE, self.job.cut.axial_depth);
         self.sweep.lowest(line, floor, top, &|_| true).map_or(top, |l| l.0)
     }
 
     /// Whether the plan says that the cutter does not come there.
     fn is_excused(&self, at: DVec3) -> bool {
-        let places = &self.report.coverage.too_tight_places;
+        let places = &self.report.coverage.inaccessible_places;
         places.iter().any(|[x, y, z, r]| DVec3::new(*x, *y, *z).distance(at) <= r + 1e-6)
     }
 
@@ -266,19 +267,21 @@ impl Case<'_> {
         if self.job.machine.axes != Axes::ThreeAxis {
             return;
         }
-        let stock = self.job.cut.stock;
+        let allowance = self.job.cut.allowance;
         let raised = |(face, normals): (&[DVec3; 3], &[DVec3; 3])| {
-            [0, 1, 2].map(|k| face[k] + normals[k] * stock)
+            [0, 1, 2].map(|k| face[k] + normals[k] * allowance)
         };
         let mut faces: Vec<[DVec3; 3]> =
             self.design.faces.iter().zip(&self.design.normals).map(raised).collect();
         faces.extend(&self.rest.faces);
         let walls = match self.job.path.boundary {
-            Boundary::Wall => walls(&self.design.rims(), &self.rest, self.job.path.wall_height, true),
+            Boundary::Wall => {
+                walls(&self.design.rims(), &self.rest, self.job.path.wall_height, true)
+            }
             Boundary::Open => Vec::new(),
         };
         let obstacles = Obstacles::new(self.sweep.cutter, faces, &tops(&walls));
-        let allowed = self.limit() + self.tolerance() + stock;
+        let allowed = self.limit() + self.tolerance() + allowance;
         // What lies behind a wall is the wall's.
         let admits = |p: &Place| {
             let point = p.at + p.normal * allowed;
@@ -319,8 +322,8 @@ impl Case<'_> {
     }
 
     /// How deep below the surface, at most a cutter radius, a cutter stands that holds the surface too.
-    fn depth(&self, place: &Place, stock: f64) -> f64 {
-        let line = Line { foot: place.at + place.normal * stock, along: place.normal };
+    fn depth(&self, place: &Place, allowance: f64) -> f64 {
+        let line = Line { foot: place.at + place.normal * allowance, along: place.normal };
         let radius = self.sweep.cutter.radius;
         let least = self.tolerance() + NOISE;
         let mut near = Vec::new();
@@ -341,11 +344,11 @@ impl Case<'_> {
 
     /// (2): nothing is cut into.
     fn gouges(&mut self) {
-        let stock = self.job.cut.stock;
+        let allowance = self.job.cut.allowance;
         let mut places: Vec<Place> =
             (0..PLACES / 2).map(|_| self.design.random(&mut self.random)).collect();
         places.extend(self.on_rims(RIM_PLACES));
-        let machined = |case: &Self, p: &Place| case.depth(p, stock);
+        let machined = |case: &Self, p: &Place| case.depth(p, allowance);
         let found: Vec<Measured> = places.iter().map(|p| (machined(self, p), *p)).collect();
         let worst = self.refined(found, false, &machined)[0];
         self.cut_into("the surface", worst);
@@ -431,8 +434,8 @@ impl Case<'_> {
             places.push((cutting[self.random.below(cutting.len())], self.random.unit()));
         }
         let layer = Layer {
-            top: self.job.cut.stock + self.job.cut.axial_depth,
-            floor: self.job.cut.stock - self.tolerance(),
+            top: self.job.cut.allowance + self.job.cut.axial_depth,
+            floor: self.job.cut.allowance - self.tolerance(),
         };
         let side_step = self.job.nominal_side_step();
         let mut worst: f64 = 0.0;
@@ -476,7 +479,7 @@ impl Case<'_> {
         let reach = |p: &DVec3| if upright { p.z } else { p.length() };
         let top = corners.map(reach).fold(f64::NEG_INFINITY, f64::max);
         let height = |row: &Row| row.pose.tip.dot(row.pose.axis);
-        let clear = top + self.job.cut.stock + self.job.cut.axial_depth;
+        let clear = top + self.job.cut.allowance + self.job.cut.axial_depth;
         let mut faults = Vec::new();
         for (k, pair) in self.rows.windows(2).enumerate() {
             let (from, to) = (&pair[0], &pair[1]);

@@ -516,7 +516,7 @@ export class Views {
   }
 
   #readout(v) {
-    const height = v.state === 1 ? "untouched" : v.state === 2 ? "too tight" : v.residual === null ? "–" : `${short(v.residual)} µm`;
+    const height = v.state === 1 ? "untouched" : v.state === 2 ? "inaccessible" : v.residual === null ? "–" : `${short(v.residual)} µm`;
     const cells = [
       [this.#path.scales.limit === null ? "Measured rate" : "Rate", Number.isFinite(v.rate) ? `${short(v.rate)} mm³/min` : "–", Number.isFinite(v.share) ? `${Math.round(100 * v.share)} % of limit` : ""],
       ["Engagement", Number.isFinite(v.engagement) ? `${short(v.engagement)}°` : "–", ""],

@@ -162,7 +162,7 @@ impl Simulated {
         let half = if options.whole { f64::INFINITY } else { 0.5 * size.length() };
         let near = window.least_concave_radius(&curvature, half);
         let reached = window.least_concave_radius(&curvature, half + 2.0 * job.tool.radius());
-        let start = job.cut.stock + job.cut.axial_depth;
+        let start = job.cut.allowance + job.cut.axial_depth;
         let cutter = cutter(job, options);
         let sweep_options = SweepOptions {
             start,
@@ -294,7 +294,7 @@ fn engaged(job: &Job, near: Option<f64>, reached: Option<f64>) -> Result<f64, To
     }
     let Some(radius) = reached else { return Ok(a_p) };
     // The cutter touches the surface that the allowance leaves.
-    let shape = Shape::Concave { least_radius: radius - job.cut.stock };
+    let shape = Shape::Concave { least_radius: radius - job.cut.allowance };
     match tool.kind() {
         // Beyond the window, a place where the ball does not fit only means that all of its edge may cut.
         ToolKind::Ball => Ok(thickness(shape, r, a_p).unwrap_or(2.0 * r)),

@@ -1,7 +1,7 @@
 //! The cutter, the cutting data and the trochoids, which must fit each other.
 
 use super::resolver::Resolver;
-use crate::job::cut::{Cut, CutDirection, Stepover, TooTight};
+use crate::job::cut::{Cut, CutDirection, Inaccessible, Stepover};
 use crate::job::force::TrochoidOptions;
 use crate::job::units::{per_second, radians, to_per_minute};
 use crate::machine::{Axes, Machine};
@@ -92,9 +92,9 @@ impl Resolver<'_> {
             spindle: per_second(table.spindle.unwrap_or(speed.min(12_000.0))),
             lead,
             tolerance: self.length(table.tolerance, 0.005),
-            stock: self.length(table.stock, 0.0),
+            allowance: self.length(table.allowance, 0.0),
             direction: table.direction.unwrap_or(CutDirection::Climb),
-            too_tight: table.too_tight.unwrap_or(TooTight::Avoid),
+            inaccessible: table.inaccessible.unwrap_or(Inaccessible::Lift),
         })
     }
 

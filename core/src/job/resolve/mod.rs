@@ -84,7 +84,7 @@ impl Resolver<'_> {
             job.regions.blend = BLEND * job.nominal_side_step();
         }
         if file.path.wall_height.is_none() {
-            let stock = job.cut.stock + job.cut.axial_depth;
+            let stock = job.cut.allowance + job.cut.axial_depth;
             job.path.wall_height = stock.max(2.0 * job.tool.radius());
         }
         job.texture = self.texture(&job);
