@@ -125,7 +125,7 @@ impl Compare {
         let own = job.cut.feed / (job.cut.spindle * f64::from(job.flutes));
         let feeds = choices.iter().map(|choice| choice.feed_per_tooth.unwrap_or(own));
         let finest = feeds.fold(own, f64::min);
-        // All that cannot be is told before anything is planned.
+        // All that cannot be is reported before anything is planned.
         let varied: Result<Vec<Job>, _> =
             choices.iter().map(|choice| choice.of(&job, finest)).collect();
         let varied = varied.map_err(|error| {
@@ -219,11 +219,11 @@ impl Compare {
         let plan = planned(&job, files, threads);
         let seconds = begun.elapsed().as_secs_f64();
         let figures = plan.and_then(|plan| judged(&job, &plan, threads));
-        let told = |error: ResultsError| {
+        let fault = |error: ResultsError| {
             let (exit, fault) = failure::explain(&error, source, None);
             (exit, fault.message)
         };
-        let figures = figures.map_err(told);
+        let figures = figures.map_err(fault);
         let exit = match &figures {
             Ok(figures) if figures.verification().is_some_and(|v| v.passed) => Exit::Done,
             Ok(_) => Exit::NotVerified,

@@ -67,7 +67,7 @@ pub fn files_of_results(directory: &Path, job: &Job) -> (Option<PathBuf>, Option
 
 /// A file that results in a directory were made from: under its name in the job from that directory, one above it or the
 /// current one, with the content that the report recorded. The job's own place where there is none, so that its absence
-/// is told.
+/// is reported.
 fn file_of_results(directory: &Path, name: &str) -> PathBuf {
     let report = std::fs::read(directory.join("report.json")).ok();
     let report: Option<serde_json::Value> = report.and_then(|r| serde_json::from_slice(&r).ok());

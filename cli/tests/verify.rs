@@ -333,7 +333,7 @@ fn pass(from: [f64; 3], to: [f64; 2]) -> String {
     )
 }
 
-/// Judges a program between walls; gives exit code, the figures and what was told of faults.
+/// Judges a program between walls; gives exit code, the figures and what was reported of faults.
 fn between_walls(path: &Path, program: &str, more: &[&str]) -> (i32, serde_json::Value, String) {
     fs::write(path.join("pass.ngc"), program).unwrap();
     let mut arguments = vec!["verify", "pass.ngc", "--json", "--surface", "part.obj", "--tool"];

@@ -23,7 +23,7 @@ const WITHIN: f64 = 0.98;
 /// Farthest that an end is moved along its pass, steps.
 const LONGEST: f64 = 6.0;
 
-/// Points before and after one by which its direction is told. Fewer: noise; more: sharp turns are cut.
+/// Points before and after one by which its direction is measured. Fewer: noise; more: sharp turns are cut.
 const BESIDE: usize = 2;
 
 /// What tells how passes are to be moved.

@@ -136,7 +136,7 @@ impl Turns {
         let mut legs = Vec::new();
         match tables.go((from.tip, from.axis), (to.tip, to.axis), commanded, &mut legs) {
             Ok(()) => length / legs.iter().map(|leg| leg.time).sum::<f64>(),
-            // No program can be written, but its time can be told.
+            // No program can be written, but its time can be given.
             Err(_) => length / tables.turn(to.axis),
         }
     }

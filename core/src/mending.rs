@@ -56,8 +56,8 @@ const CLIMBS: usize = 18;
 const FINEST: f64 = 0.0003;
 /// Part of the way to the boundary that a detour goes on at most. More: rounding leads it outside.
 const WITHIN: f64 = 0.98;
-/// Heights that are told apart, limits: what is higher is as high.
-const TOLD: f64 = 10.0;
+/// Heights are clamped at this multiple of the limit.
+const CLAMP: f64 = 10.0;
 /// Most detours. More: it is not single places that are too high.
 const MOST_DETOURS: usize = 2000;
 
@@ -382,7 +382,7 @@ impl<'a> Mender<'a> {
     fn heights(&self, samples: &[Sample], path: &Toolpath, enough: f64) -> Vec<f64> {
         let MendOptions { pass, limit, threads, .. } = self.options;
         let cutter = Cutter { tool: pass.tool, length: pass.reach };
-        let layer = Layer { allowance: pass.allowance, depth: TOLD * limit };
+        let layer = Layer { allowance: pass.allowance, depth: CLAMP * limit };
         let line = |s: &Sample| (Line { foot: s.at, normal: s.normal }, s.flat);
         let lines: Vec<(Line, DVec2)> = samples.iter().map(line).collect();
         let (columns, ids) = Columns::on(&lines, layer.top());
@@ -696,7 +696,7 @@ mod tests {
         let in_gap = flat.iter().filter(|p| p.at.y.abs() < 0.5).count();
         assert!(in_gap >= 8 && added <= 4 * in_gap, "{in_gap} of {added}");
         // Under a roof over the gap, higher than half of what was left, no detour helps.
-        let (flat, rounds, _) = mended(&gap, &check(Some(TOLD * limit)));
+        let (flat, rounds, _) = mended(&gap, &check(Some(CLAMP * limit)));
         assert!(rounds == 0 && flat.len() == passes(&gap).len(), "{rounds} rounds");
     }
 }

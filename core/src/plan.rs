@@ -19,7 +19,7 @@ use crate::mesh::{FaceId, VertexId};
 use crate::pattern;
 use crate::region::Region;
 use crate::regions::tensor::{self, Topology};
-use crate::regions::{self, Divided, Ground, LayoutOptions, Regions, Undivided};
+use crate::regions::{self, Divided, LayoutOptions, RegionMesh, Regions, Undivided};
 use crate::removal::{self, Coverage};
 use crate::strips::{Strips, part_of_strip, strip};
 use crate::surface::{Built, CurvatureField, Part, Surface, Warning};
@@ -210,9 +210,10 @@ pub fn plan_showing(
     let (regions, topology) =
         division(job, &surface, (&chart, &locator), &curvature, &metrics, threads)?;
     let undivided = regions.as_ref().map(|r| Undivided::of(r, &surface, &chart, &metrics));
-    let grounds = regions::grounds(regions.as_ref(), &surface, &chart, metrics, threads)?;
-    let floor = grounds.iter().map(Ground::length_floor).sum::<f64>() / creases;
-    let fine: Vec<Locator> = grounds.iter().map(Ground::locator).collect();
+    let region_meshes =
+        regions::region_meshes(regions.as_ref(), &surface, &chart, metrics, threads)?;
+    let floor = region_meshes.iter().map(RegionMesh::length_floor).sum::<f64>() / creases;
+    let fine: Vec<Locator> = region_meshes.iter().map(RegionMesh::locator).collect();
     let mut rest = part.without(&surface);
     let walls = delivery::walls(job, &surface, &rest, beside.as_ref());
     if let Some(beside) = &beside {
@@ -233,13 +234,13 @@ pub fn plan_showing(
         clearance: (job.path.boundary == Boundary::Wall).then_some(clearance),
         threads,
     };
-    let layouts = regions::lay_out(&grounds, &fine, &layout_options)?;
+    let layouts = regions::lay_out(&region_meshes, &fine, &layout_options)?;
     let place = |at| locator.locate(at).ok().map(|p| surface.position(p));
     let order = regions::in_order(regions.as_ref(), &layouts, job.regions.order, place);
     let region = Region::of_chart(&surface, &chart);
     let plane = Plane {
         job,
-        grounds: &grounds,
+        region_meshes: &region_meshes,
         layouts: &layouts,
         fine: &fine,
         region: &region,
@@ -275,10 +276,10 @@ pub fn plan_showing(
         coverage,
         cusp_limit: delivery.cusp_limit,
         length_floor: floor * part_of_strip(job),
-        even_share: regions::even_share(&grounds, &layouts),
+        even_share: regions::even_share(&region_meshes, &layouts),
         divided: regions
             .zip(undivided)
-            .map(|(r, undivided)| Divided::of(r, order, &grounds, &layouts, undivided)),
+            .map(|(r, undivided)| Divided::of(r, order, &region_meshes, &layouts, undivided)),
         topology,
         closing: ClosingReport::joined(layouts.iter().map(|l| l.closing.clone())),
         ring_depth: layouts.iter().map(|l| l.depth).max().unwrap_or(0),

@@ -1,4 +1,4 @@
-//! What is told of a plan: numbers with stable keys, a summary for the terminal, a page.
+//! What is reported of a plan: numbers with stable keys, a summary for the terminal, a page.
 //!
 //! Keys carry their units. The numbers are written with six significant digits, so that the bytes
 //! of [`Report::to_json`] depend on nothing but the plan.

@@ -21,7 +21,7 @@ usage: cargo xtask test        runs the tests, natively and of the page
        cargo xtask test page   runs the tests of the page only
        cargo xtask test parity compares native with WebAssembly in node, as the page's tests do in a browser
        cargo xtask page        builds the page for the browser into web/dist
-       cargo xtask serve [PORT]  builds it and serves it on this machine, port 8080 unless told
+       cargo xtask serve [PORT]  builds it and serves it on this machine, port 8080 unless given
        cargo xtask speed       plans all jobs in the page and natively, and compares the times
        cargo xtask patterns    writes docs/patterns.md, every pattern on every surface
        cargo xtask texture     writes table and picture of docs/texture.md

@@ -43,7 +43,7 @@ impl Exit {
 /// Keys that say where the surface comes from.
 const SOURCE: &[&str] = &["surface.file", "surface.analytic.kind"];
 
-/// How a failure is told.
+/// How a failure is reported.
 struct Failure {
     exit: Exit,
     /// Keys to point at: the first of them that the job file holds.

@@ -85,7 +85,7 @@ pub struct Watch<'a> {
 
 /// Plans a job, writes all files it asks for, and gives the numbers behind their pictures.
 ///
-/// Arguments and files as of [`results()`]; `watch` is told what can be shown before the end.
+/// Arguments and files as of [`results()`]; `watch` is given what can be shown before the end.
 ///
 /// # Errors
 /// [`ResultsError`]; nothing is half done.
@@ -462,7 +462,7 @@ fn checked(text: &str, job: &Job, rapid_plane: f64) -> Result<Vec<String>, Gcode
     Ok(findings.iter().map(ToString::to_string).collect())
 }
 
-/// The pictures of the planned path that the job asks for; `regions`: what is told of these.
+/// The pictures of the planned path that the job asks for; `regions`: what is reported of these.
 fn pictures(
     job: &Job,
     planned: &Planned,
@@ -479,8 +479,8 @@ fn pictures(
             let svg = surface_view(surface, path, contacts, limit);
             Some(Drawing::new(picture, "surface.svg", "Surface", svg))
         }
-        Picture::Regions => planned.divided.as_ref().zip(regions).map(|(divided, told)| {
-            let svg = regions_map(surface, &division::picture(divided), told);
+        Picture::Regions => planned.divided.as_ref().zip(regions).map(|(divided, figures)| {
+            let svg = regions_map(surface, &division::picture(divided), figures);
             Drawing::new(picture, "regions.svg", "Regions", svg)
         }),
         Picture::Tensor => planned.topology.as_ref().map(|topology| {
@@ -544,7 +544,7 @@ fn lengths_of_passes(planned: &Planned, contacts: &[Option<DVec3>]) -> Vec<f64> 
     lengths
 }
 
-/// What is told of a plan that was not judged yet.
+/// What is reported of a plan that was not judged yet.
 pub(crate) fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> Report {
     report_on(job, planned, inputs, &contacts(&planned.surface, &planned.chart, &planned.toolpath))
 }

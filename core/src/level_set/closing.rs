@@ -6,18 +6,18 @@
 //! between the last rings it is up to a whole pass. The cusp grows with the square.
 //!
 //! - *Gap*: distance of a place from the nearest pass, in passes of the strip metric there.
-//! - *Blob*: connected places whose gap is above the limit.
-//! - *Spur*: a detour of a ring, out to a blob and back. It leaves from the ring that is cut later,
+//! - *Cluster*: connected places whose gap is above the limit.
+//! - *Spur*: a detour of a ring, out to a cluster and back. It leaves from the ring that is cut later,
 //!   so that it runs into cleared stock.
 //!
 //! 1. Places near ridges are measured against all rings.
-//! 2. Every blob gets the shortest straight spur from the nearest ring that closes it, or, where
-//!    none does, one along its middle: to both ends and back, or once round a closed blob.
+//! 2. Every cluster gets the shortest straight spur from the nearest ring that closes it, or, where
+//!    none does, one along its middle: to both ends and back, or once round a closed cluster.
 //! 3. The places are measured again, until nothing is left or a few rounds are over.
 //!
 //! Source: spec 02, "Level sets".
 
-mod blob;
+mod cluster;
 mod detour;
 mod gaps;
 mod options;
@@ -31,7 +31,7 @@ use super::refine::PassMesh;
 use crate::flat_path::Terrain;
 use crate::geometry::DVec2;
 use crate::mesh::FaceId;
-use blob::Nearness;
+use cluster::Nearness;
 use detour::{Detour, closed};
 pub use gaps::Place as Gap;
 use gaps::{Place, gaps};
@@ -40,11 +40,11 @@ use passes::Passes;
 use spur::Chooser;
 use tree::Tree;
 
-/// Blobs whose widest gap is not above this are left, passes: the field is no better.
+/// Clusters whose widest gap is not above this are left, passes: the field is no better.
 const ACCEPTED: f64 = 0.506;
 /// Places beyond which gaps are reported and not closed: passes that leave so many do not fit the surface.
 const MOST_PLACES: usize = 4_000_000;
-/// Rounds of closing and measuring. More: branches of branches of a blob are followed.
+/// Rounds of closing and measuring. More: branches of branches of a cluster are followed.
 const ROUNDS: usize = 6;
 
 /// What was closed and what is left.
@@ -114,8 +114,8 @@ pub fn close(
             order: options.order,
             has_flat_bottom: options.has_flat_bottom,
         };
-        let blobs = blob::blobs(&places, &near);
-        let wide = blobs.iter().filter(|b| b.deepest().gap > ACCEPTED);
+        let clusters = cluster::clusters(&places, &near);
+        let wide = clusters.iter().filter(|b| b.deepest().gap > ACCEPTED);
         let detours: Vec<Detour> = wide.filter_map(|b| chooser.detour(b)).collect();
         if detours.is_empty() {
             break;

@@ -220,7 +220,7 @@ fn faces(delaunay: &Delaunay, points: &Points, domain: &Domain) -> Vec<([u32; 3]
         if a == b || b == c || c == a {
             continue;
         }
-        // Whole turns are told from a corner that is no pole.
+        // Whole turns are distinguished from a corner that is no pole.
         let near = (0..3).find(|&i| points.free[corners[i]].is_none()).unwrap_or(0);
         let at = match domain.ring {
             Some(ring) => at.map(|p| ring.unwrapped(p, at[near])),

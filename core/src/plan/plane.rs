@@ -9,7 +9,7 @@ use crate::job::{CutDirection, ForceControl, Job, Pattern, Stepover};
 use crate::level_set::FieldTerrain;
 use crate::link::{CutOptions, Excess, Group, LayOptions, cut_passes, lay};
 use crate::region::Region;
-use crate::regions::{Ground, JointTerrain, Layout};
+use crate::regions::{JointTerrain, Layout, RegionMesh};
 use crate::strips::strip;
 use crate::surface::{CurvatureField, Surface};
 use crate::toolpath::{MoveKind, Toolpath};
@@ -23,9 +23,9 @@ const COVERING: f64 = 0.55;
 /// What the plane knows.
 pub struct Plane<'a> {
     pub job: &'a Job,
-    pub grounds: &'a [Ground],
+    pub region_meshes: &'a [RegionMesh],
     pub layouts: &'a [Layout],
-    /// Over the fine mesh of every ground.
+    /// Over the fine mesh of every region mesh.
     pub fine: &'a [Locator<'a>],
     pub region: &'a Region,
     /// Moves the passes of tilted cutters with a flat bottom.
@@ -44,7 +44,7 @@ pub struct FlatCut {
 impl<'a> Plane<'a> {
     /// Room, scale and levels all over the chart; one for every thread.
     pub fn terrain(&self) -> JointTerrain<'a> {
-        let parts = self.grounds.iter().zip(self.layouts).zip(self.fine);
+        let parts = self.region_meshes.iter().zip(self.layouts).zip(self.fine);
         JointTerrain::new(
             parts.map(|((g, l), fine)| FieldTerrain::new(&g.fine, &l.field, fine)).collect(),
         )

@@ -1,4 +1,4 @@
-//! Colours of removal rates and of moves that are told apart.
+//! Colours of removal rates and of moves of different kinds.
 
 /// An sRGB colour.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]

@@ -9,7 +9,7 @@ use super::view::Canvas;
 use crate::geometry::DVec3;
 use std::collections::VecDeque;
 
-/// What is told, in the order of weight.
+/// What is marked, in the order of weight.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Rank {
     /// Not judged.

@@ -217,7 +217,7 @@ fn label(tint: Tint, share: f64) -> String {
     }
 }
 
-/// The lines that are told apart by other colours; where no rate is known nothing exceeds it.
+/// The lines that have colours of their own; where no rate is known nothing exceeds it.
 fn list_lines(svg: &mut Svg, at: DVec2, tint: Tint) {
     let all =
         [(OVER, "above the limit"), (RETURN, "trochoid return"), (LINK, "link"), (RAPID, "rapid")];

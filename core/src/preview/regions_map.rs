@@ -28,7 +28,7 @@ const STEPS: u8 = 15;
 /// Stretch at the ends of the scale, times the mean.
 const WIDEST: f64 = 2.0;
 
-/// Fills of regions: pale enough for shading, neighbours told apart by any eye.
+/// Fills of regions: pale enough for shading, neighbours that any eye distinguishes.
 ///
 /// # Source
 /// Tol, "Colour Schemes" (2021), scheme light, with two greys left out.
@@ -77,9 +77,9 @@ pub struct RegionPicture<'a> {
     pub neighbours: Vec<usize>,
 }
 
-/// Three shaded views: the regions told apart by colour, the stretch of the flat map of the whole, and
-/// that of the regions' own flat maps; each stretch divided by its mean. `told`: what is told of them.
-pub fn regions_map(surface: &Surface, divided: &RegionsPicture, told: &DivisionFigures) -> String {
+/// Three shaded views: the regions in their colours, the stretch of the flat map of the whole, and
+/// that of the regions' own flat maps; each stretch divided by its mean. `reported`: what is reported of them.
+pub fn regions_map(surface: &Surface, divided: &RegionsPicture, reported: &DivisionFigures) -> String {
     let shape = Shape::of(surface);
     let canvas = Canvas::new(&shape, View::of(&shape, &[]), FINENESS);
     let seen = Seen::of(&canvas, divided);
@@ -102,16 +102,16 @@ pub fn regions_map(surface: &Surface, divided: &RegionsPicture, told: &DivisionF
         let picture = png::encode(w as u32, h as u32, &indices, palette);
         svg.image(corner, canvas.size() * scale, &picture);
     };
-    let count = told.count;
+    let count = reported.count;
     let fills = region_tones(divided);
     let counted = format!("{count} region{}", if count == 1 { "" } else { "s" });
     view(DVec2::new(column[0], TOP), &counted, &fills, &palette(&FILLS));
     let steps = step_colours();
-    let heading = format!("Undivided: uniformity {:.2}", told.undivided.uniformity);
+    let heading = format!("Undivided: uniformity {:.2}", reported.undivided.uniformity);
     view(DVec2::new(column[0], second), &heading, &tones_before(divided), &palette(&steps));
-    let heading = format!("Regions: uniformity at least {:.2}", told.uniformity_min);
+    let heading = format!("Regions: uniformity at least {:.2}", reported.uniformity_min);
     view(DVec2::new(column[1], second), &heading, &tones_after(divided), &palette(&steps));
-    figures(&mut svg, told, DVec2::new(column[1], TOP));
+    figures(&mut svg, reported, DVec2::new(column[1], TOP));
     legend(&mut svg, DVec2::new(column[1], TOP + size.y - 40.0));
     scale_bar(&mut svg, DVec2::new(MARGIN, whole.y - 20.0), canvas.view.scale * scale, "mm");
     triad(&mut svg, &canvas.view, DVec2::new(whole.x - 70.0, TOP + 30.0));
@@ -119,17 +119,17 @@ pub fn regions_map(surface: &Surface, divided: &RegionsPicture, told: &DivisionF
 }
 
 /// What the regions are like, in words.
-fn figures(svg: &mut Svg, told: &DivisionFigures, at: DVec2) {
-    let (after, before) = (&told.spacing, &told.undivided);
-    let area: f64 = told.pieces.iter().map(|p| p.area_mm2).sum();
-    let ratios = told.pieces.iter().map(|p| p.area_mm2 * (p.stretch_max / p.stretch_min));
+fn figures(svg: &mut Svg, reported: &DivisionFigures, at: DVec2) {
+    let (after, before) = (&reported.spacing, &reported.undivided);
+    let area: f64 = reported.pieces.iter().map(|p| p.area_mm2).sum();
+    let ratios = reported.pieces.iter().map(|p| p.area_mm2 * (p.stretch_max / p.stretch_min));
     let ratio = ratios.sum::<f64>() / area;
     let rows = [
         ("", "undivided".to_owned(), "regions".to_owned()),
         (
             "uniformity, mean",
             format!("{:.2}", before.uniformity),
-            format!("{:.2}", told.uniformity_mean),
+            format!("{:.2}", reported.uniformity_mean),
         ),
         (
             "stretch, largest / smallest",

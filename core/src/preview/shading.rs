@@ -3,7 +3,7 @@
 use super::colour::Rgb;
 use crate::geometry::{DVec2, DVec3};
 
-/// Shades of the surface; more grow the picture without being told apart.
+/// Shades of the surface; more grow the picture without being distinguished.
 pub const SHADES: usize = 80;
 /// Colours of the outer side, dark and light.
 const OUTER: (Rgb, Rgb) = (Rgb([0xa9, 0xb0, 0xb8]), Rgb([0xf8, 0xf8, 0xf5]));

@@ -2,8 +2,8 @@
 
 use super::distortion::Evenness;
 use super::division::Regions;
-use super::ground::Ground;
 use super::layout::{Layout, Spacing};
+use super::region_mesh::RegionMesh;
 use crate::flatten::Chart;
 use crate::level_set::StripMetric;
 use crate::level_set::strip_metric::FlatMetric;
@@ -52,15 +52,15 @@ impl Divided {
     pub fn of(
         regions: Regions,
         order: Vec<usize>,
-        grounds: &[Ground],
+        region_meshes: &[RegionMesh],
         layouts: &[Layout],
         undivided: Undivided,
     ) -> Self {
         let part = |&k: &usize| PartFigures {
-            area: regions.parts[k].piece.area(&regions.sheet),
-            evenness: regions.parts[k].evenness,
+            area: regions.list[k].piece.area(&regions.split_mesh),
+            evenness: regions.list[k].evenness,
             passes: layouts[k].passes.len(),
-            spacing: layouts[k].spacing(&grounds[k]),
+            spacing: layouts[k].spacing(&region_meshes[k]),
         };
         let parts = order.iter().map(part).collect();
         Self { regions, order, parts, undivided }

@@ -2,7 +2,7 @@
 
 use super::distortion::{self, Evenness, Flattened, Stretch};
 use super::pieces::Piece;
-use super::sheet::Sheet;
+use super::split_mesh::SplitMesh;
 use crate::flatten::{Chart, FlattenError, Locator};
 use crate::geometry::{DVec2, DVec3};
 use crate::job::{Compensation, DistortionOptions};
@@ -13,9 +13,9 @@ use crate::surface::Surface;
 #[derive(Clone, Debug)]
 pub struct Regions {
     /// The faces of all regions.
-    pub sheet: Sheet,
+    pub split_mesh: SplitMesh,
     /// The regions.
-    pub parts: Vec<Part>,
+    pub list: Vec<Region>,
     /// How evenly the undivided surface maps.
     pub whole: Evenness,
     /// Stretch of its map.
@@ -24,7 +24,7 @@ pub struct Regions {
 
 /// A region.
 #[derive(Clone, Debug)]
-pub struct Part {
+pub struct Region {
     /// Its faces.
     pub piece: Piece,
     /// How evenly it maps.
@@ -37,7 +37,7 @@ pub struct Part {
     pub start: Option<Vec<DVec3>>,
 }
 
-impl Part {
+impl Region {
     fn of(flattened: Flattened, compensation: Compensation) -> Self {
         let evenness = flattened.stretch.evenness();
         let narrowing = match compensation {
@@ -68,18 +68,19 @@ impl Regions {
         least: f64,
         threads: usize,
     ) -> Result<Self, FlattenError> {
-        let mut sheet = Sheet::new(surface, chart);
+        let mut split_mesh = SplitMesh::new(surface, chart);
         let stretch = Stretch::of(surface, chart);
-        let pieces = distortion::divide(&mut sheet, options, least, threads)?;
-        let parts = pieces.into_iter().map(|p| Part::of(p, options.compensation)).collect();
-        Ok(Self { sheet, parts, whole: stretch.evenness(), stretch })
+        let pieces = distortion::divide(&mut split_mesh, options, least, threads)?;
+        let list = pieces.into_iter().map(|p| Region::of(p, options.compensation)).collect();
+        Ok(Self { split_mesh, list, whole: stretch.evenness(), stretch })
     }
 
     /// Whether several regions meet at a face of the surface.
     pub fn is_at_border(&self, face: FaceId) -> bool {
-        let sheet = &self.sheet;
-        let corners = sheet.parts(face).flat_map(|f| sheet.faces()[f as usize]);
-        let labels = corners.flat_map(|v| sheet.around(v)).map(|h| sheet.labels()[h as usize / 3]);
+        let split_mesh = &self.split_mesh;
+        let corners = split_mesh.parts(face).flat_map(|f| split_mesh.faces()[f as usize]);
+        let labels =
+            corners.flat_map(|v| split_mesh.around(v)).map(|h| split_mesh.labels()[h as usize / 3]);
         let mut labels = labels.peekable();
         let first = labels.peek().copied();
         labels.any(|label| Some(label) != first)
@@ -96,42 +97,42 @@ impl Regions {
         lines: &[Vec<DVec2>],
         least: f64,
     ) -> Result<Self, FlattenError> {
-        let mut sheet = Sheet::new(surface, chart);
+        let mut split_mesh = SplitMesh::new(surface, chart);
         let locator = Locator::new(surface.connectivity(), chart.uv());
-        lines.iter().for_each(|line| sheet.cut_polyline(line, &locator));
-        sheet.improve();
-        let all: Vec<u32> = (0..sheet.faces().len() as u32).collect();
-        let groups = sheet.groups(&all, |_| 0, least);
+        lines.iter().for_each(|line| split_mesh.cut_polyline(line, &locator));
+        split_mesh.improve();
+        let all: Vec<u32> = (0..split_mesh.faces().len() as u32).collect();
+        let groups = split_mesh.groups(&all, |_| 0, least);
         for (label, faces) in (0..).zip(&groups) {
-            sheet.set_label(faces, label);
+            split_mesh.set_label(faces, label);
         }
-        let mut parts = Vec::new();
+        let mut list = Vec::new();
         for faces in &groups {
-            let flattened = Flattened::of(&sheet, faces)?;
-            parts.extend(flattened.map(|f| Part::of(f, Compensation::Exact)));
+            let flattened = Flattened::of(&split_mesh, faces)?;
+            list.extend(flattened.map(|f| Region::of(f, Compensation::Exact)));
         }
         let stretch = Stretch::of(surface, chart);
-        Ok(Self { sheet, parts, whole: stretch.evenness(), stretch })
+        Ok(Self { split_mesh, list, whole: stretch.evenness(), stretch })
     }
 }
 
 impl Regions {
     /// Gives every region the flat curve of which the longest part runs through it, if any does.
     pub fn with_starts(mut self, curves: &[Vec<DVec2>]) -> Self {
-        for part in &mut self.parts {
-            let uv = part.piece.uv(&self.sheet);
-            let locator = Locator::new(&part.piece.connectivity, &uv);
+        for region in &mut self.list {
+            let uv = region.piece.uv(&self.split_mesh);
+            let locator = Locator::new(&region.piece.connectivity, &uv);
             let within = |curve: &Vec<DVec2>| -> Vec<DVec3> {
                 let at = |p: &DVec2| locator.locate(*p).ok();
                 let place = |at: crate::surface::SurfacePoint| {
-                    let corners = part.piece.connectivity.face(at.face);
-                    let sheet = |i: usize| part.piece.vertices[corners[i].index()] as usize;
-                    (0..3).map(|i| self.sheet.positions()[sheet(i)] * at.weights[i]).sum()
+                    let corners = region.piece.connectivity.face(at.face);
+                    let split_mesh = |i: usize| region.piece.vertices[corners[i].index()] as usize;
+                    (0..3).map(|i| self.split_mesh.positions()[split_mesh(i)] * at.weights[i]).sum()
                 };
                 curve.iter().filter_map(at).map(place).collect()
             };
             let parts = curves.iter().map(within).filter(|c| c.len() > 1);
-            part.start = parts.max_by(|a, b| length(a).total_cmp(&length(b)));
+            region.start = parts.max_by(|a, b| length(a).total_cmp(&length(b)));
         }
         self
     }

@@ -7,8 +7,8 @@
 //! passes machine some of them; of the others each goes to the joint that has the shortest way to machine
 //! it, and every joint goes on as far as the farthest of its places asks, and by the blend.
 
-use super::ground::Ground;
 use super::options::LayoutOptions;
+use super::region_mesh::RegionMesh;
 use crate::flat_path::Terrain;
 use crate::flatten::Locator;
 use crate::geometry::DVec2;
@@ -134,7 +134,7 @@ pub(super) fn ways_on(joints: &[Joints]) -> impl Iterator<Item = [DVec2; 2]> + '
 /// Decides how far the joints of a region go on; `all`: what the passes of all regions machine.
 pub(super) fn decide(
     joints: &mut [Joints],
-    (ground, field): (&Ground, &PassField),
+    (region_mesh, field): (&RegionMesh, &PassField),
     all: &[[DVec2; 2]],
     options: &LayoutOptions,
     closing: &ClosingOptions,
@@ -146,7 +146,7 @@ pub(super) fn decide(
         ends.extend(end.iter_mut().map(|j| (true, j)));
     }
     let mut needs = vec![0.0f64; ends.len()];
-    for place in uncovered(&ground.fine, field, all, closing) {
+    for place in uncovered(&region_mesh.fine, field, all, closing) {
         let rated = ends.iter().enumerate().filter_map(|(i, (is_end, joint))| {
             let lag = |across: f64| lags.at(*is_end, across * joint.scale) / joint.scale;
             joint.need(&place, lag).map(|need| (need, i))

@@ -1,9 +1,9 @@
 //! The passes of a region.
 
-use super::ground::Ground;
 use super::joints::{Joints, decide, joints, machined, reset, run_on, ways_on};
 use super::offsets::shifts;
 use super::options::LayoutOptions;
+use super::region_mesh::RegionMesh;
 use crate::flatten::Locator;
 use crate::geometry::DVec2;
 use crate::geometry::polyline::{simplify_closed, simplify_open};
@@ -93,29 +93,30 @@ impl Spacing {
 /// # Errors
 /// [`LevelSetError`]: no pass can be laid on some region.
 pub fn lay_out(
-    grounds: &[Ground],
+    region_meshes: &[RegionMesh],
     locators: &[Locator],
     options: &LayoutOptions,
 ) -> Result<Vec<Layout>, LevelSetError> {
-    let tasks: Vec<_> = grounds.iter().zip(locators).collect();
+    let tasks: Vec<_> = region_meshes.iter().zip(locators).collect();
     // A single region is shared by all threads.
     let threads = if tasks.len() > 1 { 1 } else { options.threads };
     let options_of_one = LayoutOptions { threads, ..*options };
-    let draft =
-        |(ground, locator): &(&Ground, &Locator)| Draft::of(ground, locator, &options_of_one);
+    let draft = |(region_mesh, locator): &(&RegionMesh, &Locator)| {
+        Draft::of(region_mesh, locator, &options_of_one)
+    };
     let drafts = parallel::map(options.threads, &tasks, draft);
     let mut drafts = drafts.into_iter().collect::<Result<Vec<_>, _>>()?;
     let pattern = options.job.path.pattern;
     // Bands end half a pass from their neighbours by themselves.
-    if grounds.len() > 1 && !pattern.has_rings() && pattern != Pattern::Mpf {
+    if region_meshes.len() > 1 && !pattern.has_rings() && pattern != Pattern::Mpf {
         let fields: Vec<&PassField> = drafts.iter().map(|d| &d.field).collect();
-        let shifts = shifts(grounds, &fields);
-        for ((draft, ground), shift) in drafts.iter_mut().zip(grounds).zip(shifts) {
-            draft.shift(ground, shift, options);
+        let shifts = shifts(region_meshes, &fields);
+        for ((draft, region_mesh), shift) in drafts.iter_mut().zip(region_meshes).zip(shifts) {
+            draft.shift(region_mesh, shift, options);
         }
     }
-    for (draft, (ground, locator)) in drafts.iter_mut().zip(&tasks) {
-        draft.find_joints(ground, locator, options);
+    for (draft, (region_mesh, locator)) in drafts.iter_mut().zip(&tasks) {
+        draft.find_joints(region_mesh, locator, options);
     }
     for k in (0..drafts.len()).chain(0..drafts.len()) {
         if !drafts[k].joints.is_empty() {
@@ -145,29 +146,37 @@ struct Draft {
 
 impl Draft {
     fn of(
-        ground: &Ground,
+        region_mesh: &RegionMesh,
         locator: &Locator,
         options: &LayoutOptions,
     ) -> Result<Self, LevelSetError> {
         let job = options.job;
-        let mesh = &ground.fine;
-        let Laid { field, passes } = match ground.has_neighbours() && job.path.pattern.has_rings() {
-            true => rings(ground, job),
-            false => {
-                let coarse = &ground.coarse;
-                let clearance = options.clearance.map(|c| c.of_mesh(mesh, options.threads));
-                let setting = Setting {
-                    radius: job.tool.radius(),
-                    has_flat_bottom: options.tilted.is_some(),
-                    has_neighbours: ground.has_neighbours(),
-                    clearance: clearance.as_deref(),
-                };
-                let own = (job.path.pattern == Pattern::IsoParametric)
-                    .then(|| Parameters::of(options.surface, options.chart, mesh))
-                    .flatten();
-                pattern::lay_out(coarse, mesh, locator, &path(ground, job), setting, own.as_ref())?
-            }
-        };
+        let mesh = &region_mesh.fine;
+        let Laid { field, passes } =
+            match region_mesh.has_neighbours() && job.path.pattern.has_rings() {
+                true => rings(region_mesh, job),
+                false => {
+                    let coarse = &region_mesh.coarse;
+                    let clearance = options.clearance.map(|c| c.of_mesh(mesh, options.threads));
+                    let setting = Setting {
+                        radius: job.tool.radius(),
+                        has_flat_bottom: options.tilted.is_some(),
+                        has_neighbours: region_mesh.has_neighbours(),
+                        clearance: clearance.as_deref(),
+                    };
+                    let own = (job.path.pattern == Pattern::IsoParametric)
+                        .then(|| Parameters::of(options.surface, options.chart, mesh))
+                        .flatten();
+                    pattern::lay_out(
+                        coarse,
+                        mesh,
+                        locator,
+                        &path(region_mesh, job),
+                        setting,
+                        own.as_ref(),
+                    )?
+                }
+            };
         let mut passes = simplified(passes, options.tolerance);
         if passes.is_empty() {
             let (low, high) = field.range();
@@ -183,12 +192,13 @@ impl Draft {
     }
 
     /// Shifts the passes, which are open; unless none would be left.
-    fn shift(&mut self, ground: &Ground, shift: f64, options: &LayoutOptions) {
+    fn shift(&mut self, region_mesh: &RegionMesh, shift: f64, options: &LayoutOptions) {
         let field = self.field.clone().rescaled(shift, 1.0);
         let (low, high) = field.range();
         let levels = (0..).map(|k| low.ceil() + f64::from(k)).take_while(|level| *level < high);
         let levels: Vec<f64> = levels.collect();
-        let passes = simplified(level_curves(&ground.fine, &field, &levels), options.tolerance);
+        let passes =
+            simplified(level_curves(&region_mesh.fine, &field, &levels), options.tolerance);
         if shift != 0.0 && !passes.is_empty() {
             self.precedence = Precedence::new(&passes, options.job.path.order);
             (self.field, self.passes) = (field, passes);
@@ -196,9 +206,14 @@ impl Draft {
     }
 
     /// Finds the ends on inner borders of passes that are no rings.
-    fn find_joints(&mut self, ground: &Ground, locator: &Locator, options: &LayoutOptions) {
-        if ground.has_neighbours() && !options.job.path.pattern.has_rings() {
-            let terrain = FieldTerrain::new(&ground.fine, &self.field, locator);
+    fn find_joints(
+        &mut self,
+        region_mesh: &RegionMesh,
+        locator: &Locator,
+        options: &LayoutOptions,
+    ) {
+        if region_mesh.has_neighbours() && !options.job.path.pattern.has_rings() {
+            let terrain = FieldTerrain::new(&region_mesh.fine, &self.field, locator);
             self.joints = joints(&mut self.passes, options.chart, &terrain);
         }
     }
@@ -210,13 +225,13 @@ impl Draft {
 
     fn closing_options<'a>(
         &self,
-        ground: &Ground,
+        region_mesh: &RegionMesh,
         beside: &'a [[DVec2; 2]],
         options: &LayoutOptions,
     ) -> ClosingOptions<'a> {
         // Beside the sharp ridges of regions rings are blunted too much for the field to tell how near they
         // are.
-        let on_levels = !self.is_spiral && !ground.has_neighbours();
+        let on_levels = !self.is_spiral && !region_mesh.has_neighbours();
         ClosingOptions {
             order: options.job.path.order,
             on_levels,
@@ -232,7 +247,7 @@ impl Draft {
         mut self,
         own: usize,
         all: &[Self],
-        (ground, locator): (&Ground, &Locator),
+        (region_mesh, locator): (&RegionMesh, &Locator),
         options: &LayoutOptions,
     ) -> Layout {
         let mut beside: Vec<[DVec2; 2]> = ways_on(&self.joints).collect();
@@ -241,10 +256,10 @@ impl Draft {
             beside.extend(others.flat_map(|(_, other)| other.machined()));
         }
         let depth = self.precedence.depth();
-        let terrain = FieldTerrain::new(&ground.fine, &self.field, locator);
-        let closing = self.closing_options(ground, &beside, options);
+        let terrain = FieldTerrain::new(&region_mesh.fine, &self.field, locator);
+        let closing = self.closing_options(region_mesh, &beside, options);
         let overruns = options.tilted.map(|_| overruns(&mut self.passes));
-        let closing = close(&mut self.passes, &ground.fine, &self.field, &terrain, &closing);
+        let closing = close(&mut self.passes, &region_mesh.fine, &self.field, &terrain, &closing);
         for (pass, overrun) in self.passes.iter_mut().zip(overruns.into_iter().flatten()) {
             pass.overrun = overrun;
         }
@@ -255,9 +270,9 @@ impl Draft {
 }
 
 /// How passes are laid on a region: beginning at its own curve if it has one.
-fn path(ground: &Ground, job: &Job) -> PathOptions {
+fn path(region_mesh: &RegionMesh, job: &Job) -> PathOptions {
     let mut path = job.path.clone();
-    if let Some(curve) = &ground.start {
+    if let Some(curve) = &region_mesh.start {
         path.start = Start::Curve(curve.clone());
     } else if path.pattern == Pattern::Mpf {
         path.start = Start::Widest;
@@ -266,17 +281,17 @@ fn path(ground: &Ground, job: &Job) -> PathOptions {
 }
 
 /// Rings from the boundary of a region with neighbours.
-fn rings(ground: &Ground, job: &Job) -> Laid {
+fn rings(region_mesh: &RegionMesh, job: &Job) -> Laid {
     let outside = match job.path.first {
         FirstPass::Edge => INSIDE,
         FirstPass::HalfStrip => 0.5,
     };
-    let field = ground.rings(job.regions.blend, outside);
+    let field = region_mesh.rings(job.regions.blend, outside);
     let (low, high) = field.range();
     let first = if high > 2.0 * INSIDE { INSIDE } else { 0.5 * (low + high) };
     let rest = (1..).map(f64::from).take_while(|&level| level < high);
     let levels: Vec<f64> = core::iter::once(first).chain(rest).collect();
-    let passes = level_curves(&ground.fine, &field, &levels);
+    let passes = level_curves(&region_mesh.fine, &field, &levels);
     Laid { field, passes }
 }
 
@@ -316,17 +331,17 @@ impl Layout {
     }
 
     /// Share of the area on which neighbouring passes are at least 0.9 of the allowed side step apart.
-    pub fn even_share(&self, ground: &Ground) -> f64 {
-        match ground.is_narrowed() {
-            false => self.field.even_share(&ground.fine),
-            true => self.spacing(ground).even,
+    pub fn even_share(&self, region_mesh: &RegionMesh) -> f64 {
+        match region_mesh.is_narrowed() {
+            false => self.field.even_share(&region_mesh.fine),
+            true => self.spacing(region_mesh).even,
         }
     }
 
     /// How far passes are apart, by their field.
-    pub fn spacing(&self, ground: &Ground) -> Spacing {
-        let narrowing = ground.narrowing();
-        let mesh = &ground.fine;
+    pub fn spacing(&self, region_mesh: &RegionMesh) -> Spacing {
+        let narrowing = region_mesh.narrowing();
+        let mesh = &region_mesh.fine;
         let of_face = |(f, face): (usize, &[crate::mesh::VertexId; 3])| {
             let face_id = FaceId(f as u32);
             let uv = face.map(|v| mesh.uv()[v.index()]);
@@ -334,7 +349,7 @@ impl Layout {
             let slope = metric.slope(gradient(uv, face.map(|v| self.field.values()[v.index()]))?);
             let middle = (uv[0] + uv[1] + uv[2]) / 3.0;
             let apart = 1.0 / (slope * narrowing(middle));
-            let area = ground.area(face_id);
+            let area = region_mesh.area(face_id);
             let spacing = Spacing::everywhere(apart, area);
             (slope >= RIDGE && apart.is_finite()).then_some(spacing)
         };
@@ -350,11 +365,11 @@ fn gradient([a, b, c]: [DVec2; 3], [u, v, w]: [f64; 3]) -> Option<DVec2> {
 }
 
 /// Share of the area on which neighbouring passes are at least 0.9 of the allowed side step apart.
-pub fn even_share(grounds: &[Ground], layouts: &[Layout]) -> f64 {
-    if let ([ground], [layout]) = (grounds, layouts) {
-        return layout.even_share(ground);
+pub fn even_share(region_meshes: &[RegionMesh], layouts: &[Layout]) -> f64 {
+    if let ([region_mesh], [layout]) = (region_meshes, layouts) {
+        return layout.even_share(region_mesh);
     }
-    let areas = grounds.iter().map(Ground::surface_area);
-    let shares = layouts.iter().zip(grounds).map(|(l, g)| l.even_share(g));
+    let areas = region_meshes.iter().map(RegionMesh::surface_area);
+    let shares = layouts.iter().zip(region_meshes).map(|(l, g)| l.even_share(g));
     areas.clone().zip(shares).map(|(a, s)| a * s).sum::<f64>() / areas.sum::<f64>()
 }

@@ -1,4 +1,4 @@
-//! Cutting a sheet along lines.
+//! Cutting a split mesh along lines.
 //!
 //! - *Isoline*: where a function that is linear on every face changes its sign.
 //! - *Polyline*: given by flat points, as separatrices are.
@@ -6,7 +6,7 @@
 //! Both run along sides afterwards. Where a line passes a vertex by next to nothing it is led through it:
 //! else needles would arise.
 
-use super::sheet::{Sheet, next, previous};
+use super::split_mesh::{SplitMesh, next, previous};
 use crate::flatten::Locator;
 use crate::geometry::{DVec2, cross2};
 use crate::mesh::FaceId;
@@ -17,7 +17,7 @@ const SNAP: f64 = 0.05;
 /// Sides that a straight piece of a line may cross.
 const MOST_CROSSINGS: usize = 100_000;
 
-impl Sheet {
+impl SplitMesh {
     /// Puts vertices where a function of the vertices is 0, on the sides of faces with one label; returns
     /// the function at all vertices, old and new.
     ///
@@ -65,7 +65,7 @@ impl Sheet {
         }
     }
 
-    /// Cuts along a polyline of flat points; `locator` is over the chart that the sheet was made of.
+    /// Cuts along a polyline of flat points; `locator` is over the chart that the split mesh was made of.
     ///
     /// Ends beyond the boundary are drawn in to it.
     pub fn cut_polyline(&mut self, line: &[DVec2], locator: &Locator) {
@@ -177,26 +177,26 @@ fn edge(inner: DVec2, outer: DVec2, locator: &Locator) -> Option<DVec2> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::sheet::samples::{BUMP, middle};
+    use super::super::split_mesh::samples::{BUMP, middle};
     use super::*;
     use crate::geometry::math::{cos, sin};
 
-    /// Every side of the sheet on which the function changes its sign has a vertex at 0 now.
+    /// Every side of the split mesh on which the function changes its sign has a vertex at 0 now.
     #[test]
     fn an_isoline_runs_along_sides() {
         let (surface, chart) = &*BUMP;
-        let mut sheet = Sheet::new(surface, chart);
+        let mut split_mesh = SplitMesh::new(surface, chart);
         let circle = |p: &DVec2| p.distance(middle()) - 9.03;
-        let value = sheet.cut_isoline(0, chart.uv().iter().map(circle).collect());
-        sheet.validate(surface);
-        assert_eq!(value.len(), sheet.uv().len());
+        let value = split_mesh.cut_isoline(0, chart.uv().iter().map(circle).collect());
+        split_mesh.validate(surface);
+        assert_eq!(value.len(), split_mesh.uv().len());
         let signs = |f: &[u32; 3]| f.map(|v| value[v as usize]);
         let mixed = |v: [f64; 3]| v.iter().any(|&x| x > 0.0) && v.iter().any(|&x| x < 0.0);
-        assert!(!sheet.faces().iter().any(|f| mixed(signs(f))));
-        let all: Vec<u32> = (0..sheet.faces().len() as u32).collect();
+        assert!(!split_mesh.faces().iter().any(|f| mixed(signs(f))));
+        let all: Vec<u32> = (0..split_mesh.faces().len() as u32).collect();
         let inside =
-            |f: u32| u32::from(signs(&sheet.faces()[f as usize]).iter().sum::<f64>() > 0.0);
-        assert_eq!(sheet.groups(&all, inside, 0.0).len(), 2);
+            |f: u32| u32::from(signs(&split_mesh.faces()[f as usize]).iter().sum::<f64>() > 0.0);
+        assert_eq!(split_mesh.groups(&all, inside, 0.0).len(), 2);
     }
 
     /// Two lines through the middle make four pieces, however they lie to the mesh.
@@ -206,21 +206,21 @@ mod tests {
         let locator = Locator::new(surface.connectivity(), chart.uv());
         for turn in [0.0, 0.1, 0.37, core::f64::consts::FRAC_PI_4] {
             let way = DVec2::new(cos(turn), sin(turn)) * 100.0;
-            let mut sheet = Sheet::new(surface, chart);
+            let mut split_mesh = SplitMesh::new(surface, chart);
             for way in [way, way.perp()] {
                 let line: Vec<DVec2> =
                     (0..=200).map(|i| middle() + way * (f64::from(i) / 100.0 - 1.0)).collect();
-                sheet.cut_polyline(&line, &locator);
+                split_mesh.cut_polyline(&line, &locator);
             }
-            sheet.improve();
-            sheet.validate(surface);
-            let all: Vec<u32> = (0..sheet.faces().len() as u32).collect();
-            let pieces = sheet.groups(&all, |_| 0, 0.0);
+            split_mesh.improve();
+            split_mesh.validate(surface);
+            let all: Vec<u32> = (0..split_mesh.faces().len() as u32).collect();
+            let pieces = split_mesh.groups(&all, |_| 0, 0.0);
             assert_eq!(pieces.len(), 4, "turned by {turn}");
             for faces in &pieces {
-                let piece = sheet.piece(faces).unwrap();
+                let piece = split_mesh.piece(faces).unwrap();
                 assert_eq!(piece.connectivity.euler_characteristic(), 1);
-                assert!((piece.area(&sheet) / surface.area() - 0.25).abs() < 0.01);
+                assert!((piece.area(&split_mesh) / surface.area() - 0.25).abs() < 0.01);
             }
         }
     }
@@ -230,11 +230,11 @@ mod tests {
     fn a_line_without_end_on_the_boundary_parts_nothing() {
         let (surface, chart) = &*BUMP;
         let locator = Locator::new(surface.connectivity(), chart.uv());
-        let mut sheet = Sheet::new(surface, chart);
+        let mut split_mesh = SplitMesh::new(surface, chart);
         let line = [DVec2::new(-100.0, 3.0), DVec2::new(2.0, 3.3)].map(|p| middle() + p);
-        sheet.cut_polyline(&line, &locator);
-        sheet.validate(surface);
-        let all: Vec<u32> = (0..sheet.faces().len() as u32).collect();
-        assert_eq!(sheet.groups(&all, |_| 0, 0.0).len(), 1);
+        split_mesh.cut_polyline(&line, &locator);
+        split_mesh.validate(surface);
+        let all: Vec<u32> = (0..split_mesh.faces().len() as u32).collect();
+        assert_eq!(split_mesh.groups(&all, |_| 0, 0.0).len(), 1);
     }
 }

@@ -1,9 +1,9 @@
 //! Regions: a surface divided along lines, and passes laid on every piece of it.
 //!
-//! - *Sheet*: the faces of the surface with the lines cut into them (`sheet`, `lines`).
+//! - *Split mesh*: the faces of the surface with the lines cut into them (`split_mesh`, `lines`).
 //! - *Piece*: connected faces between lines, a disk or a disk with holes (`pieces`).
-//! - *Ground*: a piece refined to carry a field of passes (`ground`).
-//! - *Layout*: the passes on a ground (`layout`).
+//! - *Region mesh*: a piece refined to carry a field of passes (`region_mesh`).
+//! - *Layout*: the passes on a region mesh (`layout`).
 //!
 //! 1. The lines come from the map's distortion (`distortion`); [`Regions::along`] takes any others.
 //! 2. They are cut in; pieces too small go to a neighbour.
@@ -13,7 +13,7 @@
 //!    far as neighbours leave something (`joints`).
 //! 5. The pieces are put in order.
 //!
-//! Path and cutter locations stay those of the one surface and its one chart: sheet and surface are the
+//! Path and cutter locations stay those of the one surface and its one chart: split mesh and surface are the
 //! same set of points.
 //!
 //! Source: spec 04 and 05.
@@ -21,7 +21,6 @@
 pub mod distortion;
 mod divided;
 mod division;
-mod ground;
 mod joints;
 mod layout;
 mod lines;
@@ -29,17 +28,18 @@ mod offsets;
 mod options;
 mod order;
 mod pieces;
-mod sheet;
+mod region_mesh;
+mod split_mesh;
 pub mod tensor;
 mod terrain;
 
 pub use distortion::{Evenness, Stretch};
 pub use divided::{Divided, PartFigures, Undivided};
-pub use division::{Part, Regions};
-pub use ground::{Ground, grounds};
+pub use division::{Region, Regions};
 pub use layout::{Layout, Spacing, even_share, lay_out};
 pub use options::LayoutOptions;
 pub use order::{in_order, neighbours};
 pub use pieces::Piece;
-pub use sheet::{Mean, Sheet};
+pub use region_mesh::{RegionMesh, region_meshes};
+pub use split_mesh::{Mean, SplitMesh};
 pub use terrain::JointTerrain;

@@ -6,7 +6,7 @@
 //! turn, so that passes and this besides are the shortest; no region's outermost pass gets farther than half a
 //! pass from the end of its field.
 
-use super::ground::Ground;
+use super::region_mesh::RegionMesh;
 use crate::level_set::PassField;
 use crate::mesh::FaceId;
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 const SHIFTS: usize = 25;
 /// Rounds through all regions. More: nothing changes any more.
 const ROUNDS: usize = 4;
-/// Outermost passes of two regions at most so far apart, passes, leave nothing between them: gaps are told
+/// Outermost passes of two regions at most so far apart, passes, leave nothing between them: gaps are measured
 /// from 0.504 passes on.
 const CLOSED: f64 = 1.008;
 /// What is left beside a pass is machined out and back.
@@ -49,13 +49,16 @@ impl Side {
 }
 
 /// By how much the field of every region is to be shifted, passes, so that its passes lie at whole levels.
-pub(super) fn shifts(grounds: &[Ground], fields: &[&PassField]) -> Vec<f64> {
-    let stretches = stretches(grounds, fields);
-    let lengths: Vec<Lengths> =
-        grounds.iter().zip(fields).map(|(ground, field)| Lengths::of(ground, field)).collect();
-    let mut shifts = vec![0.0; grounds.len()];
+pub(super) fn shifts(region_meshes: &[RegionMesh], fields: &[&PassField]) -> Vec<f64> {
+    let stretches = stretches(region_meshes, fields);
+    let lengths: Vec<Lengths> = region_meshes
+        .iter()
+        .zip(fields)
+        .map(|(region_mesh, field)| Lengths::of(region_mesh, field))
+        .collect();
+    let mut shifts = vec![0.0; region_meshes.len()];
     for _ in 0..ROUNDS {
-        for region in 0..grounds.len() {
+        for region in 0..region_meshes.len() {
             let beside = |s: &&Stretch| s.sides.iter().any(|side| side.region == region);
             let beside: Vec<&Stretch> = stretches.iter().filter(beside).collect();
             let mut best = (f64::INFINITY, shifts[region]);
@@ -77,24 +80,24 @@ pub(super) fn shifts(grounds: &[Ground], fields: &[&PassField]) -> Vec<f64> {
 }
 
 /// The stretches of all inner borders.
-fn stretches(grounds: &[Ground], fields: &[&PassField]) -> Vec<Stretch> {
+fn stretches(region_meshes: &[RegionMesh], fields: &[&PassField]) -> Vec<Stretch> {
     let mut waiting: BTreeMap<[u64; 4], Side> = BTreeMap::new();
     let mut stretches = Vec::new();
-    for (region, (ground, field)) in grounds.iter().zip(fields).enumerate() {
-        for (h, [from, to]) in ground.border_sides() {
+    for (region, (region_mesh, field)) in region_meshes.iter().zip(fields).enumerate() {
+        for (h, [from, to]) in region_mesh.border_sides() {
             let bits = |v: crate::mesh::VertexId| {
-                let p = ground.fine.uv()[v.index()];
+                let p = region_mesh.fine.uv()[v.index()];
                 [p.x.to_bits(), p.y.to_bits()]
             };
             let value = |v: crate::mesh::VertexId| field.values()[v.index()];
             let middle = 0.5 * (value(from) + value(to));
-            let inner = value(ground.fine.connectivity().ends(h.next()).1);
+            let inner = value(region_mesh.fine.connectivity().ends(h.next()).1);
             let side = Side { region, value: middle, grows: inner < middle };
             let ([a, b], [c, d]) = (bits(from), bits(to));
             match waiting.remove(&[c, d, a, b]) {
                 Some(other) => {
-                    let length = ground.fine.positions()[from.index()]
-                        .distance(ground.fine.positions()[to.index()]);
+                    let length = region_mesh.fine.positions()[from.index()]
+                        .distance(region_mesh.fine.positions()[to.index()]);
                     stretches.push(Stretch { length, sides: [other, side] });
                 }
                 None => {
@@ -113,15 +116,15 @@ struct Lengths {
 }
 
 impl Lengths {
-    fn of(ground: &Ground, field: &PassField) -> Self {
+    fn of(region_mesh: &RegionMesh, field: &PassField) -> Self {
         let (low, high) = field.range();
         // Lengths of level curves, mm, by bins of their level.
         let bins = ((high - low) / BIN).clamp(1.0, 1e6) as usize + 1;
         let mut curves = vec![0.0; bins];
-        for (f, face) in ground.fine.connectivity().faces().iter().enumerate() {
+        for (f, face) in region_mesh.fine.connectivity().faces().iter().enumerate() {
             let values = face.map(|v| field.values()[v.index()]);
             let (l, h) = values.iter().fold((high, low), |(l, h), &v| (l.min(v), h.max(v)));
-            let length = ground.integral(FaceId(f as u32), values) / BIN;
+            let length = region_mesh.integral(FaceId(f as u32), values) / BIN;
             let [from, to] = [l, h].map(|v| (((v - low) / BIN) as usize).min(bins - 1));
             for bin in &mut curves[from..=to.max(from)] {
                 *bin += length / (to.max(from) - from + 1) as f64;

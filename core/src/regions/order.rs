@@ -7,9 +7,9 @@
 //!
 //! Source: spec 05, step 8.
 
-use super::division::{Part, Regions};
+use super::division::{Region, Regions};
 use super::layout::Layout;
-use super::sheet::Sheet;
+use super::split_mesh::SplitMesh;
 use crate::geometry::{DVec2, DVec3};
 use crate::job::RegionOrder;
 use crate::level_set::Pass;
@@ -28,9 +28,9 @@ pub fn in_order(
     place: impl Fn(DVec2) -> Option<DVec3>,
 ) -> Vec<usize> {
     let Some(regions) = regions else { return (0..layouts.len()).collect() };
-    let parts = &regions.parts;
+    let parts = &regions.list;
     let graph = Graph {
-        neighbours: neighbours(&regions.sheet, &regions.parts),
+        neighbours: neighbours(&regions.split_mesh, &regions.list),
         ways: ways(layouts, place),
     };
     let starts: Vec<usize> = (0..parts.len()).take(MOST_STARTS).collect();
@@ -125,18 +125,18 @@ fn ways(layouts: &[Layout], place: impl Fn(DVec2) -> Option<DVec3>) -> Vec<Vec<f
 }
 
 /// For every region the ones that share a side with it.
-pub fn neighbours(sheet: &Sheet, parts: &[Part]) -> Vec<Vec<usize>> {
-    let mut of_face = vec![usize::MAX; sheet.faces().len()];
-    for (k, part) in parts.iter().enumerate() {
-        part.piece.faces.iter().for_each(|&f| of_face[f as usize] = k);
+pub fn neighbours(split_mesh: &SplitMesh, regions: &[Region]) -> Vec<Vec<usize>> {
+    let mut of_face = vec![usize::MAX; split_mesh.faces().len()];
+    for (k, region) in regions.iter().enumerate() {
+        region.piece.faces.iter().for_each(|&f| of_face[f as usize] = k);
     }
     let mut pairs: BTreeSet<(usize, usize)> = BTreeSet::new();
-    for h in 0..3 * sheet.faces().len() as u32 {
-        let other = sheet.opposite(h).map(|o| of_face[o as usize / 3]);
+    for h in 0..3 * split_mesh.faces().len() as u32 {
+        let other = split_mesh.opposite(h).map(|o| of_face[o as usize / 3]);
         let here = of_face[h as usize / 3];
         pairs.extend(other.filter(|&o| o != here).map(|o| (here, o)));
     }
-    let mut lists = vec![Vec::new(); parts.len()];
+    let mut lists = vec![Vec::new(); regions.len()];
     for (a, b) in pairs {
         if let Some(list) = lists.get_mut(a) {
             list.push(b);

@@ -1,21 +1,21 @@
-//! Pieces of a sheet: connected faces of one label, and the meshes they are.
+//! Pieces of a split mesh: connected faces of one label, and the meshes they are.
 
-use super::sheet::{NONE, Sheet, next, previous};
+use super::split_mesh::{NONE, SplitMesh, next, previous};
 use crate::geometry::{DVec2, DVec3};
 use crate::mesh::{Connectivity, VertexId};
 use crate::surface::Surface;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A piece of a sheet as a mesh of its own: a disk, or a disk with holes.
+/// A piece of a split mesh as a mesh of its own: a disk, or a disk with holes.
 ///
 /// Where a piece touches itself in a vertex, that vertex is there twice.
 #[derive(Clone, Debug)]
 pub struct Piece {
     /// Half-edge connectivity.
     pub connectivity: Connectivity,
-    /// `#V` vertices of the sheet.
+    /// `#V` vertices of the split mesh.
     pub vertices: Vec<u32>,
-    /// `#F` faces of the sheet.
+    /// `#F` faces of the split mesh.
     pub faces: Vec<u32>,
     /// Sides of the boundary, start and end, beyond which another piece lies.
     pub inner_border: BTreeSet<(VertexId, VertexId)>,
@@ -23,35 +23,35 @@ pub struct Piece {
 
 impl Piece {
     /// `#V` flat points.
-    pub fn uv(&self, sheet: &Sheet) -> Vec<DVec2> {
-        self.vertices.iter().map(|&v| sheet.uv()[v as usize]).collect()
+    pub fn uv(&self, split_mesh: &SplitMesh) -> Vec<DVec2> {
+        self.vertices.iter().map(|&v| split_mesh.uv()[v as usize]).collect()
     }
 
     /// The piece as a surface.
-    pub fn surface(&self, sheet: &Sheet) -> Surface {
+    pub fn surface(&self, split_mesh: &SplitMesh) -> Surface {
         let positions: Vec<DVec3> =
-            self.vertices.iter().map(|&v| sheet.positions()[v as usize]).collect();
+            self.vertices.iter().map(|&v| split_mesh.positions()[v as usize]).collect();
         Surface::new(self.connectivity.clone(), positions)
     }
 
     /// Area, mm².
-    pub fn area(&self, sheet: &Sheet) -> f64 {
-        self.faces.iter().map(|&f| sheet.area(f as usize)).sum()
+    pub fn area(&self, split_mesh: &SplitMesh) -> f64 {
+        self.faces.iter().map(|&f| split_mesh.area(f as usize)).sum()
     }
 }
 
-/// Connected groups of faces of a sheet.
+/// Connected groups of faces of a split mesh.
 struct Groups<'a> {
-    sheet: &'a Sheet,
-    /// Group of every face of the sheet; [`NONE`] for faces that are in none.
+    split_mesh: &'a SplitMesh,
+    /// Group of every face of the split mesh; [`NONE`] for faces that are in none.
     of_face: Vec<u32>,
     count: usize,
 }
 
 impl<'a> Groups<'a> {
     /// The connected faces with the same key that no line parts, in the order of their first faces.
-    fn connected(sheet: &'a Sheet, faces: &[u32], key: impl Fn(u32) -> u32) -> Self {
-        let mut keys = vec![NONE; sheet.faces().len()];
+    fn connected(split_mesh: &'a SplitMesh, faces: &[u32], key: impl Fn(u32) -> u32) -> Self {
+        let mut keys = vec![NONE; split_mesh.faces().len()];
         faces.iter().for_each(|&f| keys[f as usize] = key(f));
         let mut of_face = vec![NONE; keys.len()];
         let mut count = 0;
@@ -63,8 +63,8 @@ impl<'a> Groups<'a> {
             let mut open = vec![first];
             while let Some(f) = open.pop() {
                 for h in [0, 1, 2].map(|k| 3 * f + k) {
-                    let Some(g) = sheet.opposite(h).map(|o| o / 3) else { continue };
-                    let is_same = keys[g as usize] == keys[f as usize] && !sheet.has_line(h);
+                    let Some(g) = split_mesh.opposite(h).map(|o| o / 3) else { continue };
+                    let is_same = keys[g as usize] == keys[f as usize] && !split_mesh.has_line(h);
                     if of_face[g as usize] == NONE && is_same {
                         of_face[g as usize] = count;
                         open.push(g);
@@ -73,17 +73,17 @@ impl<'a> Groups<'a> {
             }
             count += 1;
         }
-        Self { sheet, of_face, count: count as usize }
+        Self { split_mesh, of_face, count: count as usize }
     }
 
     /// Lengths of the borders between groups, mm, by pairs of groups, the smaller first.
     fn borders(&self, faces: &[u32]) -> BTreeMap<(u32, u32), f64> {
         let mut borders = BTreeMap::new();
         for h in faces.iter().flat_map(|f| [3 * f, 3 * f + 1, 3 * f + 2]) {
-            let Some(o) = self.sheet.opposite(h).filter(|o| h < *o) else { continue };
+            let Some(o) = self.split_mesh.opposite(h).filter(|o| h < *o) else { continue };
             let (a, b) = (self.of_face[h as usize / 3], self.of_face[o as usize / 3]);
             if a != b && b != NONE {
-                *borders.entry((a.min(b), a.max(b))).or_insert(0.0) += self.sheet.length(h);
+                *borders.entry((a.min(b), a.max(b))).or_insert(0.0) += self.split_mesh.length(h);
             }
         }
         borders
@@ -94,7 +94,7 @@ impl<'a> Groups<'a> {
     fn owners(&self, faces: &[u32], least: f64) -> Vec<u32> {
         let mut areas = vec![0.0; self.count];
         for &f in faces {
-            areas[self.of_face[f as usize] as usize] += self.sheet.area(f as usize);
+            areas[self.of_face[f as usize] as usize] += self.split_mesh.area(f as usize);
         }
         let mut borders = self.borders(faces);
         let mut owner: Vec<u32> = (0..self.count as u32).collect();
@@ -134,7 +134,7 @@ fn last(owner: &[u32], mut p: u32) -> u32 {
     p
 }
 
-impl Sheet {
+impl SplitMesh {
     /// Divides some faces into connected groups of the same key that no line parts; groups smaller than
     /// `least` mm² go to the neighbour with which they share the longest border.
     pub fn groups(&self, faces: &[u32], key: impl Fn(u32) -> u32, least: f64) -> Vec<Vec<u32>> {
@@ -153,7 +153,7 @@ impl Sheet {
         let mut is_in = vec![false; self.faces().len()];
         faces.iter().for_each(|&f| is_in[f as usize] = true);
         let same = |h: u32| self.opposite(h).filter(|o| is_in[*o as usize / 3]);
-        // One vertex for every fan of faces around a vertex of the sheet.
+        // One vertex for every fan of faces around a vertex of the split mesh.
         let mut corner = vec![NONE; 3 * is_in.len()];
         let mut vertices = Vec::new();
         let sides = || faces.iter().flat_map(|f| [3 * f, 3 * f + 1, 3 * f + 2]);
@@ -183,20 +183,20 @@ impl Sheet {
 
 #[cfg(test)]
 mod tests {
-    use super::super::sheet::samples::{BUMP, middle};
+    use super::super::split_mesh::samples::{BUMP, middle};
     use super::*;
 
     #[test]
     fn small_groups_go_to_the_longest_border() {
         let (surface, chart) = &*BUMP;
-        let sheet = Sheet::new(surface, chart);
-        let all: Vec<u32> = (0..sheet.faces().len() as u32).collect();
+        let split_mesh = SplitMesh::new(surface, chart);
+        let all: Vec<u32> = (0..split_mesh.faces().len() as u32).collect();
         let stripe = |f: u32| {
-            let x = sheet.uv()[sheet.faces()[f as usize][0] as usize].x - middle().x;
+            let x = split_mesh.uv()[split_mesh.faces()[f as usize][0] as usize].x - middle().x;
             u32::from(x > 0.0) + u32::from(x > 1.5)
         };
-        assert!(sheet.groups(&all, stripe, 0.0).len() >= 3);
-        let groups = sheet.groups(&all, stripe, 200.0);
+        assert!(split_mesh.groups(&all, stripe, 0.0).len() >= 3);
+        let groups = split_mesh.groups(&all, stripe, 200.0);
         assert_eq!(groups.len(), 2);
         assert_eq!(groups.iter().map(Vec::len).sum::<usize>(), all.len());
     }
@@ -205,14 +205,14 @@ mod tests {
     #[test]
     fn a_pinched_piece_is_a_manifold() {
         let (surface, chart) = &*BUMP;
-        let sheet = Sheet::new(surface, chart);
-        let inner = (0..sheet.uv().len() as u32).find(|&v| {
-            let fan = sheet.around(v);
-            fan.len() == 6 && sheet.opposite(fan[0]).is_some()
+        let split_mesh = SplitMesh::new(surface, chart);
+        let inner = (0..split_mesh.uv().len() as u32).find(|&v| {
+            let fan = split_mesh.around(v);
+            fan.len() == 6 && split_mesh.opposite(fan[0]).is_some()
         });
-        let fan = sheet.around(inner.unwrap());
+        let fan = split_mesh.around(inner.unwrap());
         let faces = [fan[0] / 3, fan[3] / 3];
-        let piece = sheet.piece(&faces).unwrap();
+        let piece = split_mesh.piece(&faces).unwrap();
         assert_eq!(piece.vertices.len(), 6);
         assert_eq!(piece.connectivity.boundary_loops().len(), 2);
     }

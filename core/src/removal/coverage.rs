@@ -101,7 +101,7 @@ pub fn coverage(columns: &Columns, removed: &Removed, access: &Access) -> Covera
     out
 }
 
-/// What the path of `access` leaves of fresh columns, for [`coverage`]: what is removed where is not told.
+/// What the path of `access` leaves of fresh columns, for [`coverage`]: what is removed where is not recorded.
 pub fn remains(columns: &Columns, access: &Access) -> Removed {
     let cutter = Cutter { tool: access.pass.tool, length: access.pass.reach };
     columns.remains(access.path, cutter, access.layer, access.allowed(), access.threads)

@@ -315,7 +315,7 @@ fn point_on(a: &PathPoint, b: &PathPoint, piece: &Joined) -> PathPoint {
         point.tip = a.tip.lerp(b.tip, t);
         point.axis = between(a.axis, b.axis);
         point.normal = between(a.normal, b.normal);
-        // At the start of a run the contact is not told; the image stays that of the end.
+        // At the start of a run the contact is not known; the image stays that of the end.
         point.flat = b.flat.map(|end: DVec2| a.flat.map_or(end, |start| start.lerp(end, t)));
     }
     point

@@ -92,7 +92,7 @@ fn search(ends: &[(DVec2, u32)], axis: usize, at: DVec2, best: &mut (f64, u32)) 
 
 impl Columns {
     /// The heights that a path leaves on fresh columns: exact where they are above `enough` mm, and at most
-    /// that elsewhere. What is removed by which piece is not told.
+    /// that elsewhere. What is removed by which piece is not recorded.
     pub(crate) fn remains(
         &self,
         path: &Toolpath,

@@ -88,7 +88,7 @@ fn verification(html: &mut String, report: &Report) {
     html.push_str("</table>\n");
 }
 
-/// What its picture, the last one, is told with.
+/// What its picture, the last one, is captioned with.
 fn texture(html: &mut String, report: &Report) {
     let Some(texture) = &report.texture else { return };
     html.push_str("<table>\n");

@@ -1,4 +1,4 @@
-//! What is told of a path: length, time and removal rate.
+//! What is reported of a path: length, time and removal rate.
 
 use super::profile::Profile;
 use crate::toolpath::{MoveKind, Toolpath};

@@ -1,4 +1,4 @@
-//! What is told of a plan.
+//! What is reported of a plan.
 
 use super::path::PathFigures;
 use super::record::{FileRecord, Versions};

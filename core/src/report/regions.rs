@@ -1,4 +1,4 @@
-//! What is told of a divided surface.
+//! What is reported of a divided surface.
 
 use serde::Serialize;
 

@@ -35,7 +35,7 @@ pub fn summary(report: &Report) -> String {
     text
 }
 
-/// A label and what is told under it.
+/// A label and what is written under it.
 pub fn facts(report: &Report) -> Vec<(&'static str, String)> {
     let (s, f, r, c) = (&report.surface, &report.flatten, &report.passes, &report.coverage);
     let holes = s.boundary_loops.saturating_sub(1);

@@ -1,4 +1,4 @@
-//! What is told of the best feed direction.
+//! What is reported of the best feed direction.
 
 use serde::Serialize;
 

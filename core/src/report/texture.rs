@@ -1,4 +1,4 @@
-//! What is told of the texture of a window.
+//! What is reported of the texture of a window.
 
 use crate::texture::parameters::{Profile, SECTIONS};
 use serde::Serialize;
@@ -128,7 +128,7 @@ impl ProfileFigures {
 impl TextureFigures {
     /// What deserves a second look. `lowest`: height of the deepest node without run-out, mm; `tolerance`: how far the path
     /// may be off the surface, mm.
-    pub fn second_looks(&self, lowest: f64, tolerance: f64) -> Vec<String> {
+    pub fn warnings(&self, lowest: f64, tolerance: f64) -> Vec<String> {
         let mut notes = Vec::new();
         let window = &self.window;
         if lowest < -(SUNK * tolerance).max(ROUNDING) {
@@ -186,7 +186,7 @@ impl TextureFigures {
         )
     }
 
-    /// Labels and what is told under them.
+    /// Labels and what is written under them.
     pub fn lines(&self) -> Vec<(&'static str, String)> {
         let (w, c, a) = (&self.window, &self.cutting, &self.areal);
         let [x, y, z] = w.middle_mm;

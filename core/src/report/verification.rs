@@ -9,9 +9,9 @@ use crate::verify::{
 use serde::Serialize;
 use std::fmt::Write;
 
-/// Faulty moves listed at most; their number is told.
+/// Faulty moves listed at most; their number is reported.
 const MOST_LISTED: usize = 20;
-/// Depths of cuts into walls are told in mm from this one on, mm.
+/// Depths of cuts into walls are given in mm from this one on, mm.
 const MILLIMETRES: f64 = 0.1;
 /// Lower ends of the slope bands, degrees; the last band ends at 180.
 const SLOPES: [f64; 5] = [0.0, 15.0, 30.0, 45.0, 60.0];
@@ -44,7 +44,7 @@ pub struct VerificationFigures {
     pub gouge_at_mm: Option<[f64; 3]>,
     /// Line of the path that cut it.
     pub gouge_by_line: Option<u64>,
-    /// Whether it may be deeper: gouges are told apart up to half the cutter radius.
+    /// Whether it may be deeper: gouges are measured up to half the cutter radius.
     pub gouge_may_be_deeper: bool,
     /// Area cut into deeper than the tolerance, mm².
     pub gouged_mm2: f64,
@@ -88,7 +88,7 @@ pub struct WallCutFigures {
     pub deepest_at_mm: Option<[f64; 3]>,
     /// Line of the path that cut it.
     pub deepest_by_line: Option<u64>,
-    /// Whether it may be deeper: cuts into walls are told apart up to the cutter's diameter.
+    /// Whether it may be deeper: cuts into walls are measured up to the cutter's diameter.
     pub may_be_deeper: bool,
     /// Area of wall cut into deeper than the tolerance, mm².
     pub cut_mm2: f64,
@@ -268,7 +268,7 @@ impl VerificationFigures {
     ) -> Self {
         let f = &verification.figures;
         let broken: Vec<String> =
-            f.broken.iter().map(|b| told(b, options, &lines)).chain(program.clone()).collect();
+            f.broken.iter().map(|b| described(b, options, &lines)).chain(program.clone()).collect();
         let faults = |faults: &[Fault]| {
             let figures = |f: &Fault| FaultFigures {
                 line: lines.of(f.of),
@@ -536,7 +536,7 @@ fn cusps(crests: &Crests, limit: Option<f64>) -> Option<CuspFigures> {
     let shares = limit.map(|limit| crests.shares(limit));
     Some(CuspFigures {
         count: crests.heights.len() as u64,
-        share_left_out: 1.0 - crests.told(),
+        share_left_out: 1.0 - crests.measured_share(),
         p5_mm: crests.percentile(0.05)?,
         p50_mm: crests.percentile(0.5)?,
         p95_mm: crests.percentile(0.95)?,
@@ -625,7 +625,7 @@ fn counted(count: usize, thing: &str) -> String {
 }
 
 /// A broken limit as a sentence.
-fn told(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String {
+fn described(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String {
     let at = |p: DVec3| spelled(p.to_array());
     let line = |of: u32| lines.of(of).map_or_else(String::new, |l| format!(", line {l}"));
     let left = |s: &Spot| s.of.map_or_else(|| ", where no move came".to_owned(), line);

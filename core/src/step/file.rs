@@ -35,7 +35,7 @@ impl StepFile {
     /// Memory stays within a small multiple of `bytes.len()`.
     ///
     /// # Errors
-    /// [`StepError`] naming the line or the instance. A face that cannot be used is told when it
+    /// [`StepError`] naming the line or the instance. A face that cannot be used is reported when it
     /// is asked for.
     pub fn read(bytes: &[u8]) -> Result<Self, StepError> {
         let faces = faces(&parse(bytes)?)?;

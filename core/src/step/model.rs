@@ -326,7 +326,7 @@ impl<'a> Model<'a> {
             .map(|id| self.point(Some(&Value::Reference(id))).map(|p| (p, 1.0)))
             .collect::<Result<_, _>>()?;
         let knots = knots_of(KnotKind::QuasiUniform, 1, points.len());
-        NurbsCurve::new(1, knots, points).map(Curve::Spline).map_err(told)
+        NurbsCurve::new(1, knots, points).map(Curve::Spline).map_err(as_text)
     }
 
     fn spline(&self, instance: &Instance) -> Shape<Curve> {
@@ -370,7 +370,7 @@ impl<'a> Model<'a> {
             }
             None => knots_of(knot_kind(instance), degree, points.len()),
         };
-        NurbsCurve::new(degree, knots, points).map(Curve::Spline).map_err(told)
+        NurbsCurve::new(degree, knots, points).map(Curve::Spline).map_err(as_text)
     }
 
     fn surface(&self, instance: &Instance, edges: &Edges) -> Shape<NurbsSurface> {
@@ -389,8 +389,8 @@ impl<'a> Model<'a> {
         }
         if let Some(sphere) = elementary("SPHERICAL_SURFACE") {
             let (f, r) = (self.frame(sphere.values.get(1))?, self.length_of(sphere, 2)?);
-            let profile = NurbsCurve::half_circle(f.origin, -f.z * r, f.x * r).map_err(told)?;
-            return profile.revolved(f.origin, f.z).map_err(told);
+            let profile = NurbsCurve::half_circle(f.origin, -f.z * r, f.x * r).map_err(as_text)?;
+            return profile.revolved(f.origin, f.z).map_err(as_text);
         }
         if let Some(torus) = elementary("TOROIDAL_SURFACE") {
             let (f, major, minor) = (
@@ -399,14 +399,14 @@ impl<'a> Model<'a> {
                 self.length_of(torus, 3)?,
             );
             let centre = f.origin + f.x * major;
-            let profile = NurbsCurve::ellipse(centre, f.x * minor, f.z * minor).map_err(told)?;
-            return profile.revolved(f.origin, f.z).map_err(told);
+            let profile = NurbsCurve::ellipse(centre, f.x * minor, f.z * minor).map_err(as_text)?;
+            return profile.revolved(f.origin, f.z).map_err(as_text);
         }
         if let Some(record) = elementary("SURFACE_OF_REVOLUTION") {
             let axis = self.frame(record.values.get(2))?;
             let along = |p: DVec3| (p - axis.origin).dot(axis.z);
             let profile = self.curve(record.values.get(1), 0)?;
-            return as_spline(profile, edges, &along)?.revolved(axis.origin, axis.z).map_err(told);
+            return as_spline(profile, edges, &along)?.revolved(axis.origin, axis.z).map_err(as_text);
         }
         if let Some(record) = elementary("SURFACE_OF_LINEAR_EXTRUSION") {
             let vector = self.record(record.values.get(2), "VECTOR")?;
@@ -422,7 +422,7 @@ impl<'a> Model<'a> {
         let a = f.origin + f.x * u0;
         NurbsCurve::line(a, a + f.x * (u1 - u0))
             .and_then(|line| line.extruded(f.y * v0, f.y * (v1 - v0)))
-            .map_err(told)
+            .map_err(as_text)
     }
 
     fn spline_surface(&self, instance: &Instance) -> Shape<NurbsSurface> {
@@ -476,11 +476,11 @@ impl<'a> Model<'a> {
             }
             None => [0, 1].map(|k| knots_of(knot_kind(instance), degree[k], counts[k])),
         };
-        NurbsSurface::new(NurbsParts { degree, knots, points, weights }).map_err(told)
+        NurbsSurface::new(NurbsParts { degree, knots, points, weights }).map_err(as_text)
     }
 }
 
-fn told(error: NurbsError) -> String {
+fn as_text(error: NurbsError) -> String {
     error.to_string()
 }
 
@@ -591,14 +591,14 @@ fn cone(f: Frame, r: f64, slope: f64, edges: &Edges) -> Shape<NurbsSurface> {
         }
     }
     let at = |h: f64| f.origin + f.z * h + f.x * (r + slope * h).max(0.0);
-    NurbsCurve::line(at(low), at(high)).and_then(|line| line.revolved(f.origin, f.z)).map_err(told)
+    NurbsCurve::line(at(low), at(high)).and_then(|line| line.revolved(f.origin, f.z)).map_err(as_text)
 }
 
 /// A curve as a spline; a line as far as the edges reach along it.
 fn as_spline(curve: Curve, edges: &Edges, along: &dyn Fn(DVec3) -> f64) -> Shape<NurbsCurve> {
     match curve {
         Curve::Spline(curve) => Ok(curve),
-        Curve::Ellipse(centre, x, y) => NurbsCurve::ellipse(centre, x, y).map_err(told),
+        Curve::Ellipse(centre, x, y) => NurbsCurve::ellipse(centre, x, y).map_err(as_text),
         Curve::Line(p, d) => {
             let slope = along(p + d) - along(p);
             if slope.abs() < 1e-9 {
@@ -607,7 +607,7 @@ fn as_spline(curve: Curve, edges: &Edges, along: &dyn Fn(DVec3) -> f64) -> Shape
             let (low, high) = widened(edges, along)?;
             let at = |h: f64| p + d * ((h - along(p)) / slope);
             let (a, b) = if slope > 0.0 { (at(low), at(high)) } else { (at(high), at(low)) };
-            NurbsCurve::line(a, b).map_err(told)
+            NurbsCurve::line(a, b).map_err(as_text)
         }
     }
 }
@@ -618,9 +618,9 @@ fn extruded(curve: Curve, way: DVec3, edges: &Edges) -> Shape<NurbsSurface> {
             let across =
                 (d - way * d.dot(way)).try_normalize().ok_or("a line pushed along itself")?;
             let (low, high) = widened(edges, &|q| (q - p).dot(across) / d.dot(across))?;
-            NurbsCurve::line(p + d * low, p + d * high).map_err(told)?
+            NurbsCurve::line(p + d * low, p + d * high).map_err(as_text)?
         }
-        Curve::Ellipse(centre, x, y) => NurbsCurve::ellipse(centre, x, y).map_err(told)?,
+        Curve::Ellipse(centre, x, y) => NurbsCurve::ellipse(centre, x, y).map_err(as_text)?,
         Curve::Spline(curve) => curve,
     };
     // Heights along the way, from wherever the curve runs.
@@ -629,5 +629,5 @@ fn extruded(curve: Curve, way: DVec3, edges: &Edges) -> Shape<NurbsSurface> {
     let (least, most) =
         heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
     let (low, high) = widened(edges, &|p| p.dot(way))?;
-    curve.extruded(way * (low - most), way * (high - low + most - least)).map_err(told)
+    curve.extruded(way * (low - most), way * (high - low + most - least)).map_err(as_text)
 }

@@ -17,7 +17,7 @@ use crate::tool::Tool;
 /// Angle of the slope below which strips turn into those of the corner, rad: on level ground the way down
 /// turns from place to place, and with it where the cutter stands.
 const LEVEL: f64 = 5.0 * core::f64::consts::PI / 180.0;
-/// The most that strips across the slope are wider than those along it. Larger: gaps between passes are told in ever
+/// The most that strips across the slope are wider than those along it. Larger: gaps between passes are measured in ever
 /// finer pieces along the wide strips, which takes time with its square.
 const MOST_WIDER: f64 = 6.0;
 /// The most that strips are skewed: 1 would make them endlessly long in one direction.

@@ -30,7 +30,7 @@ use over::{Over, Swept};
 use simulation::{Group, Sweep};
 use stint::Stint;
 
-/// Groups of tiles after which progress is told: fewer would leave it standing for long, more would leave threads without
+/// Groups of tiles after which progress is reported: fewer would leave it standing for long, more would leave threads without
 /// work at their ends.
 const GROUPS: usize = 100;
 /// Fewest tiles of a group.

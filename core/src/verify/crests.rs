@@ -46,7 +46,7 @@ const MOST_LOOKED_AT: usize = 4096;
 /// Cusps from this part of the limit to the limit use it well.
 const FULL: f64 = 0.9;
 
-/// The heights of the cusps, mm, and where they could not be told.
+/// The heights of the cusps, mm, and where they could not be measured.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Crests {
     /// Heights in ascending order; each stands for as much of the path.
@@ -76,7 +76,7 @@ impl Crests {
     }
 
     /// Share of the sides that have a crest.
-    pub fn told(&self) -> f64 {
+    pub fn measured_share(&self) -> f64 {
         self.heights.len() as f64 / self.sides.max(1) as f64
     }
 }

@@ -9,9 +9,9 @@ use crate::toolpath::{MoveKind, Toolpath};
 
 /// Upper ends of the slope bands, degrees; the last has none.
 const BANDS: [f64; 4] = [15.0, 30.0, 45.0, 60.0];
-/// Deepest gouge that is told apart, cutter radii.
+/// Deepest gouge that is measured, cutter radii.
 pub(super) const DEEPEST: f64 = 0.5;
-/// Deepest cut into a wall that is told apart, cutter radii.
+/// Deepest cut into a wall that is measured, cutter radii.
 pub(super) const DEEPEST_IN_WALL: f64 = 2.0;
 /// Places named at most of each kind.
 const MOST_SPOTS: usize = 10;
@@ -59,7 +59,7 @@ pub struct WallFigures {
     pub area: f64,
     /// The deepest cut into them and where: its height is the depth, mm.
     pub deepest: Option<Spot>,
-    /// Whether it may be deeper: cuts are told apart up to the cutter's diameter.
+    /// Whether it may be deeper: cuts are measured up to the cutter's diameter.
     pub is_deeper: bool,
     /// Area of wall cut into deeper than the tolerance, mm².
     pub cut: f64,
@@ -115,7 +115,7 @@ pub struct Figures {
     pub by_region: Vec<(u32, Band)>,
     /// Deepest gouge and where; heights negative.
     pub gouge: Option<Spot>,
-    /// Whether it may be deeper: gouges are told apart up to half the cutter radius.
+    /// Whether it may be deeper: gouges are measured up to half the cutter radius.
     pub gouge_is_deeper: bool,
     /// Area cut into deeper than the tolerance.
     pub gouged: f64,

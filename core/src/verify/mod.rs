@@ -5,7 +5,7 @@
 //!   negative.
 //! - *Untouched*: where no move reached the stock.
 //! - *Wall*: what stands outside of the boundary of what is machined and stays, if there is to be one; a cut into it
-//!   is told by its depth.
+//!   is measured by its depth.
 //! - *Removal rate*: volume of the columns of stock over the samples, taken in cutting order, over the
 //!   time of a window of travel.
 //!

@@ -13,7 +13,7 @@ pub struct VerifyOptions {
     pub length: f64,
     /// Axial depth of the layer of stock, mm.
     pub depth: f64,
-    /// Whether that depth is known to be the stock's, so that a removal rate can be told.
+    /// Whether that depth is known to be the stock's, so that a removal rate can be measured.
     pub tells_rate: bool,
     /// Allowance left on the surface, mm.
     pub allowance: f64,

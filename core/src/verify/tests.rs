@@ -506,10 +506,10 @@ fn a_step_that_grazes_the_surface_between_its_places_is_not_lost() {
     assert!(worst < 1e-4, "{worst} mm left under the cutter");
 }
 
-/// Heights of the crests of a path, with at least half of the sides told.
+/// Heights of the crests of a path, with at least half of the sides measured.
 #[track_caller]
 fn crests(v: &Verification) -> &[f64] {
-    assert!(v.crests.told() > 0.5, "{} of {}", v.crests.heights.len(), v.crests.sides);
+    assert!(v.crests.measured_share() > 0.5, "{} of {}", v.crests.heights.len(), v.crests.sides);
     &v.crests.heights
 }
 
@@ -640,7 +640,7 @@ fn deepest(v: &Verification) -> f64 {
     v.figures.walls.unwrap().deepest.map_or(0.0, |d| d.height)
 }
 
-/// The depth and the place of the wall that is told as broken.
+/// The depth and the place of the wall that is reported as broken.
 fn broken_wall(v: &Verification) -> Option<Spot> {
     let wall = |b: &Broken| match b {
         Broken::Wall { worst, .. } => Some(*worst),

@@ -40,7 +40,7 @@ class Hand {
     this.#send({ module }).catch(() => {});
   }
 
-  /** `on.progress` and `on.early` are told what a plan reports before its end. */
+  /** `on.progress` and `on.early` receive what a plan reports before its end. */
   call(call, args, on = {}) {
     return this.#send({ call, args }, on);
   }
@@ -90,7 +90,7 @@ export class Engine {
   #texture = null;
 
   constructor() {
-    // Whoever asks is told.
+    // Whoever asks hears of it.
     this.#parts.catch(() => {});
   }
 

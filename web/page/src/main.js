@@ -501,7 +501,7 @@ async function example(id, visit) {
   setJob(known.files[0], draft?.text ?? original, id, { original, visit });
 }
 
-/** As `example`, and what is wrong is told; whether nothing was. */
+/** As `example`, and what is wrong is shown; whether nothing was. */
 async function visit(id, how) {
   tell();
   try {

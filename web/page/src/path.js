@@ -54,7 +54,7 @@ export class Path {
     return [part < 0.5 ? start : end, end, start].map((v) => Array.from(v)).find((v) => v.every(Number.isFinite)) ?? null;
   }
 
-  /** What is told about a place. `near`: the place on the surface that is meant, else the path's. */
+  /** What is said about a place. `near`: the place on the surface that is meant, else the path's. */
   values(place, near) {
     const t = this.tables;
     const i = place.index;
@@ -64,7 +64,7 @@ export class Path {
       kind: this.scales.kinds[t.kind[i]],
       pass: t.pass[i],
       region: t.region[i],
-      // Without a limit no rate is predicted: what the simulation measured is told.
+      // Without a limit no rate is predicted: what the simulation measured is shown.
       rate: this.scales.limit === null ? (sample < 0 ? NaN : t.sampleRate[sample]) : t.rate[i],
       share: this.scales.limit === null ? NaN : t.rate[i] / this.scales.limit,
       engagement: this.scales.limit === null ? NaN : t.engagement[i],

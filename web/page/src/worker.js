@@ -3,7 +3,7 @@
 // there is something to show, {id, early}.
 import init, { check, newJob, plan, schema, texture, version } from "evencut-module";
 
-/** Progress is told at most this often, ms. */
+/** Progress is reported at most this often, ms. */
 const PAUSE = 50;
 const TABLES = [
   "kind", "pass", "region", "time", "tip", "axis", "contact", "flat", "feed", "rate", "engagement",
@@ -71,7 +71,7 @@ function taken(made, seconds) {
 }
 
 /** What the page shows of an error: a fault of the planner, or a message. */
-function told(error) {
+function described(error) {
   if (typeof error === "string") {
     return error.startsWith("{") ? { fault: JSON.parse(error) } : { message: error };
   }
@@ -96,6 +96,6 @@ onmessage = async ({ data: { id, module, call, args } }) => {
     const value = call ? calls[call](id, ...args) : null;
     postMessage({ id, value }, buffers(value));
   } catch (error) {
-    postMessage({ id, error: told(error) });
+    postMessage({ id, error: described(error) });
   }
 };

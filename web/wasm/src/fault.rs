@@ -19,9 +19,9 @@ pub fn check(source: &str, surfaces: &[String]) -> Value {
             };
             let wall = resolved.job.path.wall_file.as_deref();
             let is_missing = |file: &&str| !surfaces.iter().any(|held| is_called(file, held));
-            let told = |file: NamedFile| move |name: &str| file.missing(name, source.as_bytes());
-            let no_surface = surface.filter(is_missing).map(told(NamedFile::Surface));
-            let no_wall = wall.filter(is_missing).map(told(NamedFile::Wall));
+            let missing = |file: NamedFile| move |name: &str| file.missing(name, source.as_bytes());
+            let no_surface = surface.filter(is_missing).map(missing(NamedFile::Surface));
+            let no_wall = wall.filter(is_missing).map(missing(NamedFile::Wall));
             let missing: Vec<Fault> = no_surface.into_iter().chain(no_wall).collect();
             let errors = missing.iter().map(|fault| as_json(fault, Severity::Error, source));
             let warnings =

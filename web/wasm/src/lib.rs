@@ -1,6 +1,6 @@
 //! The planner for a page: decode, call, encode.
 //!
-//! Faults are told in the words of the command, and files have its bytes. All calls run to their
+//! Faults are reported in the words of the command, and files have its bytes. All calls run to their
 //! end; a page calls from a worker and ends that to cancel.
 
 mod fault;

@@ -11,7 +11,7 @@ use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::fault;
 
-/// A simulated window: its files and what is told of it.
+/// A simulated window: its files and what is reported of it.
 #[wasm_bindgen]
 pub struct Texture(TextureResults);
 
@@ -36,14 +36,14 @@ pub fn texture(
         Ok(resolved) => resolved.job,
         Err(faults) => return Err(faults.0.first().map(error).unwrap_or_default()),
     };
-    let told = |message: String| error(&faults::fault(message, None));
-    let [x, y, z] = at[..] else { return Err(told("a place has three coordinates".into())) };
+    let failed_with = |message: String| error(&faults::fault(message, None));
+    let [x, y, z] = at[..] else { return Err(failed_with("a place has three coordinates".into())) };
     let at = DVec3::new(x, y, z);
     job.texture = Some(match job.texture.take() {
         Some(window) => TextureOptions { at, whole: false, ..window },
         None => TextureOptions::about(at, &job),
     });
-    let path = Toolpath::from_csv(path).map_err(|failed| told(failed.to_string()))?;
+    let path = Toolpath::from_csv(path).map_err(|failed| failed_with(failed.to_string()))?;
     let file = match &job.surface.source {
         SurfaceSource::File(file) => Some(file.as_str()),
         SurfaceSource::Analytic(_) => None,

@@ -1,11 +1,11 @@
-//! A divided surface → what is told and drawn of it.
+//! A divided surface → what is reported and drawn of it.
 
 use evencut_core::mesh::VertexId;
 use evencut_core::preview::{RegionPicture, RegionsPicture};
-use evencut_core::regions::{Divided, Evenness, Part, PartFigures, Spacing, neighbours};
+use evencut_core::regions::{Divided, Evenness, Region, PartFigures, Spacing, neighbours};
 use evencut_core::report::{DivisionFigures, PieceFigures, SpacingFigures, UndividedFigures};
 
-/// What is told of a divided surface; `lengths`: of the passes of every region in the order of machining, mm.
+/// What is reported of a divided surface; `lengths`: of the passes of every region in the order of machining, mm.
 pub fn figures(divided: &Divided, method: &str, lengths: &[f64]) -> DivisionFigures {
     let piece = |(part, &length): (&PartFigures, &f64)| {
         let Evenness { uniformity, least, most } = part.evenness;
@@ -47,25 +47,25 @@ fn spacing(spacing: &Spacing) -> SpacingFigures {
 /// What is drawn of it.
 pub fn picture(divided: &Divided) -> RegionsPicture<'_> {
     let regions = &divided.regions;
-    let sheet = &regions.sheet;
+    let split_mesh = &regions.split_mesh;
     let whole = regions.stretch.vertices();
     let at = |v: u32| -> f64 {
-        sheet.means()[v as usize].iter().map(|&(v, w)| whole[v as usize] * w).sum()
+        split_mesh.means()[v as usize].iter().map(|&(v, w)| whole[v as usize] * w).sum()
     };
     let undivided_stretch =
-        sheet.faces().iter().map(|f| f.iter().map(|&v| at(v)).sum::<f64>() / 3.0).collect();
-    let parts = regions.parts.iter().zip(neighbours(&regions.sheet, &regions.parts));
+        split_mesh.faces().iter().map(|f| f.iter().map(|&v| at(v)).sum::<f64>() / 3.0).collect();
+    let parts = regions.list.iter().zip(neighbours(&regions.split_mesh, &regions.list));
     RegionsPicture {
-        positions: sheet.positions(),
-        faces: sheet.faces(),
-        labels: sheet.labels(),
+        positions: split_mesh.positions(),
+        faces: split_mesh.faces(),
+        labels: split_mesh.labels(),
         undivided_stretch,
         regions: parts.map(|(part, neighbours)| region(part, neighbours)).collect(),
         order: &divided.order,
     }
 }
 
-fn region(part: &Part, neighbours: Vec<usize>) -> RegionPicture<'_> {
+fn region(part: &Region, neighbours: Vec<usize>) -> RegionPicture<'_> {
     let faces = part.piece.connectivity.faces();
     let mean = |f: &[VertexId; 3]| f.iter().map(|v| part.stretch[v.index()]).sum::<f64>() / 3.0;
     RegionPicture {

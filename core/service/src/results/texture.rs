@@ -224,7 +224,7 @@ impl Simulated {
         Levelled::new(&self.grid, &self.map.heights)
     }
 
-    /// What is told of them.
+    /// What is reported of them.
     pub fn figures(&self, job: &Job, levelled: &Levelled) -> TextureFigures {
         let (areal, cells) = (levelled.areal(), self.grid.cells());
         let work = self.map.work;
@@ -267,7 +267,7 @@ impl Simulated {
             notes: Vec::new(),
         };
         let lowest = self.map.heights.iter().copied().fold(f64::INFINITY, f64::min);
-        figures.notes = figures.second_looks(lowest + self.runout, self.off_path(job));
+        figures.notes = figures.warnings(lowest + self.runout, self.off_path(job));
         figures
     }
 }

@@ -1,14 +1,14 @@
-//! The topology of the best feed direction → what is told and drawn of it.
+//! The topology of the best feed direction → what is reported and drawn of it.
 
 use evencut_core::flatten::Locator;
 use evencut_core::geometry::DVec2;
 use evencut_core::preview::{PointKind, PointMark, TensorPicture};
 use evencut_core::regions::tensor::{DegeneratePoint, Kind, TensorField, Topology};
-use evencut_core::regions::{Divided, Part};
+use evencut_core::regions::{Divided, Region};
 use evencut_core::report::{PointFigures, TensorFigures};
 use evencut_core::surface::Surface;
 
-/// What is told of it.
+/// What is reported of it.
 pub fn figures(topology: &Topology) -> TensorFigures {
     let point = |p: &DegeneratePoint| PointFigures {
         kind: p.kind.name().to_owned(),
@@ -48,13 +48,13 @@ pub fn picture<'a>(topology: &'a Topology, divided: Option<&Divided>) -> TensorP
 
 /// The flat outlines of every region.
 fn outlines(divided: &Divided) -> Vec<Vec<Vec<DVec2>>> {
-    let sheet = &divided.regions.sheet;
-    let outline = |part: &Part| {
-        let uv = part.piece.uv(sheet);
+    let split_mesh = &divided.regions.split_mesh;
+    let outline = |part: &Region| {
+        let uv = part.piece.uv(split_mesh);
         let cycles = part.piece.connectivity.boundary_loops().iter();
         cycles.map(|cycle| cycle.iter().map(|v| uv[v.index()]).collect()).collect()
     };
-    divided.regions.parts.iter().map(outline).collect()
+    divided.regions.list.iter().map(outline).collect()
 }
 
 /// Unit vector along the best feed direction at a flat place: zero where there is none, `None` off the surface.

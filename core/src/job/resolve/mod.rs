@@ -11,9 +11,9 @@ mod output;
 mod path;
 mod regions;
 mod resolver;
-mod second_looks;
 mod surface;
 mod texture;
+mod warnings;
 
 pub(super) use surface::{is_step, uses};
 
@@ -89,7 +89,7 @@ impl Resolver<'_> {
         }
         job.texture = self.texture(&job);
         self.check_blend(&job);
-        self.second_looks(&job);
+        self.add_warnings(&job);
         Some(job)
     }
 }

@@ -33,7 +33,7 @@ pub struct Detour {
     pub anchor: Anchor,
     /// Flat points between leaving and coming back.
     pub points: Vec<DVec2>,
-    /// Whether no ring of a higher level is beside the blob: it is the core of the rings.
+    /// Whether no ring of a higher level is beside the cluster: it is the core of the rings.
     pub is_core: bool,
 }
 

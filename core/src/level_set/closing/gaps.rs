@@ -19,7 +19,7 @@ use std::collections::VecDeque;
 /// Places farther than this from a pass are to be closed, passes. Smaller: the error of the field
 /// and the tolerance of the rings would be taken for gaps; larger: cusps grow with its square.
 pub const LIMIT: f64 = 0.504;
-/// Size of the pieces in which gaps are told, passes. Larger: gaps are overlooked; smaller: slower,
+/// Size of the pieces in which gaps are measured, passes. Larger: gaps are overlooked; smaller: slower,
 /// with its square inside of gaps.
 pub const RASTER: f64 = 0.06;
 /// A part of a pass within which the ring below is near for certain, blur of the field included, as the field

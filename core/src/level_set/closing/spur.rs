@@ -1,6 +1,6 @@
-//! The cheapest detour that closes a blob of gaps.
+//! The cheapest detour that closes a cluster of gaps.
 
-use super::blob::Blob;
+use super::cluster::Cluster;
 use super::detour::{Anchor, Detour, closed};
 use super::gaps::Place;
 use super::passes::Passes;
@@ -12,7 +12,7 @@ use crate::job::RingOrder;
 use crate::level_set::strip_metric::FlatMetric;
 use core::slice::from_ref;
 
-/// Places of a blob are brought this near to a pass. Smaller: spurs grow; larger: what lies between
+/// Places of a cluster are brought this near to a pass. Smaller: spurs grow; larger: what lies between
 /// the places' middles is left too far.
 const AIM: f64 = 0.495;
 /// A ring this much farther from a place than the nearest one still counts as beside it, passes.
@@ -20,9 +20,9 @@ const BESIDE: f64 = 0.5;
 /// The ways out and back along a long spur lie this part of the gap to either side of its middle:
 /// then ring, way, way and ring are evenly apart.
 const SPREAD: f64 = 1.0 / 3.0;
-/// A long spur may deviate this much from the middle of its blob, passes.
+/// A long spur may deviate this much from the middle of its cluster, passes.
 const STRAIGHTENED: f64 = 0.05;
-/// A long spur ends at most this far before its blob does, passes.
+/// A long spur ends at most this far before its cluster does, passes.
 const LONGEST_TRIM: f64 = 0.6;
 /// Halvings of a length that is sought.
 const HALVINGS: usize = 10;
@@ -44,12 +44,12 @@ pub struct Chooser<'a> {
 }
 
 impl Chooser<'_> {
-    /// The detour for a blob; `None` where none stays inside.
-    pub fn detour(&self, blob: &Blob) -> Option<Detour> {
-        let deepest = blob.deepest();
+    /// The detour for a cluster; `None` where none stays inside.
+    pub fn detour(&self, cluster: &Cluster) -> Option<Detour> {
+        let deepest = cluster.deepest();
         let beside = deepest.gap + BESIDE;
         let is_core = self.passes.nearest(deepest, beside, |level| level > deepest.level).is_none();
-        let found = self.straight(blob).or_else(|| self.along(blob));
+        let found = self.straight(cluster).or_else(|| self.along(cluster));
         found.map(|(anchor, points)| Detour { anchor, points, is_core })
     }
 
@@ -61,17 +61,17 @@ impl Chooser<'_> {
             .or_else(|| self.passes.nearest(place, f64::INFINITY, |_| true))
     }
 
-    /// Straight from the nearest point through the widest gap, as short as closes the blob.
-    fn straight(&self, blob: &Blob) -> Option<(Anchor, Vec<DVec2>)> {
-        let deepest = blob.deepest();
+    /// Straight from the nearest point through the widest gap, as short as closes the cluster.
+    fn straight(&self, cluster: &Cluster) -> Option<(Anchor, Vec<DVec2>)> {
+        let deepest = cluster.deepest();
         let anchor = self.anchor(deepest)?;
         let way = deepest.at - anchor.at;
         let closes = |t: f64| {
             let near = |p: &Place| p.metric.nearest_on(p.at, anchor.at, anchor.at + way * t).0;
-            blob.places().all(|p| near(p) <= AIM)
+            cluster.places().all(|p| near(p) <= AIM)
         };
         let along = |p: &Place| (p.at - anchor.at).dot(way) / way.length_squared();
-        let longest = blob.places().map(along).fold(0.0, f64::max);
+        let longest = cluster.places().map(along).fold(0.0, f64::max);
         if !closes(longest) {
             return None;
         }
@@ -80,55 +80,55 @@ impl Chooser<'_> {
         self.is_inside(&[anchor.at, tip], deepest).then(|| (anchor, vec![tip]))
     }
 
-    /// Along the middle of the blob: round it where it is closed, else to both ends and back.
-    fn along(&self, blob: &Blob) -> Option<(Anchor, Vec<DVec2>)> {
-        let line = blob.middle_line();
-        let round = second_way(blob, &line).and_then(|back| self.round(blob, &line, &back));
-        round.or_else(|| self.out_and_back(blob, &line))
+    /// Along the middle of the cluster: round it where it is closed, else to both ends and back.
+    fn along(&self, cluster: &Cluster) -> Option<(Anchor, Vec<DVec2>)> {
+        let line = cluster.middle_line();
+        let round = second_way(cluster, &line).and_then(|back| self.round(cluster, &line, &back));
+        round.or_else(|| self.out_and_back(cluster, &line))
     }
 
-    fn out_and_back(&self, blob: &Blob, line: &[u32]) -> Option<(Anchor, Vec<DVec2>)> {
-        let (anchor, split) = self.nearest_of(blob, line)?;
-        let points = blob.points(line);
+    fn out_and_back(&self, cluster: &Cluster, line: &[u32]) -> Option<(Anchor, Vec<DVec2>)> {
+        let (anchor, split) = self.nearest_of(cluster, line)?;
+        let points = cluster.points(line);
         let arms = [points[..=split].iter().rev().copied().collect(), points[split..].to_vec()];
-        let straight = straightened(arms.clone(), blob);
+        let straight = straightened(arms.clone(), cluster);
         // Along a boundary that bends a straight way may lead outside.
-        let out = self.there_and_back(&anchor, straight, blob);
-        let out = out.or_else(|| self.there_and_back(&anchor, arms, blob))?;
+        let out = self.there_and_back(&anchor, straight, cluster);
+        let out = out.or_else(|| self.there_and_back(&anchor, arms, cluster))?;
         Some((anchor, out))
     }
 
-    /// Along both arms of a blob's middle line, trimmed, and back.
+    /// Along both arms of a cluster's middle line, trimmed, and back.
     fn there_and_back(
         &self,
         anchor: &Anchor,
         mut arms: [Vec<DVec2>; 2],
-        blob: &Blob,
+        cluster: &Cluster,
     ) -> Option<Vec<DVec2>> {
         if !self.has_flat_bottom {
-            trim(&mut arms, 0, blob);
-            trim(&mut arms, 1, blob);
+            trim(&mut arms, 0, cluster);
+            trim(&mut arms, 1, cluster);
         }
-        let gaps = Gaps::of(blob);
+        let gaps = Gaps::of(cluster);
         let spread = |at: DVec2, across: DVec2| SPREAD * gaps.across(at, across);
         let narrow: Vec<DVec2> = arms.iter().flat_map(|arm| hairpin(arm, |_, _| 0.0)).collect();
         let wide: Vec<DVec2> = arms.iter().flat_map(|arm| hairpin(arm, spread)).collect();
-        let is_inside = |line: &[DVec2]| self.is_inside(&closed(anchor, line), blob.deepest());
-        let left = |line: &Vec<DVec2>| count_uncovered(from_ref(line), blob);
+        let is_inside = |line: &[DVec2]| self.is_inside(&closed(anchor, line), cluster.deepest());
+        let left = |line: &Vec<DVec2>| count_uncovered(from_ref(line), cluster);
         let mut out = if left(&wide) <= left(&narrow) && is_inside(&wide) { wide } else { narrow };
         out.dedup();
         is_inside(&out).then_some(out)
     }
 
-    /// Once round a blob that is closed in itself.
-    fn round(&self, blob: &Blob, out: &[u32], back: &[u32]) -> Option<(Anchor, Vec<DVec2>)> {
+    /// Once round a cluster that is closed in itself.
+    fn round(&self, cluster: &Cluster, out: &[u32], back: &[u32]) -> Option<(Anchor, Vec<DVec2>)> {
         let mut line: Vec<u32> = out.iter().chain(&back[1..]).copied().collect();
         line.pop();
-        let (anchor, from) = self.nearest_of(blob, &line)?;
+        let (anchor, from) = self.nearest_of(cluster, &line)?;
         line.rotate_left(from);
         line.push(line[0]);
-        let raw = blob.points(&line);
-        let deepest = blob.deepest();
+        let raw = cluster.points(&line);
+        let deepest = cluster.deepest();
         // A closed line in two halves: both have ends that stay.
         let (first, second) = (&raw[..=raw.len() / 2], &raw[raw.len() / 2..]);
         let tolerance = STRAIGHTENED / deepest.metric.mean();
@@ -138,9 +138,9 @@ impl Chooser<'_> {
     }
 
     /// The member of a line that is nearest to where a spur may leave, and that anchor.
-    fn nearest_of(&self, blob: &Blob, line: &[u32]) -> Option<(Anchor, usize)> {
+    fn nearest_of(&self, cluster: &Cluster, line: &[u32]) -> Option<(Anchor, usize)> {
         let anchors = line.iter().enumerate().filter_map(|(i, &m)| {
-            let anchor = self.anchor(blob.member(m))?;
+            let anchor = self.anchor(cluster.member(m))?;
             Some((anchor, i))
         });
         anchors.min_by(|a, b| a.0.distance.total_cmp(&b.0.distance).then(a.1.cmp(&b.1)))
@@ -177,15 +177,15 @@ fn hairpin(arm: &[DVec2], spread: impl Fn(DVec2, DVec2) -> f64) -> Vec<DVec2> {
     out.chain(back).collect()
 }
 
-/// The gaps of a blob's places, found by nearness in the plane.
+/// The gaps of a cluster's places, found by nearness in the plane.
 struct Gaps<'a> {
     places: Vec<&'a Place>,
     tree: Tree,
 }
 
 impl<'a> Gaps<'a> {
-    fn of(blob: &'a Blob) -> Self {
-        let places: Vec<&Place> = blob.places().collect();
+    fn of(cluster: &'a Cluster) -> Self {
+        let places: Vec<&Place> = cluster.places().collect();
         let points: Vec<[DVec2; 2]> = places.iter().map(|p| [p.at, p.at]).collect();
         Self { places, tree: Tree::new(&points) }
     }
@@ -222,42 +222,42 @@ fn uncovered<'a>(
     places.map(move |p| tree.nearest(&p.metric, p.at, AIM, |_| true).is_none())
 }
 
-fn count_uncovered(lines: &[Vec<DVec2>], blob: &Blob) -> usize {
-    uncovered(lines, blob.places()).filter(|is_left| *is_left).count()
+fn count_uncovered(lines: &[Vec<DVec2>], cluster: &Cluster) -> usize {
+    uncovered(lines, cluster.places()).filter(|is_left| *is_left).count()
 }
 
-/// A second way between the ends of a blob's middle line, where the blob is closed in itself.
-fn second_way(blob: &Blob, line: &[u32]) -> Option<Vec<u32>> {
-    let points = blob.points(line);
-    let left: Vec<bool> = uncovered(from_ref(&points), blob.places()).collect();
+/// A second way between the ends of a cluster's middle line, where the cluster is closed in itself.
+fn second_way(cluster: &Cluster, line: &[u32]) -> Option<Vec<u32>> {
+    let points = cluster.points(line);
+    let left: Vec<bool> = uncovered(from_ref(&points), cluster.places()).collect();
     if !left.contains(&true) {
         return None;
     }
     let ends = [points[0], points[points.len() - 1]];
     let is_at_end = |p: &Place| ends.iter().any(|e| p.metric.length(p.at - *e) <= LONGEST_TRIM);
     let allowed: Vec<bool> =
-        blob.places().zip(&left).map(|(p, is_left)| *is_left || is_at_end(p)).collect();
-    blob.way_round(line, &allowed)
+        cluster.places().zip(&left).map(|(p, is_left)| *is_left || is_at_end(p)).collect();
+    cluster.way_round(line, &allowed)
 }
 
 /// Arms with fewer points, unless that leaves more places farther than aimed at.
-fn straightened(arms: [Vec<DVec2>; 2], blob: &Blob) -> [Vec<DVec2>; 2] {
-    let tolerance = STRAIGHTENED / blob.deepest().metric.mean();
+fn straightened(arms: [Vec<DVec2>; 2], cluster: &Cluster) -> [Vec<DVec2>; 2] {
+    let tolerance = STRAIGHTENED / cluster.deepest().metric.mean();
     let fewer = arms.clone().map(|arm| simplify_open(&arm, tolerance));
-    let is_enough = count_uncovered(&fewer, blob) <= count_uncovered(&arms, blob);
+    let is_enough = count_uncovered(&fewer, cluster) <= count_uncovered(&arms, cluster);
     if is_enough { fewer } else { arms }
 }
 
 /// Shortens an arm at its end as far as nothing is left farther than aimed at.
-fn trim(arms: &mut [Vec<DVec2>; 2], which: usize, blob: &Blob) {
+fn trim(arms: &mut [Vec<DVec2>; 2], which: usize, cluster: &Cluster) {
     let end = arms[which][arms[which].len() - 1];
-    let per_pass = 1.0 / blob.deepest().metric.mean();
+    let per_pass = 1.0 / cluster.deepest().metric.mean();
     let whole: f64 = arms[which].windows(2).map(|w| (w[1] - w[0]).length()).sum();
     let most = (LONGEST_TRIM * per_pass).min(whole);
     let near_end = |p: &&Place| p.metric.length(p.at - end) <= LONGEST_TRIM + 1.0;
     // What lies beside the rest anyway is not asked again.
     let rest = [arms[1 - which].clone(), shortened(&arms[which], most)];
-    let near: Vec<&Place> = blob.places().filter(near_end).collect();
+    let near: Vec<&Place> = cluster.places().filter(near_end).collect();
     let beyond_rest = uncovered(&rest, near.iter().copied());
     let at_stake = near.iter().copied().zip(beyond_rest).filter(|(_, is_left)| *is_left);
     let from = rest[1].len().saturating_sub(2);

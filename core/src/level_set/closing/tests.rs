@@ -176,7 +176,7 @@ fn ring_length(rings: &[Pass]) -> f64 {
 
 fn check(name: &str, c: &Closed) {
     println!(
-        "{name}: widest {:.4} before, {:.4} after (told {:.4}); {} spurs, {} cores, {:.2} mm beside {:.0} mm, left {:.4}",
+        "{name}: widest {:.4} before, {:.4} after (reported {:.4}); {} spurs, {} cores, {:.2} mm beside {:.0} mm, left {:.4}",
         c.plain,
         c.widest,
         c.report.widest_gap,

@@ -114,7 +114,7 @@ impl Tree {
         self.build(all, right, first + half);
     }
 
-    /// Distance from the segment that the tree keeps at `slot`, one that a [`Hit`] told.
+    /// Distance from the segment that the tree keeps at `slot`, one that a [`Hit`] gave.
     pub fn at_slot(&self, slot: u32, metric: &FlatMetric, p: DVec2) -> Hit {
         let [a, b] = self.segments[slot as usize];
         let (distance, t) = metric.nearest_on(p, a, b);

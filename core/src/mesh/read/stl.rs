@@ -1,4 +1,4 @@
-//! STL: binary, told by its length, or ASCII in any spelling.
+//! STL: binary, recognised by its length, or ASCII in any spelling.
 
 use super::check::{check_vertex_count, finite};
 use super::error::{Place, ReadError};

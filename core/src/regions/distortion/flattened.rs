@@ -3,7 +3,7 @@
 use super::measure::Stretch;
 use crate::flatten::{Chart, FlattenError, bff_unchecked};
 use crate::regions::pieces::Piece;
-use crate::regions::sheet::Sheet;
+use crate::regions::split_mesh::SplitMesh;
 use crate::surface::Surface;
 
 /// A piece and its own flat map.
@@ -20,13 +20,13 @@ pub struct Flattened {
 }
 
 impl Flattened {
-    /// Lays some faces of a sheet flat.
+    /// Lays some faces of a split mesh flat.
     ///
     /// # Errors
     /// [`FlattenError`] when the equations cannot be solved; `None` inside for no manifold.
-    pub fn of(sheet: &Sheet, faces: &[u32]) -> Result<Option<Self>, FlattenError> {
-        let Some(piece) = sheet.piece(faces) else { return Ok(None) };
-        let surface = piece.surface(sheet);
+    pub fn of(split_mesh: &SplitMesh, faces: &[u32]) -> Result<Option<Self>, FlattenError> {
+        let Some(piece) = split_mesh.piece(faces) else { return Ok(None) };
+        let surface = piece.surface(split_mesh);
         let chart = bff_unchecked(&surface)?;
         let stretch = Stretch::of(&surface, &chart);
         Ok(Some(Self { piece, surface, chart, stretch }))

@@ -28,7 +28,7 @@ mod sketch;
 pub use flattened::Flattened;
 pub use measure::{Evenness, Stretch, percentile};
 
-use super::sheet::Sheet;
+use super::split_mesh::SplitMesh;
 use crate::flatten::FlattenError;
 use crate::job::DistortionOptions;
 use crate::parallel;
@@ -39,30 +39,30 @@ const GAIN: f64 = 0.003;
 /// What a piece more than two is as bad as, uniformity.
 const PIECE: f64 = 0.004;
 
-/// Splits all faces of a sheet into pieces that map evenly; returns the pieces.
+/// Splits all faces of a split mesh into pieces that map evenly; returns the pieces.
 ///
 /// `least`: least area of a piece, mm².
 ///
 /// # Errors
 /// [`FlattenError`] when the whole cannot be laid flat.
 pub fn divide(
-    sheet: &mut Sheet,
+    split_mesh: &mut SplitMesh,
     options: &DistortionOptions,
     least: f64,
     threads: usize,
 ) -> Result<Vec<Flattened>, FlattenError> {
-    let all: Vec<u32> = (0..sheet.faces().len() as u32).collect();
-    let whole = Flattened::of(sheet, &all)?;
+    let all: Vec<u32> = (0..split_mesh.faces().len() as u32).collect();
+    let whole = Flattened::of(split_mesh, &all)?;
     let mut open: Vec<Flattened> = whole.into_iter().collect();
     let mut done = Vec::new();
     for _ in 0..options.depth {
         let (even, uneven): (Vec<_>, Vec<_>) =
             open.into_iter().partition(|p| p.uniformity() >= options.uniformity);
         done.extend(even);
-        let chosen = parallel::map(threads, &uneven, |p| chosen(sheet, p, options, least));
+        let chosen = parallel::map(threads, &uneven, |p| chosen(split_mesh, p, options, least));
         open = Vec::new();
         for (piece, cut) in uneven.into_iter().zip(chosen) {
-            match cut.and_then(|cut| carried_out(sheet, &piece, &cut, least)) {
+            match cut.and_then(|cut| carried_out(split_mesh, &piece, &cut, least)) {
                 Some(parts) => open.extend(parts),
                 None => done.push(piece),
             }
@@ -70,24 +70,24 @@ pub fn divide(
     }
     done.extend(open);
     // What was split later may have put vertices on borders of what was done before.
-    let lists: Vec<Vec<u32>> = done.iter().map(|p| sheet.labelled(p.piece.faces[0])).collect();
-    let fresh = parallel::map(threads, &lists, |faces| Flattened::of(sheet, faces));
+    let lists: Vec<Vec<u32>> = done.iter().map(|p| split_mesh.labelled(p.piece.faces[0])).collect();
+    let fresh = parallel::map(threads, &lists, |faces| Flattened::of(split_mesh, faces));
     Ok(fresh.into_iter().flatten().flatten().collect())
 }
 
 /// The best of the cuts of a piece; `None` if none makes it map more evenly.
 fn chosen(
-    sheet: &Sheet,
+    split_mesh: &SplitMesh,
     piece: &Flattened,
     options: &DistortionOptions,
     least: f64,
 ) -> Option<Cut> {
-    let faces = sheet.labelled(piece.piece.faces[0]);
+    let faces = split_mesh.labelled(piece.piece.faces[0]);
     let short_of = options.uniformity - piece.uniformity();
     let mut best = (piece.uniformity() + GAIN.min(0.5 * short_of), None);
     for cut in sketches(piece, options, least) {
-        let value = on_sheet(sheet, piece, &cut);
-        let Some(parts) = parts(sheet, &faces, &value, least) else { continue };
+        let value = on_split_mesh(split_mesh, piece, &cut);
+        let Some(parts) = parts(split_mesh, &faces, &value, least) else { continue };
         let score = score(&parts, options.uniformity);
         if score > best.0 {
             best = (score, Some(cut));
@@ -113,63 +113,68 @@ fn mean_uniformity(parts: &[Flattened], most: f64) -> f64 {
     sum / areas.sum::<f64>()
 }
 
-/// The values of a cut at all vertices of the sheet; not a number beside the piece.
-fn on_sheet(sheet: &Sheet, piece: &Flattened, cut: &Cut) -> Vec<f64> {
+/// The values of a cut at all vertices of the split mesh; not a number beside the piece.
+fn on_split_mesh(split_mesh: &SplitMesh, piece: &Flattened, cut: &Cut) -> Vec<f64> {
     let known = piece.piece.vertices.iter().max().map_or(0, |&v| v as usize + 1);
     let mut value = vec![f64::NAN; known];
     for (&v, &x) in piece.piece.vertices.iter().zip(&cut.0) {
         value[v as usize] = x;
     }
-    sheet.extend(&mut value);
+    split_mesh.extend(&mut value);
     value
 }
 
 /// The groups of faces on both sides of a cut, laid flat; `None` if there is but one.
-fn parts(sheet: &Sheet, faces: &[u32], value: &[f64], least: f64) -> Option<Vec<Flattened>> {
+fn parts(
+    split_mesh: &SplitMesh,
+    faces: &[u32],
+    value: &[f64],
+    least: f64,
+) -> Option<Vec<Flattened>> {
     let side = |f: u32| {
-        let sum: f64 = sheet.faces()[f as usize].iter().map(|&v| value[v as usize]).sum();
+        let sum: f64 = split_mesh.faces()[f as usize].iter().map(|&v| value[v as usize]).sum();
         u32::from(sum > 0.0)
     };
-    let groups = sheet.groups(faces, side, least);
+    let groups = split_mesh.groups(faces, side, least);
     if groups.len() < 2 {
         return None;
     }
-    groups.iter().map(|faces| Flattened::of(sheet, faces).ok().flatten()).collect()
+    groups.iter().map(|faces| Flattened::of(split_mesh, faces).ok().flatten()).collect()
 }
 
 /// Carries a cut out; `None`, and the pieces as they were, if the map does not become more even.
 fn carried_out(
-    sheet: &mut Sheet,
+    split_mesh: &mut SplitMesh,
     piece: &Flattened,
     cut: &Cut,
     least: f64,
 ) -> Option<Vec<Flattened>> {
     let first = piece.piece.faces[0];
-    let value = on_sheet(sheet, piece, cut);
-    let value = sheet.cut_isoline(sheet.labels()[first as usize], value);
-    let parts = parts(sheet, &sheet.labelled(first), &value, least)?;
+    let value = on_split_mesh(split_mesh, piece, cut);
+    let value = split_mesh.cut_isoline(split_mesh.labels()[first as usize], value);
+    let parts = parts(split_mesh, &split_mesh.labelled(first), &value, least)?;
     if mean_uniformity(&parts, 1.0) <= piece.uniformity() {
         return None;
     }
     for part in &parts[1..] {
-        let label = sheet.pieces() as u32;
-        sheet.set_label(&part.piece.faces, label);
+        let label = split_mesh.pieces() as u32;
+        split_mesh.set_label(&part.piece.faces, label);
     }
     Some(parts)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::sheet::samples::BUMP;
+    use super::super::split_mesh::samples::BUMP;
     use super::*;
     use crate::job::DistortionMeasure;
 
-    fn divided(options: &DistortionOptions, threads: usize) -> (Sheet, Vec<Flattened>) {
+    fn divided(options: &DistortionOptions, threads: usize) -> (SplitMesh, Vec<Flattened>) {
         let (surface, chart) = &*BUMP;
-        let mut sheet = Sheet::new(surface, chart);
-        let pieces = divide(&mut sheet, options, 20.0, threads).unwrap();
-        sheet.validate(surface);
-        (sheet, pieces)
+        let mut split_mesh = SplitMesh::new(surface, chart);
+        let pieces = divide(&mut split_mesh, options, 20.0, threads).unwrap();
+        split_mesh.validate(surface);
+        (split_mesh, pieces)
     }
 
     #[test]
@@ -177,11 +182,11 @@ mod tests {
         let (surface, chart) = &*BUMP;
         let before = Stretch::of(surface, chart).evenness().uniformity;
         let options = DistortionOptions::default();
-        let (sheet, pieces) = divided(&options, 2);
+        let (split_mesh, pieces) = divided(&options, 2);
         assert!(before < 0.7 && pieces.len() > 1, "{before}, {} pieces", pieces.len());
         assert!(pieces.iter().all(|p| p.uniformity() >= options.uniformity));
-        assert!(pieces.iter().all(|p| p.piece.area(&sheet) >= 20.0));
-        let area: f64 = pieces.iter().map(|p| p.piece.area(&sheet)).sum();
+        assert!(pieces.iter().all(|p| p.piece.area(&split_mesh) >= 20.0));
+        let area: f64 = pieces.iter().map(|p| p.piece.area(&split_mesh)).sum();
         assert!((area / surface.area() - 1.0).abs() < 1e-9);
         let disk = |p: &Flattened| {
             let c = &p.piece.connectivity;

@@ -3,7 +3,7 @@
 //! - *Crossing*: a flat face over which the linear field `(p, q)` vanishes once. The field winds around
 //!   it once, forward or backward; half of that is the index of the directions.
 //! - *Pair*: a wedge and a trisector that noise has made; together they change nothing far away.
-//! - *Free area*: vertices at which the field is not told from zero, as on a plane or a sphere.
+//! - *Free area*: vertices at which the field is indistinguishable from zero, as on a plane or a sphere.
 //!
 //! Steps: noise and the smoothing that it takes; free areas; crossings; pairs cancelled; every place
 //! left found again on a height field of high degree, over a disc as large as the noise takes.
@@ -31,7 +31,7 @@ const ESTIMATE: f64 = 1.1;
 const NOISE: f64 = 0.01;
 /// Largest smoothing, as a part of the size.
 const SMOOTHEST: f64 = 0.04;
-/// Part of the curvature below which the field on a mesh is not told from zero.
+/// Part of the curvature below which the field on a mesh is indistinguishable from zero.
 const ZERO_ON_MESH: f64 = 0.01;
 /// The same where the curvature is exact.
 const ZERO_EXACT: f64 = 1e-7;
@@ -128,7 +128,7 @@ fn noise(surface: &Surface, sizes: Sizes) -> f64 {
     all.get(all.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// Areas on which the field is not told from zero; its values there are taken from around them.
+/// Areas on which the field is indistinguishable from zero; its values there are taken from around them.
 pub fn free_areas(field: &mut TensorField, noise: f64) -> Vec<FreeArea> {
     let surface = field.surface();
     let part = if surface.parameters().is_some() { ZERO_EXACT } else { ZERO_ON_MESH };
@@ -309,7 +309,7 @@ pub fn on_mesh(field: &TensorField, sizes: Sizes, smoothing: f64) -> Found {
 }
 
 /// The place of a crossing on the least height field that tells it; `None` where the field around it
-/// is not told from noise.
+/// is indistinguishable from noise.
 fn refined(field: &TensorField, crossing: &Crossing, sizes: Sizes) -> Option<DegeneratePoint> {
     let surface = field.surface();
     let mut radius = FIRST_DISC * sizes.edge;

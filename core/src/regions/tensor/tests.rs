@@ -219,5 +219,5 @@ fn lines_that_meet_inside_part_a_plane() {
     let ends = [DVec2::new(1.234, -15.0), DVec2::new(20.0, 7.7), DVec2::new(-20.0, 6.1)];
     let lines: Vec<Vec<DVec2>> = ends.into_iter().map(line).collect();
     let regions = crate::regions::Regions::along(&mesh, &chart, &lines, 5.0).unwrap();
-    assert_eq!(regions.parts.len(), 3);
+    assert_eq!(regions.list.len(), 3);
 }

@@ -50,12 +50,12 @@ fn a_planned_plane_has_the_cusps_of_its_passes() {
 #[test]
 fn what_cannot_be_simulated_is_told() {
     assert!(matches!(made("", 1), Err(ResultsError::Texture(TextureError::NoWindow))));
-    let told = |texture: &str| made(texture, 1).unwrap_err().to_string();
+    let refusal = |texture: &str| made(texture, 1).unwrap_err().to_string();
     assert!(
-        told("[texture]\nat = [0, 0, 9]\nsize = [1, 1]\n").contains("no nearer than 9.0000 mm")
+        refusal("[texture]\nat = [0, 0, 9]\nsize = [1, 1]\n").contains("no nearer than 9.0000 mm")
     );
-    assert!(told("[texture]\nat = [3.9, 0, 0]\nsize = [1, 1]\n").contains("leaves the surface"));
-    assert!(told("[texture]\nat = [0, 0, 0]\nspacing = 1e-5\n").contains("at most 20000000"));
+    assert!(refusal("[texture]\nat = [3.9, 0, 0]\nsize = [1, 1]\n").contains("leaves the surface"));
+    assert!(refusal("[texture]\nat = [0, 0, 0]\nspacing = 1e-5\n").contains("at most 20000000"));
     let job = job::read(format!("{JOB}{WINDOW}").as_bytes()).unwrap().job;
     let still = Job { cut: evencut_core::job::Cut { spindle: 0.0, ..job.cut }, ..job.clone() };
     let still = texture_results(&still, Files::default(), 1, &mut |_, _| {});

@@ -1,4 +1,4 @@
-//! A sheet for tests.
+//! A split mesh for tests.
 
 use super::*;
 use crate::flatten::bff;
@@ -21,8 +21,8 @@ pub fn middle() -> DVec2 {
     uv.iter().sum::<DVec2>() / uv.len() as f64
 }
 
-impl Sheet {
-    /// What must hold of a sheet of that surface.
+impl SplitMesh {
+    /// What must hold of a split mesh of that surface.
     pub fn validate(&self, surface: &Surface) {
         for h in 0..3 * self.faces.len() as u32 {
             if let Some(o) = self.opposite(h) {

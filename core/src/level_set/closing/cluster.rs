@@ -165,15 +165,15 @@ impl Grid {
 }
 
 /// Places and who is whose neighbour.
-pub struct Blob<'a> {
+pub struct Cluster<'a> {
     places: &'a [Place],
     members: Vec<u32>,
     /// By index in `members`.
     near: Nearness,
 }
 
-/// Puts the places into connected blobs, in order of their first places.
-pub fn blobs<'a>(places: &'a [Place], near: &Nearness) -> Vec<Blob<'a>> {
+/// Puts the places into connected clusters, in order of their first places.
+pub fn clusters<'a>(places: &'a [Place], near: &Nearness) -> Vec<Cluster<'a>> {
     let mut index = vec![u32::MAX; places.len()];
     let mut out = Vec::new();
     for first in 0..places.len() {
@@ -192,7 +192,7 @@ pub fn blobs<'a>(places: &'a [Place], near: &Nearness) -> Vec<Blob<'a>> {
                     members.push(id);
                 }
                 // Nearness is measured where one is, and need not be mutual: a place that is near to none of
-                // an earlier blob may have neighbours in it, which are not its blob's.
+                // an earlier cluster may have neighbours in it, which are not its cluster's.
                 let number = index[id as usize];
                 if members.get(number as usize) == Some(&id) {
                     own.links.push((number, distance));
@@ -200,7 +200,7 @@ pub fn blobs<'a>(places: &'a [Place], near: &Nearness) -> Vec<Blob<'a>> {
             }
             own.begins.push(own.links.len());
         }
-        out.push(Blob { places, members, near: own });
+        out.push(Cluster { places, members, near: own });
     }
     out
 }
@@ -214,7 +214,7 @@ enum Cost {
     Middle,
 }
 
-impl Blob<'_> {
+impl Cluster<'_> {
     /// The places.
     pub fn places(&self) -> impl Iterator<Item = &Place> + '_ {
         self.members.iter().map(|&m| &self.places[m as usize])
@@ -337,6 +337,6 @@ mod tests {
             }
         }
         assert!(near.links.len() > 2 * places.len());
-        assert!(blobs(&[], &Nearness::of(&[], 1)).is_empty());
+        assert!(clusters(&[], &Nearness::of(&[], 1)).is_empty());
     }
 }

@@ -1,9 +1,9 @@
 //! Triangles over a chart that lines can be cut into.
 //!
-//! - *Sheet*: the faces of a surface, some of them divided into smaller ones that lie exactly on them;
+//! - *Split mesh*: the faces of a surface, some of them divided into smaller ones that lie exactly on them;
 //!   flat and spatial points of new vertices are the same means of the corners, so that neither the
 //!   surface nor its map change.
-//! - *Parent*: the face of the surface that a face of the sheet is, or is a part of.
+//! - *Parent*: the face of the surface that a face of the split mesh is, or is a part of.
 //! - *Label*: the piece that a face belongs to.
 //!
 //! New vertices are put on sides and into faces only; both keep the mesh conforming.
@@ -38,7 +38,7 @@ fn between(a: &Mean, b: &Mean, t: f64) -> Option<Mean> {
 
 /// Triangles over a chart, with a label for each.
 #[derive(Clone, Debug)]
-pub struct Sheet {
+pub struct SplitMesh {
     faces: Vec<[u32; 3]>,
     opposite: Vec<u32>,
     leaving: Vec<u32>,
@@ -55,7 +55,7 @@ pub struct Sheet {
     labels: Vec<u32>,
 }
 
-impl Sheet {
+impl SplitMesh {
     /// The faces of a surface and its chart, all with label 0.
     pub fn new(surface: &Surface, chart: &Chart) -> Self {
         let connectivity = surface.connectivity();

@@ -1,7 +1,7 @@
 //! A region refined to carry a field of passes.
 
-use super::division::{Part, Regions};
-use super::sheet::{Mean, Sheet};
+use super::division::{Region, Regions};
+use super::split_mesh::{Mean, SplitMesh};
 use crate::flatten::{Chart, Locator};
 use crate::geometry::{DVec2, DVec3};
 use crate::level_set::{
@@ -17,7 +17,7 @@ const SKETCH: usize = 5000;
 
 /// A region with its strip metric, coarse and refined.
 #[derive(Clone, Debug)]
-pub struct Ground {
+pub struct RegionMesh {
     /// Fine enough to compare fields.
     pub coarse: PassMesh,
     /// Fine enough for passes.
@@ -41,7 +41,7 @@ struct Narrowing {
     by: Vec<f64>,
 }
 
-impl Ground {
+impl RegionMesh {
     /// The whole surface; `metric`: at its `#V` vertices.
     ///
     /// # Errors
@@ -70,24 +70,25 @@ impl Ground {
     /// As [`PassMesh::new`].
     pub fn of(
         regions: &Regions,
-        part: &Part,
+        region: &Region,
         chart: &Chart,
         metric: &[StripMetric],
     ) -> Result<Self, LevelSetError> {
-        let (sheet, piece) = (&regions.sheet, &part.piece);
-        let scale = |v: &u32| mean(&sheet.means()[*v as usize], chart.vertex_scale());
+        let (split_mesh, piece) = (&regions.split_mesh, &region.piece);
+        let scale = |v: &u32| mean(&split_mesh.means()[*v as usize], chart.vertex_scale());
         let coarse = |metric: Vec<StripMetric>| {
             PassMesh::coarse_of_faces(
                 piece.connectivity.clone(),
-                piece.uv(sheet),
+                piece.uv(split_mesh),
                 piece.vertices.iter().map(scale).collect(),
-                positions(sheet, &piece.vertices),
+                positions(split_mesh, &piece.vertices),
                 metric,
             )
         };
-        let means = piece.vertices.iter().map(|&v| mean_metric(&sheet.means()[v as usize], metric));
+        let means =
+            piece.vertices.iter().map(|&v| mean_metric(&split_mesh.means()[v as usize], metric));
         let own = coarse(means.clone().collect())?;
-        let (coarse, length_floor) = match &part.narrowing {
+        let (coarse, length_floor) = match &region.narrowing {
             None => (own, None),
             Some(by) => {
                 let narrowed = means.zip(by).map(|(m, r)| m.map(|x| x * r * r));
@@ -101,10 +102,10 @@ impl Ground {
             coarse: coarse.thinned(SKETCH),
             vertices: piece.vertices.len(),
             inner_border: piece.inner_border.clone(),
-            start: part.start.clone(),
-            narrowing: part.narrowing.clone().map(|by| Narrowing {
+            start: region.start.clone(),
+            narrowing: region.narrowing.clone().map(|by| Narrowing {
                 connectivity: piece.connectivity.clone(),
-                uv: piece.uv(sheet),
+                uv: piece.uv(split_mesh),
                 by,
             }),
         })
@@ -232,22 +233,24 @@ fn mean_metric(mean: &Mean, metric: &[StripMetric]) -> StripMetric {
     core::array::from_fn(|i| mean.iter().map(|&(v, w)| metric[v as usize][i] * w).sum())
 }
 
-fn positions(sheet: &Sheet, vertices: &[u32]) -> Vec<DVec3> {
-    vertices.iter().map(|&v| sheet.positions()[v as usize]).collect()
+fn positions(split_mesh: &SplitMesh, vertices: &[u32]) -> Vec<DVec3> {
+    vertices.iter().map(|&v| split_mesh.positions()[v as usize]).collect()
 }
 
-/// The grounds of all regions; of the whole surface if it is not divided. `metric`: at its `#V` vertices.
+/// The region meshes of all regions; of the whole surface if it is not divided. `metric`: at its `#V` vertices.
 ///
 /// # Errors
 /// [`LevelSetError::TooFine`] when millions of triangles would be needed.
-pub fn grounds(
+pub fn region_meshes(
     regions: Option<&Regions>,
     surface: &Surface,
     chart: &Chart,
     metric: Vec<StripMetric>,
     threads: usize,
-) -> Result<Vec<Ground>, LevelSetError> {
-    let Some(regions) = regions else { return Ok(vec![Ground::whole(surface, chart, metric)?]) };
-    let of = |part: &Part| Ground::of(regions, part, chart, &metric);
-    parallel::map(threads, &regions.parts, of).into_iter().collect()
+) -> Result<Vec<RegionMesh>, LevelSetError> {
+    let Some(regions) = regions else {
+        return Ok(vec![RegionMesh::whole(surface, chart, metric)?]);
+    };
+    let of = |region: &Region| RegionMesh::of(regions, region, chart, &metric);
+    parallel::map(threads, &regions.list, of).into_iter().collect()
 }

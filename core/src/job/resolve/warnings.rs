@@ -7,7 +7,7 @@ use crate::job::force::{ForceControl, MrrLimit};
 
 impl Resolver<'_> {
     /// Warnings about a complete job.
-    pub(super) fn second_looks(&mut self, job: &Job) {
+    pub(super) fn add_warnings(&mut self, job: &Job) {
         if let Stepover::Scallop(h) = job.cut.stepover
             && job.cut.tolerance >= h
         {
