@@ -79,7 +79,7 @@ fn stages(c: &mut Criterion) {
                     has_flat_bottom: false,
                     threads,
                 };
-                b.iter(|| close(&mut plain.clone(), &mesh, &field, &terrain, &options).spurs);
+                b.iter(|| close(&mut plain.clone(), &mesh, &field, &terrain, &options).branches);
             });
         }
     }

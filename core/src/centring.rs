@@ -9,7 +9,7 @@
 //! 2. Each is moved across the feed by as much as the middle of its strip is off the contact.
 //! 3. Ends at the boundary are moved along the pass until they are there again.
 //! 4. The cutter faces the way of the pass over a side step: it leans to the side by a part of the noise of
-//!    that way. On a spur it faces the way of its pass.
+//!    that way. On a branch it faces the way of its pass.
 
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
@@ -57,7 +57,7 @@ struct Vertex {
 }
 
 impl Centring<'_> {
-    /// The path with its open passes moved; spurs stay, but where they leave.
+    /// The path with its open passes moved; branches stay, but where they leave.
     pub fn centred(&self, points: &[FlatPoint]) -> Vec<FlatPoint> {
         points.chunk_by(|a, b| a.pass == b.pass).flat_map(|pass| self.pass(pass)).collect()
     }
@@ -199,7 +199,7 @@ impl Centring<'_> {
     }
 }
 
-/// Whether a point is one of its pass's own, not of a way to it or of a spur.
+/// Whether a point is one of its pass's own, not of a way to it or of a branch.
 fn is_on_pass(point: &&FlatPoint) -> bool {
     point.heading.is_none() && point.height == 0.0
 }

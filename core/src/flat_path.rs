@@ -24,7 +24,7 @@ pub struct FlatPoint {
     pub alpha: f64,
     /// Length of the move on the surface, mm.
     pub length: f64,
-    /// Flat direction that the cutter faces where that is not its way: on spurs, out and back.
+    /// Flat direction that the cutter faces where that is not its way: on branches, out and back.
     pub heading: Option<DVec2>,
     /// Where the cutter goes on straight beyond the chart: at the end of a pass by this, mm on the
     /// surface; negative at the start of one, from which it comes; 0 elsewhere.

@@ -53,7 +53,7 @@ pub mod feed;
 
 pub mod link;
 
-mod mending;
+mod rest;
 
 pub mod post;
 

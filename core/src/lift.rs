@@ -260,7 +260,7 @@ impl Beyond {
     /// before the start of the pass.
     fn new(end: &Contact, inward: &[&Contact], by: f64) -> Self {
         let far = by.abs();
-        let inward = &without_spurs(end, inward, 2.0 * far)[..];
+        let inward = &without_branches(end, inward, 2.0 * far)[..];
         let flat = |v: DVec3| v.reject_from(end.normal);
         let is_far = |c: &&&Contact| c.position.distance(end.position) >= far;
         let beside = inward.iter().find(is_far).or(inward.last()).map_or(*end, |c| **c);
@@ -280,7 +280,7 @@ impl Beyond {
     fn with_change(self, inward: &[&Contact]) -> Self {
         let far = self.line.way.length();
         let straight = Self { line: Parabola::straight(self.line.way, far), ..self };
-        let line = without_spurs(&self.end, inward, 2.0 * far);
+        let line = without_branches(&self.end, inward, 2.0 * far);
         let before = |way: f64| {
             let contact = line.iter().find(|c| c.position.distance(self.end.position) >= way)?;
             let way = contact.position.distance(self.end.position);
@@ -312,7 +312,7 @@ impl Beyond {
 }
 
 /// The contacts back to so far from the end, mm, without the ways out and back between.
-fn without_spurs<'a>(end: &Contact, inward: &[&'a Contact], back: f64) -> Vec<&'a Contact> {
+fn without_branches<'a>(end: &Contact, inward: &[&'a Contact], back: f64) -> Vec<&'a Contact> {
     let mut line: Vec<&Contact> = Vec::new();
     for &contact in inward {
         let is_here = |c: &&Contact| c.position.distance(contact.position) < SAME;
@@ -320,7 +320,7 @@ fn without_spurs<'a>(end: &Contact, inward: &[&'a Contact], back: f64) -> Vec<&'
             Some(k) => line.truncate(k + 1),
             None => line.push(contact),
         }
-        // A spur may begin just before.
+        // A branch may begin just before.
         if contact.position.distance(end.position) > 2.0 * back {
             break;
         }

@@ -164,7 +164,7 @@ fn a_lofty_limit_changes_no_tilted_flat_path() {
 /// Where a tilted flat end fits on half of the surface only, it goes over what it can lower, and not over the rest. Beside
 /// that single places stand too high; the part is not cut into.
 #[test]
-fn no_detours_where_the_cutter_does_not_fit() {
+fn no_branches_where_the_cutter_does_not_fit() {
     let surface = "kind = \"monkey-saddle\"\nsize = 40.0\nheight = 5.0";
     for first in [FirstPass::Edge, FirstPass::HalfStrip] {
         let mut job = job_with(surface, "kind = \"flat\"\ndiameter = 6.0", "xyzac", (0.03, 0.004));
@@ -180,10 +180,10 @@ fn no_detours_where_the_cutter_does_not_fit() {
     }
 }
 
-/// A leaning cutter keeps facing the way of the ring on detours from it: it does not swing about, which leaves places
+/// A leaning cutter keeps facing the way of the ring on branches from it: it does not swing about, which leaves places
 /// that the ring had cut, and makes the tip go twice as far.
 #[test]
-fn detours_from_rings_face_their_way() {
+fn branches_from_rings_face_their_way() {
     let surface = "kind = \"monkey-saddle\"\nsize = 40.0\nheight = 5.0\nresolution = 0.4";
     for first in [FirstPass::Edge, FirstPass::HalfStrip] {
         let tool = "kind = \"flat\"\ndiameter = 10.0";

@@ -11,13 +11,13 @@
 
 mod arc;
 mod capsule;
+mod simulation;
 mod swept;
-mod walk;
 
 pub use arc::Engagement;
 pub use capsule::Capsule;
+pub use simulation::{AIM, Cutting, Mark, Simulation};
 pub use swept::{Checkpoint, Stock};
-pub use walk::{AIM, Cutting, Mark, Walk};
 
 #[cfg(test)]
 mod tests;

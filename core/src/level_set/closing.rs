@@ -1,4 +1,4 @@
-//! Spurs: what keeps every place within half a pass of a pass.
+//! Branches: what keeps every place within half a pass of a pass.
 //!
 //! Rings one pass apart leave no place farther than half a pass, except where fronts meet: at a
 //! ridge of the field rings have corners, and the places between two corners with the inner angle
@@ -7,22 +7,22 @@
 //!
 //! - *Gap*: distance of a place from the nearest pass, in passes of the strip metric there.
 //! - *Cluster*: connected places whose gap is above the limit.
-//! - *Spur*: a detour of a ring, out to a cluster and back. It leaves from the ring that is cut later,
+//! - *Branch*: a way of a ring, out to a cluster and back. It leaves from the ring that is cut later,
 //!   so that it runs into cleared stock.
 //!
 //! 1. Places near ridges are measured against all rings.
-//! 2. Every cluster gets the shortest straight spur from the nearest ring that closes it, or, where
+//! 2. Every cluster gets the shortest straight branch from the nearest ring that closes it, or, where
 //!    none does, one along its middle: to both ends and back, or once round a closed cluster.
 //! 3. The places are measured again, until nothing is left or a few rounds are over.
 //!
 //! Source: spec 02, "Level sets".
 
+mod branch;
+mod chooser;
 mod cluster;
-mod detour;
 mod gaps;
 mod options;
 mod passes;
-mod spur;
 mod tree;
 
 use super::field::PassField;
@@ -31,13 +31,13 @@ use super::refine::PassMesh;
 use crate::flat_path::Terrain;
 use crate::geometry::DVec2;
 use crate::mesh::FaceId;
+use branch::{AnchoredBranch, closed};
+use chooser::Chooser;
 use cluster::Nearness;
-use detour::{Detour, closed};
 pub use gaps::Place as Gap;
 use gaps::{Place, gaps};
 pub use options::ClosingOptions;
 use passes::Passes;
-use spur::Chooser;
 use tree::Tree;
 
 /// Clusters whose widest gap is not above this are left, passes: the field is no better.
@@ -50,8 +50,8 @@ const ROUNDS: usize = 6;
 /// What was closed and what is left.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ClosingReport {
-    /// Number of spurs.
-    pub spurs: usize,
+    /// Number of branches.
+    pub branches: usize,
     /// How many of them close a core, where no ring lies further inside.
     pub cores: usize,
     /// Their length on the surface, out and back, mm.
@@ -70,7 +70,7 @@ impl ClosingReport {
         let add = |sum: Self, next: Self| {
             let widest = if next.widest_gap > sum.widest_gap { next.clone() } else { sum.clone() };
             Self {
-                spurs: sum.spurs + next.spurs,
+                branches: sum.branches + next.branches,
                 cores: sum.cores + next.cores,
                 length: sum.length + next.length,
                 left: sum.left + next.left,
@@ -92,7 +92,7 @@ pub fn uncovered(
     gaps(mesh, field, &Tree::new(lines), options).places
 }
 
-/// Gives the rings the spurs that close the gaps between them.
+/// Gives the rings the branches that close the gaps between them.
 pub fn close(
     rings: &mut [Pass],
     mesh: &PassMesh,
@@ -101,7 +101,7 @@ pub fn close(
     options: &ClosingOptions,
 ) -> ClosingReport {
     let mut passes = Passes::new(rings, options, mean_pass(mesh));
-    let found = gaps(mesh, field, passes.without_spurs(), options);
+    let found = gaps(mesh, field, passes.without_branches(), options);
     let mut places = found.places;
     if places.len() > MOST_PLACES {
         return report(&passes, &places, found.widest_kept, terrain);
@@ -116,11 +116,11 @@ pub fn close(
         };
         let clusters = cluster::clusters(&places, &near);
         let wide = clusters.iter().filter(|b| b.deepest().gap > ACCEPTED);
-        let detours: Vec<Detour> = wide.filter_map(|b| chooser.detour(b)).collect();
-        if detours.is_empty() {
+        let branches: Vec<AnchoredBranch> = wide.filter_map(|b| chooser.branch(b)).collect();
+        if branches.is_empty() {
             break;
         }
-        near = near.among(&lower(&mut places, passes.add(detours)));
+        near = near.among(&lower(&mut places, passes.add(branches)));
     }
     passes.attach(rings);
     report(&passes, &places, found.widest_kept, terrain)
@@ -140,10 +140,10 @@ fn mean_pass(mesh: &PassMesh) -> f64 {
     if passes > 0.0 { (flat / passes).sqrt() } else { 1.0 }
 }
 
-/// Lowers the gaps by new spurs and forgets the places that are within the limit; which were kept.
-fn lower(places: &mut Vec<Place>, spurs: &Tree) -> Vec<bool> {
+/// Lowers the gaps by new branches and forgets the places that are within the limit; which were kept.
+fn lower(places: &mut Vec<Place>, branches: &Tree) -> Vec<bool> {
     for place in places.iter_mut() {
-        if let Some(hit) = spurs.nearest(&place.metric, place.at, place.gap, |_| true) {
+        if let Some(hit) = branches.nearest(&place.metric, place.at, place.gap, |_| true) {
             place.gap = hit.distance;
         }
     }
@@ -159,7 +159,7 @@ fn report(
     terrain: &dyn Terrain,
 ) -> ClosingReport {
     let scale = |p: DVec2| terrain.scale(p).unwrap_or(1.0);
-    let on_surface = |d: &Detour| {
+    let on_surface = |d: &AnchoredBranch| {
         let line = closed(&d.anchor, &d.points);
         line.windows(2).map(|w| (w[1] - w[0]).length() * scale(0.5 * (w[0] + w[1]))).sum::<f64>()
     };
@@ -168,9 +168,9 @@ fn report(
     let left = places.iter().filter(|p| p.gap > ACCEPTED);
     let area = |p: &Place| p.area * scale(p.at) * scale(p.at);
     ClosingReport {
-        spurs: passes.spurs().len(),
-        cores: passes.spurs().iter().filter(|d| d.is_core).count(),
-        length: passes.spurs().iter().map(on_surface).fold(0.0, |sum, l| sum + l),
+        branches: passes.branches().len(),
+        cores: passes.branches().iter().filter(|d| d.is_core).count(),
+        length: passes.branches().iter().map(on_surface).fold(0.0, |sum, l| sum + l),
         widest_gap: widest.0,
         widest_at: widest.1,
         left: left.map(area).fold(0.0, |sum, a| sum + a),

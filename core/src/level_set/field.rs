@@ -23,9 +23,9 @@ const EVEN: f64 = 0.9;
 const ON_CURVE: f64 = 1e-6;
 /// A field that grows by less than this per pass leaves gaps.
 const FLAT: f64 = 0.97;
-/// A stretch of a pass whose neighbour is farther by at most this part of the side step needs no spur.
+/// A stretch of a pass whose neighbour is farther by at most this part of the side step needs no branch.
 const SLACK: f64 = 0.01;
-/// Length of a spur for each length of the stretch it closes.
+/// Length of a branch for each length of the stretch it closes.
 const OUT_AND_BACK: f64 = 2.0;
 /// A function that grows by less than this part of the distance does not tell how far its zero is.
 const HARDLY: f64 = 0.25;
@@ -168,7 +168,7 @@ impl PassField {
 
     /// Any function on the surface, one value per vertex, stretched so that it grows by at least 1 per
     /// pass: by 1 at the tightest place of every pass, but for short stretches whose gaps are cheaper to
-    /// close by spurs than by passes that are closer everywhere.
+    /// close by branches than by passes that are closer everywhere.
     ///
     /// # Errors
     /// [`LevelSetError::Uneven`] when that takes thousands of passes: somewhere the function hardly
@@ -325,7 +325,7 @@ impl PassField {
     }
 
     /// Length of the boundary that passes end on, along them, mm: a boundary at a slant to the passes is
-    /// machined by spurs and by what they overrun it. `last`: level of the last pass.
+    /// machined by branches and by what they overrun it. `last`: level of the last pass.
     pub fn slants(&self, mesh: &PassMesh, last: f64) -> f64 {
         let of_side = |side: HalfEdgeId| {
             let (a, b) = mesh.connectivity().ends(side);
@@ -423,7 +423,7 @@ struct Pace {
     length: f64,
 }
 
-/// The pace that makes passes and the spurs beside them the shortest: stretches that ask for more than it
+/// The pace that makes passes and the branches beside them the shortest: stretches that ask for more than it
 /// are gone along once more, out and back; those that ask for more than twice as much as often as they miss passes.
 fn cheapest_pace(list: &mut [Pace]) -> f64 {
     list.sort_by(|a, b| b.passes.total_cmp(&a.passes));

@@ -4,7 +4,7 @@
 //! - *Field*: a value at the vertices of a refined mesh that grows by at least 1 per pass: the distance
 //!   from the boundary or from a curve in that metric, or another function paced to it.
 //! - *Pass*: a level curve in the flat plane, closed (a *ring*) or open; *level* its value.
-//! - *Spur*: a detour of a pass, where fronts meet and the passes alone would leave a place farther
+//! - *Branch*: a way out of a pass and back, where fronts meet and the passes alone would leave a place farther
 //!   than half a pass from any of them.
 //!
 //! Source: spec 02; Kimmel and Sethian 1998 for the distance on a triangle mesh.
@@ -26,7 +26,7 @@ pub use error::LevelSetError;
 pub use field::{PassField, length_floor, length_floor_of};
 pub use front::Accuracy;
 pub(crate) use passes::shortened;
-pub use passes::{INSIDE, Outermost, Pass, Spur, half_levels, open_levels, passes, ring_levels};
+pub use passes::{Branch, INSIDE, Outermost, Pass, half_levels, open_levels, passes, ring_levels};
 pub use refine::PassMesh;
 pub use strip_metric::StripMetric;
 pub use terrain::FieldTerrain;

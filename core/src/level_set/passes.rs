@@ -33,8 +33,8 @@ pub struct Pass {
     /// How far ahead of its start and its end the boundary lies half way to a neighbour, on the acute side,
     /// flat mm.
     pub beside: [f64; 2],
-    /// Detours that close gaps beside it; see [`close`](super::close).
-    pub spurs: Vec<Spur>,
+    /// Branches that close gaps beside it; see [`close`](super::close).
+    pub branches: Vec<Branch>,
 }
 
 impl Pass {
@@ -44,9 +44,9 @@ impl Pass {
     }
 }
 
-/// A detour of a pass.
+/// A way out of a pass and back.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Spur {
+pub struct Branch {
     /// Index of the pass's point that it leaves from and comes back to.
     pub at: usize,
     /// Flat points between leaving and coming back.
@@ -98,7 +98,7 @@ pub fn open_levels(field: &PassField, outermost: Outermost) -> Vec<f64> {
     }
 }
 
-/// Passes at ascending levels, without spurs; each level's in order of first face.
+/// Passes at ascending levels, without branches; each level's in order of first face.
 pub fn passes(mesh: &PassMesh, field: &PassField, levels: &[f64]) -> Vec<Pass> {
     let mut tracer = Tracer::new(mesh, field.values());
     let mut passes = Vec::new();
@@ -182,7 +182,7 @@ impl<'a> Tracer<'a> {
         let (mut points, end) = self.follow(face, level, Way::Forward);
         if end == End::Closed {
             points.dedup();
-            let (none, spurs) = ([0.0; 2], Vec::new());
+            let (none, branches) = ([0.0; 2], Vec::new());
             let pass = Pass {
                 level,
                 points,
@@ -190,7 +190,7 @@ impl<'a> Tracer<'a> {
                 overrun: none,
                 half: none,
                 beside: none,
-                spurs,
+                branches,
             };
             return (pass.points.len() >= 3).then_some(pass);
         }
@@ -208,7 +208,7 @@ impl<'a> Tracer<'a> {
             overrun: [before.overrun, after.overrun],
             half: [before.half, after.half],
             beside: [before.beside, after.beside],
-            spurs: Vec::new(),
+            branches: Vec::new(),
         })
     }
 

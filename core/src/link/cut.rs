@@ -5,13 +5,13 @@
 
 use super::group::{Group, LONGEST_LINK, SLANT, oriented};
 use super::order::Sequence;
-use crate::engagement::Walk;
+use crate::engagement::Simulation;
 use crate::flat_path::FlatPoint;
 use crate::geometry::DVec2;
 use crate::job::{ForceControl, Links, RingOrder};
-use crate::level_set::{Pass, Spur};
+use crate::level_set::{Branch, Pass};
 use crate::toolpath::MoveKind;
-use crate::trochoid::{self, Branch, Loops, Span};
+use crate::trochoid::{self, BranchRef, Loops, Span};
 
 /// Over-engaged stretches closer than this are one, as a part of the cutter radius.
 const JOIN: f64 = 1.0;
@@ -36,7 +36,7 @@ pub struct CutOptions {
 /// Cuts the rings of all groups, one group after the other. `is_above`: whether plain passes truly exceed the limit
 /// near a flat place; `progress` is called with the part done. Returns the number of trochoid loops.
 pub fn cut_passes(
-    walk: &mut Walk,
+    simulation: &mut Simulation,
     groups: &[Group],
     options: &CutOptions,
     is_above: &dyn Fn(DVec2) -> bool,
@@ -46,8 +46,8 @@ pub fn cut_passes(
     let all: usize = groups.iter().map(|g| g.passes.len()).sum();
     let mut done = 0;
     for (region, group) in (0..).zip(groups) {
-        walk.begin_region(region);
-        cut_group(walk, group, (options, is_above), &mut loops, || {
+        simulation.begin_region(region);
+        cut_group(simulation, group, (options, is_above), &mut loops, || {
             done += 1;
             progress(done as f64 / all as f64);
         });
@@ -57,7 +57,7 @@ pub fn cut_passes(
 
 /// Cuts the rings of a group; `on_ring` is called after each.
 fn cut_group(
-    walk: &mut Walk,
+    simulation: &mut Simulation,
     Group { passes: rings, precedence }: &Group,
     (options, is_above): (&CutOptions, &dyn Fn(DVec2) -> bool),
     loops: &mut usize,
@@ -69,31 +69,31 @@ fn cut_group(
     // cut direction asks for.
     let stock_is_higher = options.order == RingOrder::OutsideIn;
     let reverse = stock_is_higher != (options.loops.hand > 0.0);
-    let distance = |walk: &Walk, r: usize| {
-        let from = walk.at();
+    let distance = |simulation: &Simulation, r: usize| {
+        let from = simulation.at();
         let points = rings[r].points.iter();
         points.map(|p| (*p - from).length_squared()).fold(f64::INFINITY, f64::min)
     };
-    while let Some(index) = sequence.next_nearest(last, |r| distance(walk, r)) {
+    while let Some(index) = sequence.next_nearest(last, |r| distance(simulation, r)) {
         let task = PassTask {
             options,
             is_above,
             has_cleared_side: !precedence.before(index).is_empty(),
             is_last: precedence.after(index).is_empty(),
         };
-        *loops += task.cut(walk, &oriented(&rings[index], reverse));
-        walk.next_pass();
+        *loops += task.cut(simulation, &oriented(&rings[index], reverse));
+        simulation.next_pass();
         last = Some(index);
         on_ring();
     }
 }
 
-/// The moves along a ring, with the spurs that leave at their ends.
+/// The moves along a ring, with the branches that leave at their ends.
 struct Course<'a> {
     start: DVec2,
     moves: Vec<FlatPoint>,
-    /// Index of the move and the spur.
-    spurs: Vec<(usize, &'a Spur)>,
+    /// Index of the move and the branch.
+    branches: Vec<(usize, &'a Branch)>,
 }
 
 impl Course<'_> {
@@ -105,25 +105,28 @@ impl Course<'_> {
             return (self, over.to_vec());
         }
         let turn = |i: usize| (i + first_clear) % n;
-        let back = |(i, spur): (usize, _)| ((i + n - first_clear) % n, spur);
+        let back = |(i, branch): (usize, _)| ((i + n - first_clear) % n, branch);
         let turned = Self {
             start: self.moves[first_clear - 1].at,
             moves: (0..n).map(|i| self.moves[turn(i)]).collect(),
-            spurs: self.spurs.into_iter().map(back).collect(),
+            branches: self.branches.into_iter().map(back).collect(),
         };
         (turned, (0..n).map(|i| over[turn(i)]).collect())
     }
 
-    /// The spurs that leave at the end of a move.
-    fn spurs_after(&self, index: usize) -> impl Iterator<Item = &Spur> + '_ {
-        self.spurs.iter().filter(move |(i, _)| *i == index).map(|(_, spur)| *spur)
+    /// The branches that leave at the end of a move.
+    fn branches_after(&self, index: usize) -> impl Iterator<Item = &Branch> + '_ {
+        self.branches.iter().filter(move |(i, _)| *i == index).map(|(_, branch)| *branch)
     }
 
-    /// The spurs of a stretch, for loops that start at the end of the move before it.
-    fn branches(&self, stretch: &Stretch) -> Vec<Branch<'_>> {
-        let inside = self.spurs.iter().filter(|(i, _)| stretch.moves.contains(i));
-        let mut branches: Vec<Branch> = inside
-            .map(|(i, spur)| Branch { at: i + 1 - stretch.moves.start, points: &spur.points })
+    /// The branches of a stretch, for loops that start at the end of the move before it.
+    fn branches(&self, stretch: &Stretch) -> Vec<BranchRef<'_>> {
+        let inside = self.branches.iter().filter(|(i, _)| stretch.moves.contains(i));
+        let mut branches: Vec<BranchRef> = inside
+            .map(|(i, branch)| BranchRef {
+                at: i + 1 - stretch.moves.start,
+                points: &branch.points,
+            })
             .collect();
         branches.sort_by_key(|b| b.at);
         branches
@@ -140,47 +143,53 @@ struct PassTask<'a> {
 
 impl PassTask<'_> {
     /// Cuts it; returns the number of trochoid loops.
-    fn cut(&self, walk: &mut Walk, ring: &Pass) -> usize {
-        let start = start_index(walk, &ring.points);
+    fn cut(&self, simulation: &mut Simulation, ring: &Pass) -> usize {
+        let start = start_index(simulation, &ring.points);
         let (before, from) = ring.points.split_at(start);
         let closed: Vec<DVec2> = from.iter().chain(before).chain(&from[..1]).copied().collect();
-        let mark = walk.mark();
-        self.reach(walk, closed[0]);
-        let mut course = Course { start: closed[0], moves: Vec::new(), spurs: Vec::new() };
+        let mark = simulation.mark();
+        self.reach(simulation, closed[0]);
+        let mut course = Course { start: closed[0], moves: Vec::new(), branches: Vec::new() };
         for (i, &p) in closed.iter().enumerate().skip(1) {
-            let made = walk.since(&mark).len();
-            walk.cut_limited(p, MoveKind::Cut);
-            course.moves.extend_from_slice(&walk.since(&mark)[made..]);
+            let made = simulation.since(&mark).len();
+            simulation.cut_limited(p, MoveKind::Cut);
+            course.moves.extend_from_slice(&simulation.since(&mark)[made..]);
             let index = (start + i) % ring.points.len();
-            for spur in ring.spurs.iter().filter(|s| s.at == index) {
-                course.spurs.push((course.moves.len().saturating_sub(1), spur));
-                walk.facing_on(|walk| {
-                    spur.points
+            for branch in ring.branches.iter().filter(|s| s.at == index) {
+                course.branches.push((course.moves.len().saturating_sub(1), branch));
+                simulation.facing_on(|simulation| {
+                    branch
+                        .points
                         .iter()
                         .chain([&p])
-                        .for_each(|&q| walk.cut_limited(q, MoveKind::Cut));
+                        .for_each(|&q| simulation.cut_limited(q, MoveKind::Cut));
                 });
             }
         }
-        let limit = walk.cutting.limit;
+        let limit = simulation.cutting.limit;
         let above = |m: &FlatPoint| {
-            rate_at_nominal(m, walk) > limit * (1.0 + 1e-9) && (self.is_above)(m.at)
+            rate_at_nominal(m, simulation) > limit * (1.0 + 1e-9) && (self.is_above)(m.at)
         };
-        // Spurs keep the limit by their feed: loops on them would cut nothing.
+        // Branches keep the limit by their feed: loops on them would cut nothing.
         let over: Vec<bool> = course.moves.iter().map(above).collect();
         if self.options.control != ForceControl::Trochoid || !over.contains(&true) {
-            walk.keep();
+            simulation.keep();
             return 0;
         }
-        walk.undo(&mark);
-        walk.keep();
-        self.cut_with_trochoids(walk, course, &over)
+        simulation.undo(&mark);
+        simulation.keep();
+        self.cut_with_trochoids(simulation, course, &over)
     }
 
-    fn cut_with_trochoids(&self, walk: &mut Walk, course: Course, over: &[bool]) -> usize {
+    fn cut_with_trochoids(
+        &self,
+        simulation: &mut Simulation,
+        course: Course,
+        over: &[bool],
+    ) -> usize {
         let (course, over) = course.begun_outside(over);
         let moves = &course.moves;
-        let stretches = stretches(moves, &over, walk.cutting.radius);
+        let stretches = stretches(moves, &over, simulation.cutting.radius);
         let toward = if self.has_cleared_side { -1.0 } else { 1.0 };
         let mut at = course.start;
         let mut arrived = false;
@@ -191,20 +200,20 @@ impl PassTask<'_> {
             let loops = &self.options.loops;
             if stretch.over {
                 if !arrived {
-                    self.reach_loop(walk, &points, toward);
+                    self.reach_loop(simulation, &points, toward);
                 }
                 let span = Span { points: &points, branches: &course.branches(stretch) };
-                count += trochoid::clear_span(walk, &span, loops, toward);
+                count += trochoid::clear_span(simulation, &span, loops, toward);
             } else {
                 if !arrived {
-                    self.reach(walk, at);
+                    self.reach(simulation, at);
                 }
                 for (i, &p) in stretch.moves.clone().zip(&points[1..]) {
-                    walk.cut_limited(p, MoveKind::Cut);
+                    simulation.cut_limited(p, MoveKind::Cut);
                     let out_and_back =
-                        course.spurs_after(i).flat_map(|s| s.points.iter().chain([&p]));
-                    walk.facing_on(|walk| {
-                        out_and_back.for_each(|&q| walk.cut_limited(q, MoveKind::Cut));
+                        course.branches_after(i).flat_map(|s| s.points.iter().chain([&p]));
+                    simulation.facing_on(|simulation| {
+                        out_and_back.for_each(|&q| simulation.cut_limited(q, MoveKind::Cut));
                     });
                 }
             }
@@ -213,69 +222,71 @@ impl PassTask<'_> {
         }
         if !self.has_cleared_side || self.is_last {
             let last = stretches.iter().rposition(|s| s.over).map_or(0, |i| stretches[i].moves.end);
-            moves[..last].iter().for_each(|m| walk.cut_limited(m.at, MoveKind::Cut));
+            moves[..last].iter().for_each(|m| simulation.cut_limited(m.at, MoveKind::Cut));
         }
         count
     }
 
     /// Goes to where the first loop of a span starts.
-    fn reach_loop(&self, walk: &mut Walk, span: &[DVec2], toward: f64) {
+    fn reach_loop(&self, simulation: &mut Simulation, span: &[DVec2], toward: f64) {
         let loops = &self.options.loops;
-        let (back, center, radius) = trochoid::entry(walk, span, loops, toward);
-        if radius > 0.0 && !walk.is_clear(back) && !self.can_link(walk, back) {
-            if walk.has_begun() {
-                walk.arrive(back, walk.cutting.depth, MoveKind::Rapid);
+        let (back, center, radius) = trochoid::entry(simulation, span, loops, toward);
+        if radius > 0.0 && !simulation.is_clear(back) && !self.can_link(simulation, back) {
+            if simulation.has_begun() {
+                simulation.arrive(back, simulation.cutting.depth, MoveKind::Rapid);
             }
-            trochoid::enter(walk, back, center, loops);
+            trochoid::enter(simulation, back, center, loops);
         } else {
-            self.reach(walk, if radius > 0.0 { back } else { span[0] });
+            self.reach(simulation, if radius > 0.0 { back } else { span[0] });
         }
     }
 
-    fn can_link(&self, walk: &Walk, to: DVec2) -> bool {
-        let way = to - walk.at();
-        let (length, disc) = (way.length(), walk.disc(walk.at()));
-        if !walk.has_begun() || self.options.links == Links::Retract || length > LONGEST_LINK * disc
+    fn can_link(&self, simulation: &Simulation, to: DVec2) -> bool {
+        let way = to - simulation.at();
+        let (length, disc) = (way.length(), simulation.disc(simulation.at()));
+        if !simulation.has_begun()
+            || self.options.links == Links::Retract
+            || length > LONGEST_LINK * disc
         {
             return false;
         }
         let steps = (length / (0.2 * disc)).ceil().max(1.0) as usize;
-        walk.terrain.joins(walk.at(), to)
+        simulation.terrain.joins(simulation.at(), to)
             && (1..=steps).all(|i| {
-                let p = walk.at() + way * (i as f64 / steps as f64);
-                let inside = walk.terrain.room(p).is_some_and(|room| room >= -0.05);
-                let rate = walk.cutting.rate(&walk.engagement(p, way / length));
-                inside && rate * SLOWEST_LINK <= walk.cutting.limit
+                let p = simulation.at() + way * (i as f64 / steps as f64);
+                let inside = simulation.terrain.room(p).is_some_and(|room| room >= -0.05);
+                let rate = simulation.cutting.rate(&simulation.engagement(p, way / length));
+                inside && rate * SLOWEST_LINK <= simulation.cutting.limit
             })
     }
 
     /// Goes to a point of the surface, by link or by retract.
-    fn reach(&self, walk: &mut Walk, to: DVec2) {
-        if self.can_link(walk, to) {
-            return walk.cut_limited(to, MoveKind::Link);
+    fn reach(&self, simulation: &mut Simulation, to: DVec2) {
+        if self.can_link(simulation, to) {
+            return simulation.cut_limited(to, MoveKind::Link);
         }
-        if walk.has_begun() {
-            walk.arrive(to, walk.cutting.depth, MoveKind::Rapid);
+        if simulation.has_begun() {
+            simulation.arrive(to, simulation.cutting.depth, MoveKind::Rapid);
         } else {
-            walk.arrive(to, walk.cutting.depth, MoveKind::Link);
+            simulation.arrive(to, simulation.cutting.depth, MoveKind::Link);
         }
         let loops = &self.options.loops;
-        if !walk.is_clear(to) {
-            let (back, center) = helix_place(walk, to, loops);
-            walk.arrive(back, walk.cutting.depth, MoveKind::Link);
-            trochoid::enter(walk, back, center, loops);
-            walk.cut_limited(to, MoveKind::Link);
+        if !simulation.is_clear(to) {
+            let (back, center) = helix_place(simulation, to, loops);
+            simulation.arrive(back, simulation.cutting.depth, MoveKind::Link);
+            trochoid::enter(simulation, back, center, loops);
+            simulation.cut_limited(to, MoveKind::Link);
         } else {
-            walk.arrive(to, 0.0, MoveKind::Link);
-            walk.plunge();
+            simulation.arrive(to, 0.0, MoveKind::Link);
+            simulation.plunge();
         }
     }
 }
 
 /// A place for a helix beside `to` that stays inside of ring 0: its start and its centre.
-fn helix_place(walk: &Walk, to: DVec2, loops: &Loops) -> (DVec2, DVec2) {
-    let radius = loops.radius * walk.disc(to) / walk.cutting.radius;
-    let room = |p: DVec2| walk.terrain.room(p).unwrap_or(f64::NEG_INFINITY);
+fn helix_place(simulation: &Simulation, to: DVec2, loops: &Loops) -> (DVec2, DVec2) {
+    let radius = loops.radius * simulation.disc(to) / simulation.cutting.radius;
+    let room = |p: DVec2| simulation.terrain.room(p).unwrap_or(f64::NEG_INFINITY);
     let directions = (0..16).map(|k| {
         let a = core::f64::consts::TAU * k as f64 / 16.0;
         DVec2::new(crate::geometry::math::cos(a), crate::geometry::math::sin(a))
@@ -292,21 +303,21 @@ fn helix_place(walk: &Walk, to: DVec2, loops: &Loops) -> (DVec2, DVec2) {
 }
 
 /// The removal rate a move would have at the nominal feed.
-fn rate_at_nominal(m: &FlatPoint, walk: &Walk) -> f64 {
-    if m.feed > 0.0 { m.mrr * walk.cutting.feed / m.feed } else { m.mrr }
+fn rate_at_nominal(m: &FlatPoint, simulation: &Simulation) -> f64 {
+    if m.feed > 0.0 { m.mrr * simulation.cutting.feed / m.feed } else { m.mrr }
 }
 
 /// Where a ring is begun: a slant ahead of the point nearest to where the cutter is.
-fn start_index(walk: &Walk, ring: &[DVec2]) -> usize {
-    if !walk.has_begun() {
+fn start_index(simulation: &Simulation, ring: &[DVec2]) -> usize {
+    if !simulation.has_begun() {
         return 0;
     }
-    let from = walk.at();
+    let from = simulation.at();
     let distance = |i: usize| (ring[i] - from).length_squared();
     let mut i = (0..ring.len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
     let perimeter: f64 =
         (0..ring.len()).map(|k| (ring[(k + 1) % ring.len()] - ring[k]).length()).sum();
-    let mut left = (SLANT * walk.disc(from)).min(0.25 * perimeter);
+    let mut left = (SLANT * simulation.disc(from)).min(0.25 * perimeter);
     while left > 0.0 {
         let next = (i + 1) % ring.len();
         left -= (ring[next] - ring[i]).length();

@@ -25,7 +25,7 @@ pub(crate) fn oriented(pass: &Pass, reverse: bool) -> Pass {
         turned.overrun.reverse();
         turned.half.reverse();
         turned.beside.reverse();
-        turned.spurs.iter_mut().for_each(|s| s.at = pass.points.len() - 1 - s.at);
+        turned.branches.iter_mut().for_each(|s| s.at = pass.points.len() - 1 - s.at);
     }
     turned
 }

@@ -94,7 +94,7 @@ impl Layer<'_> {
             start = (start + 1) % n;
         }
         ring.points.rotate_left(start);
-        ring.spurs.iter_mut().for_each(|s| s.at = (s.at + n - start) % n);
+        ring.branches.iter_mut().for_each(|s| s.at = (s.at + n - start) % n);
     }
 
     /// Open passes, always the nearest end next; whatever rings are among them as they come.
@@ -141,9 +141,9 @@ impl Layer<'_> {
         }
         let n = pass.points.len();
         let last = if pass.is_closed { n } else { n - 1 };
-        let mut spurs: Vec<_> = pass.spurs.iter().collect();
-        spurs.sort_by_key(|s| s.at);
-        let spurs_at = |i: usize| spurs.iter().filter(move |s| s.at == i);
+        let mut branches: Vec<_> = pass.branches.iter().collect();
+        branches.sort_by_key(|s| s.at);
+        let branches_at = |i: usize| branches.iter().filter(move |s| s.at == i);
         for i in 0..=last {
             let p = pass.points[i % n];
             if i > 0 {
@@ -154,13 +154,13 @@ impl Layer<'_> {
                 break;
             }
             if i + 1 == n && !pass.is_closed {
-                self.overrun(p, by[1], spurs_at(i).next().is_some());
+                self.overrun(p, by[1], branches_at(i).next().is_some());
             }
             let towards = pass.points[(i + 1) % n] - p;
             let behind = if i > 0 { p - pass.points[i - 1] } else { towards };
-            for spur in spurs_at(i) {
+            for branch in branches_at(i) {
                 let heading = behind.try_normalize();
-                for &q in spur.points.iter().chain([&p]) {
+                for &q in branch.points.iter().chain([&p]) {
                     self.push(q, 0.0, MoveKind::Cut, heading);
                 }
             }
@@ -185,12 +185,12 @@ impl Layer<'_> {
         [at(0, *ends.0), at(1, *ends.1)]
     }
 
-    /// Lets the pass go on beyond its end, before any spur leaves from there.
-    fn overrun(&mut self, end: DVec2, by: f64, has_spurs: bool) {
+    /// Lets the pass go on beyond its end, before any branch leaves from there.
+    fn overrun(&mut self, end: DVec2, by: f64, has_branches: bool) {
         if let Some(last) = self.points.last_mut() {
             last.overrun = by;
         }
-        if has_spurs {
+        if has_branches {
             self.push(end, 0.0, MoveKind::Cut, None);
         }
     }

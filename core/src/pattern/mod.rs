@@ -37,8 +37,8 @@ use start::Source;
 
 /// What a pass in one more piece is as bad as: path of this many cutter radii.
 const PIECE: f64 = 4.0;
-/// Length of the spurs for each length of a ridge.
-const SPURS: f64 = 2.0;
+/// Length of the branches for each length of a ridge.
+const BRANCHES: f64 = 2.0;
 /// The way from a ring to the next one, cutter radii.
 const RING: f64 = 2.0;
 /// Start curves, the best at a glance, that are compared with care.
@@ -53,7 +53,7 @@ const ANGLES: u32 = 12;
 pub struct Laid {
     /// Their field; levels are one apart.
     pub field: PassField,
-    /// The passes, without spurs.
+    /// The passes, without branches.
     pub passes: Vec<Pass>,
 }
 
@@ -221,7 +221,7 @@ impl Sketch<'_> {
             }
             true => levels + field.slants(self.coarse, last),
         };
-        along + SPURS * field.ridges(self.coarse) + PIECE * self.setting.radius * pieces.max(0.0)
+        along + BRANCHES * field.ridges(self.coarse) + PIECE * self.setting.radius * pieces.max(0.0)
     }
 
     fn iso_parametric(&self, own: Option<&Parameters>) -> Result<PassField, LevelSetError> {

@@ -10,24 +10,24 @@ use crate::flatten::{Chart, Locator};
 use crate::geometry::DVec3;
 use crate::job::{Boundary, ForceControl, Inaccessible, Job};
 use crate::lift::Lift;
-use crate::link::{self, DeliverOptions, Delivered, TouchUp, deliver};
+use crate::link::{self, DeliverOptions, Delivered, RestPassOptions, deliver};
 use crate::machine::Axes;
-use crate::mending::{MendOptions, Mender, Places};
 use crate::regions::JointTerrain;
 use crate::removal::{
     self, Access, Columns, Coverage, Cutter, Feeds, Layer, Limit, Place, TooSlow, rated,
 };
+use crate::rest::{Places, RestFinder, RestOptions};
 use crate::surface::{Part, Surface};
 use crate::toolpath::Toolpath;
 use crate::walls::{Sweep, WallOptions, Walls};
 
 /// Rounds of passes over what the columns show as left.
-const TOUCH_UPS: usize = 4;
-/// Most rounds of detours over what is too high; few need more than four.
-const MENDS: usize = 20;
+const REST_PASS_ROUNDS: usize = 4;
+/// Most rounds of branches over what is too high; few need more than four.
+const BRANCH_ROUNDS: usize = 20;
 /// Part of the tolerance above the limit from which on a place is too high: samples may miss the highest.
-const MENDED: f64 = 0.7;
-/// The same from which on a place may be too high once further detours have changed which points the path keeps.
+const TOO_HIGH: f64 = 0.7;
+/// The same from which on a place may be too high once further branches have changed which points the path keeps.
 const CLOSE: f64 = 0.0;
 /// Part of the stock's depth above which what stays counts as untouched.
 const TOUCHED: f64 = 0.98;
@@ -81,7 +81,7 @@ impl Delivery<'_> {
         flat: &[FlatPoint],
         progress: &mut dyn FnMut(f64),
     ) -> Result<Finished, PlanError> {
-        let (delivered, inaccessible) = self.mended(flat, progress)?;
+        let (delivered, inaccessible) = self.with_branches(flat, progress)?;
         let mut finished = match self.job.force.control {
             ForceControl::Off => self.unlimited(delivered, progress),
             _ => self.limited(delivered, progress),
@@ -119,15 +119,15 @@ impl Delivery<'_> {
         if self.job.path.boundary == Boundary::Open {
             return Ok(finished);
         }
-        self.touched_up(finished, progress, |part, before| {
+        self.with_rest_passes(finished, progress, |part, before| {
             let (toolpath, lifted) = joined(before, part.toolpath, part.lifted);
             let coverage = self.coverage(columns, &toolpath, None);
             Ok(Finished { toolpath, lifted, coverage, removed: None })
         })
     }
 
-    /// The path at the nominal feeds, with detours over what it leaves too high, and what no detour lowers.
-    fn mended(
+    /// The path at the nominal feeds, with branches over what it leaves too high, and what no branch lowers.
+    fn with_branches(
         &self,
         flat: &[FlatPoint],
         progress: &mut dyn FnMut(f64),
@@ -140,11 +140,13 @@ impl Delivery<'_> {
             locator: self.locator,
             side_step: self.job.nominal_side_step(),
         };
-        let mut mender = Mender::new(places, self.obstacles, self.mend_options());
+        let mut finder = RestFinder::new(places, self.obstacles, self.rest_options());
         let mut flat = flat.to_vec();
-        for _ in 0..MENDS {
-            let Some(mended) = mender.mended(&flat, &delivered.toolpath) else { break };
-            flat = mended;
+        for _ in 0..BRANCH_ROUNDS {
+            let Some(with_branches) = finder.with_branches(&flat, &delivered.toolpath) else {
+                break;
+            };
+            flat = with_branches;
             delivered =
                 deliver(&flat, &self.lift, self.obstacles, &self.options, None, &mut *progress)?;
         }
@@ -153,7 +155,7 @@ impl Delivery<'_> {
             Some(LiftedSpan { place, raise, .. }) if delivered.toolpath.points.is_empty() => {
                 Err(PlanError::FitsNowhere { place: *place, raise: *raise })
             }
-            _ => Ok((delivered, mender.into_inaccessible())),
+            _ => Ok((delivered, finder.into_inaccessible())),
         }
     }
 
@@ -165,22 +167,22 @@ impl Delivery<'_> {
     ) -> Result<Finished, PlanError> {
         let columns = &self.columns();
         let finished = self.limited_part(columns, delivered, None)?;
-        self.touched_up(finished, progress, |part, before| {
+        self.with_rest_passes(finished, progress, |part, before| {
             self.limited_part(columns, part, Some(before))
         })
     }
 
     /// The path with passes over what it leaves although the cutter comes there; `add`: appends a part and says what
     /// is left then.
-    fn touched_up(
+    fn with_rest_passes(
         &self,
         mut finished: Finished,
         progress: &mut dyn FnMut(f64),
         add: impl Fn(Delivered, Finished) -> Result<Finished, PlanError>,
     ) -> Result<Finished, PlanError> {
         let side_step = self.job.nominal_side_step();
-        for _ in 0..TOUCH_UPS {
-            let touch_up = TouchUp {
+        for _ in 0..REST_PASS_ROUNDS {
+            let rest_passes = RestPassOptions {
                 side_step,
                 beyond: 0.5 * side_step + self.job.tool.radius() - self.job.tool.corner_radius(),
                 height: self.job.cut.axial_depth,
@@ -189,7 +191,7 @@ impl Delivery<'_> {
                 region: finished.toolpath.points.last().map_or(0, |p| p.region),
             };
             let left = &finished.coverage.never_covered_flat;
-            let more = link::touch_up(left, &self.terrain, &touch_up);
+            let more = link::rest_passes(left, &self.terrain, &rest_passes);
             if more.is_empty() {
                 break;
             }
@@ -252,14 +254,14 @@ impl Delivery<'_> {
     }
 
     /// What the path may leave.
-    fn mend_options(&self) -> MendOptions {
+    fn rest_options(&self) -> RestOptions {
         let job = self.job;
         // Wherever cusps may be as high as the stock, it is to be touched.
         let touched = TOUCHED * job.cut.axial_depth;
-        MendOptions {
+        RestOptions {
             pass: self.options.pass,
             side_step: job.nominal_side_step(),
-            limit: (self.cusp_limit + MENDED * job.cut.tolerance).min(touched),
+            limit: (self.cusp_limit + TOO_HIGH * job.cut.tolerance).min(touched),
             close: (self.cusp_limit + CLOSE * job.cut.tolerance).min(touched),
             lag: tilted(job).map_or(0.0, |strip| strip.lag(0.5 * job.nominal_side_step())),
             has_open_rim: job.path.boundary == Boundary::Open,

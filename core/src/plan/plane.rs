@@ -2,7 +2,7 @@
 
 use super::tilt::tilted;
 use crate::centring::Centring;
-use crate::engagement::{Cutting, Stock, Walk};
+use crate::engagement::{Cutting, Simulation, Stock};
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
 use crate::job::{CutDirection, ForceControl, Job, Pattern, Stepover};
@@ -107,10 +107,10 @@ impl<'a> Plane<'a> {
             },
         };
         let terrain = self.terrain();
-        let mut walk = Walk::new(cutting, &terrain, Stock::new(self.region));
+        let mut simulation = Simulation::new(cutting, &terrain, Stock::new(self.region));
         let is_above = |at| excess.is_near(at);
-        let loops = cut_passes(&mut walk, &self.groups(order), &options, &is_above, progress);
-        FlatCut { points: at_nominal_feeds(walk.finish().0, job), loops, is_rated: true }
+        let loops = cut_passes(&mut simulation, &self.groups(order), &options, &is_above, progress);
+        FlatCut { points: at_nominal_feeds(simulation.finish().0, job), loops, is_rated: true }
     }
 }
 

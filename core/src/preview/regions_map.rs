@@ -79,7 +79,11 @@ pub struct RegionPicture<'a> {
 
 /// Three shaded views: the regions in their colours, the stretch of the flat map of the whole, and
 /// that of the regions' own flat maps; each stretch divided by its mean. `reported`: what is reported of them.
-pub fn regions_map(surface: &Surface, divided: &RegionsPicture, reported: &DivisionFigures) -> String {
+pub fn regions_map(
+    surface: &Surface,
+    divided: &RegionsPicture,
+    reported: &DivisionFigures,
+) -> String {
     let shape = Shape::of(surface);
     let canvas = Canvas::new(&shape, View::of(&shape, &[]), FINENESS);
     let seen = Seen::of(&canvas, divided);

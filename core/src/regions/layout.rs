@@ -17,7 +17,7 @@ use crate::mesh::FaceId;
 use crate::parallel;
 use crate::pattern::{self, Laid, Parameters, Setting};
 
-/// A field that grows by less than this per pass is about a ridge, where spurs close the gaps.
+/// A field that grows by less than this per pass is about a ridge, where branches close the gaps.
 const RIDGE: f64 = 0.9;
 /// Longest overrun of a flat bottom, half distances of passes.
 const LONGEST_OVERRUN: f64 = 6.0;
@@ -40,7 +40,7 @@ pub struct Layout {
 }
 
 /// Distances between neighbouring passes as parts of the side step that is allowed, by area; ridges, where
-/// fronts meet and spurs close the gaps, apart.
+/// fronts meet and branches close the gaps, apart.
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
 pub struct Spacing {
     /// Area that was asked, mm².

@@ -161,7 +161,7 @@ impl FeedIndex {
     pub fn new(path: &Toolpath, axis: ToolAxis) -> Self {
         let mut points: Vec<_> = match axis {
             ToolAxis::Fixed(_) => Vec::new(),
-            // It leans that way: on a detour's way back it faces against the feed.
+            // It leans that way: on a branch's way back it faces against the feed.
             ToolAxis::Lead(lead) => {
                 let facing = |p: &PathPoint| (p.axis - p.normal * p.axis.dot(p.normal)) * lead;
                 path.points.iter().filter_map(|p| Some((p.flat?, facing(p)))).collect()

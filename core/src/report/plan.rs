@@ -129,10 +129,10 @@ pub struct PassFigures {
     pub tree_depth: u64,
     /// Cores between the last passes that needed closing.
     pub closed_cores: u64,
-    /// Detours of passes that close cores and corners.
-    pub spurs: u64,
+    /// Ways out of passes and back that close cores and corners.
+    pub branches: u64,
     /// Their length on the surface, out and back, mm.
-    pub spur_length_mm: f64,
+    pub branch_length_mm: f64,
     /// Largest distance of a place near a ridge of the passes' field from the nearest pass, in side
     /// steps; half between parallel passes.
     pub widest_gap_passes: f64,

@@ -406,7 +406,9 @@ impl<'a> Model<'a> {
             let axis = self.frame(record.values.get(2))?;
             let along = |p: DVec3| (p - axis.origin).dot(axis.z);
             let profile = self.curve(record.values.get(1), 0)?;
-            return as_spline(profile, edges, &along)?.revolved(axis.origin, axis.z).map_err(as_text);
+            return as_spline(profile, edges, &along)?
+                .revolved(axis.origin, axis.z)
+                .map_err(as_text);
         }
         if let Some(record) = elementary("SURFACE_OF_LINEAR_EXTRUSION") {
             let vector = self.record(record.values.get(2), "VECTOR")?;
@@ -591,7 +593,9 @@ fn cone(f: Frame, r: f64, slope: f64, edges: &Edges) -> Shape<NurbsSurface> {
         }
     }
     let at = |h: f64| f.origin + f.z * h + f.x * (r + slope * h).max(0.0);
-    NurbsCurve::line(at(low), at(high)).and_then(|line| line.revolved(f.origin, f.z)).map_err(as_text)
+    NurbsCurve::line(at(low), at(high))
+        .and_then(|line| line.revolved(f.origin, f.z))
+        .map_err(as_text)
 }
 
 /// A curve as a spline; a line as far as the edges reach along it.

@@ -12,7 +12,7 @@
 //!
 //! Source: S-FORCE (spec 03, "Variable-radius trochoid").
 
-use crate::engagement::Walk;
+use crate::engagement::Simulation;
 use crate::geometry::{DVec2, math};
 use crate::toolpath::MoveKind;
 use core::f64::consts::{PI, TAU};
@@ -68,13 +68,13 @@ struct Station {
 pub struct Span<'a> {
     /// Flat points, at least two.
     pub points: &'a [DVec2],
-    /// The spurs of the ring on this stretch, in order.
-    pub branches: &'a [Branch<'a>],
+    /// The branches of the ring on this stretch, in order.
+    pub branches: &'a [BranchRef<'a>],
 }
 
-/// A spur that leaves from a stretch.
+/// A branch that leaves from a stretch.
 #[derive(Copy, Clone, Debug)]
-pub struct Branch<'a> {
+pub struct BranchRef<'a> {
     /// Index of the point of the stretch that it leaves from and comes back to.
     pub at: usize,
     /// Flat points between leaving and coming back.
@@ -84,36 +84,36 @@ pub struct Branch<'a> {
 /// Takes the stretch `span` of a ring by loops; `toward` is +1 for loops on the stock side of the
 /// ring and -1 for loops on the cleared side.
 ///
-/// The walk must stand where the first loop may start: see [`enter`]. Spurs are no part of the
+/// The simulation must stand where the first loop may start: see [`enter`]. Branches are no part of the
 /// guide: each is cut, slower where the limit asks for it, once the loops are past it.
 /// Returns the number of loops.
-pub fn clear_span(walk: &mut Walk, span: &Span, loops: &Loops, toward: f64) -> usize {
-    let guide = Guide::new(walk, span.points, loops, toward);
+pub fn clear_span(simulation: &mut Simulation, span: &Span, loops: &Loops, toward: f64) -> usize {
+    let guide = Guide::new(simulation, span.points, loops, toward);
     let mut branches = guide.branches(span).into_iter().peekable();
     let mut count = 0;
-    let mut bite = first_bite(walk, guide.station(0.0).radius, guide.start_disc, loops);
+    let mut bite = first_bite(simulation, guide.station(0.0).radius, guide.start_disc, loops);
     let (mut along, mut failures) = (0.0, 0);
     while along < guide.length {
         let here = guide.station(along);
         while let Some((_, root, branch)) = branches.next_if(|(at, ..)| at + here.radius <= along) {
-            branch.cut(walk, root);
+            branch.cut(simulation, root);
         }
-        if here.radius * walk.cutting.radius < loops.smallest * walk.disc(here.center) {
-            along = guide.skip_narrow(walk, along, loops);
+        if here.radius * simulation.cutting.radius < loops.smallest * simulation.disc(here.center) {
+            along = guide.skip_narrow(simulation, along, loops);
             continue;
         }
         let step = LoopStep { guide: &guide, from: along, here, loops };
-        let (next, used) = match step.take(walk, bite) {
+        let (next, used) = match step.take(simulation, bite) {
             Ok(taken) => {
                 failures = 0;
                 taken
             }
             Err(last) if failures < MOST_FAILURES => {
                 failures += 1;
-                step.slowed(walk, last)
+                step.slowed(simulation, last)
             }
             Err(_) => {
-                guide.follow(walk, along);
+                guide.follow(simulation, along);
                 break;
             }
         };
@@ -122,28 +122,33 @@ pub fn clear_span(walk: &mut Walk, span: &Span, loops: &Loops, toward: f64) -> u
         count += 1;
     }
     let last = guide.station(guide.length);
-    walk.cut_limited(last.touch, MoveKind::Trochoid);
+    simulation.cut_limited(last.touch, MoveKind::Trochoid);
     for (_, root, branch) in branches {
-        branch.cut(walk, root);
-        walk.cut_limited(last.touch, MoveKind::Cut);
+        branch.cut(simulation, root);
+        simulation.cut_limited(last.touch, MoveKind::Cut);
     }
     count
 }
 
-impl Branch<'_> {
+impl BranchRef<'_> {
     /// Goes to the root, out and back.
-    fn cut(&self, walk: &mut Walk, root: DVec2) {
-        walk.cut_limited(root, MoveKind::Cut);
-        walk.facing_on(|walk| {
+    fn cut(&self, simulation: &mut Simulation, root: DVec2) {
+        simulation.cut_limited(root, MoveKind::Cut);
+        simulation.facing_on(|simulation| {
             let way = self.points.iter().chain([&root]);
-            way.for_each(|&p| walk.cut_limited(p, MoveKind::Cut));
+            way.for_each(|&p| simulation.cut_limited(p, MoveKind::Cut));
         });
     }
 }
 
 /// Where the first loop of a span starts: the back of the loop.
-pub fn entry(walk: &Walk, span: &[DVec2], loops: &Loops, toward: f64) -> (DVec2, DVec2, f64) {
-    let guide = Guide::new(walk, span, loops, toward);
+pub fn entry(
+    simulation: &Simulation,
+    span: &[DVec2],
+    loops: &Loops,
+    toward: f64,
+) -> (DVec2, DVec2, f64) {
+    let guide = Guide::new(simulation, span, loops, toward);
     let first = guide.station(0.0);
     let back = first.center - guide.heading(0.0) * first.radius;
     (back, first.center, first.radius)
@@ -151,15 +156,15 @@ pub fn entry(walk: &Walk, span: &[DVec2], loops: &Loops, toward: f64) -> (DVec2,
 
 /// Bite of the closed form: `S` for which `cos(phi) = (Q² - R² - (S + r)²) / (2 R (S + r))`,
 /// `Q = R + r`, gives the engagement that meets the limit. An upper bound of the engagement.
-fn first_bite(walk: &Walk, radius: f64, disc: f64, loops: &Loops) -> f64 {
-    let intensity =
-        walk.cutting.limit / (walk.cutting.radius * walk.cutting.depth * walk.cutting.feed);
+fn first_bite(simulation: &Simulation, radius: f64, disc: f64, loops: &Loops) -> f64 {
+    let intensity = simulation.cutting.limit
+        / (simulation.cutting.radius * simulation.cutting.depth * simulation.cutting.feed);
     let cosine = 1.0 - intensity.min(1.9);
     // (S + r)² + 2 R cos(phi) (S + r) - (Q² - R²) = 0
     let half = disc * cosine;
     let outer = disc + radius;
     let bite = -half + (half * half + outer * outer - disc * disc).sqrt() - radius;
-    let scale = walk.cutting.radius / disc;
+    let scale = simulation.cutting.radius / disc;
     let largest = loops.max_bite / scale;
     bite.clamp((SMALLEST_BITE * disc).min(largest), largest)
 }
@@ -174,9 +179,9 @@ struct Guide {
 }
 
 impl Guide {
-    fn new(walk: &Walk, span: &[DVec2], loops: &Loops, toward: f64) -> Self {
-        let disc = walk.disc(span[0]);
-        let wanted = loops.radius * disc / walk.cutting.radius;
+    fn new(simulation: &Simulation, span: &[DVec2], loops: &Loops, toward: f64) -> Self {
+        let disc = simulation.disc(span[0]);
+        let wanted = loops.radius * disc / simulation.cutting.radius;
         let ring = resample(span, (0.25 * wanted).max(0.02 * disc));
         let mut stations: Vec<Station> = Vec::new();
         for i in 0..ring.len() {
@@ -184,7 +189,7 @@ impl Guide {
             let heading = (after - before).normalize_or_zero();
             // With the stock on the right of the move, `hand` +1, its side is the clockwise one.
             let side = -heading.perp() * (loops.hand * toward);
-            stations.push(largest_loop(walk, ring[i], side, loops));
+            stations.push(largest_loop(simulation, ring[i], side, loops));
         }
         let mut arc = vec![0.0];
         for w in stations.windows(2) {
@@ -197,9 +202,9 @@ impl Guide {
     }
 
     /// Where along the guide the branches of its stretch leave, and from which point.
-    fn branches<'b>(&self, span: &Span<'b>) -> Vec<(f64, DVec2, Branch<'b>)> {
+    fn branches<'b>(&self, span: &Span<'b>) -> Vec<(f64, DVec2, BranchRef<'b>)> {
         let mut from = 0;
-        let place = |branch: &Branch<'b>| {
+        let place = |branch: &BranchRef<'b>| {
             let root = span.points[branch.at];
             let distance = |i: &usize| (self.stations[*i].touch - root).length_squared();
             let near = |a: &usize, b: &usize| distance(a).total_cmp(&distance(b)).then(a.cmp(b));
@@ -236,21 +241,22 @@ impl Guide {
     }
 
     /// Follows the ring at limited feed to its end.
-    fn follow(&self, walk: &mut Walk, from: f64) {
+    fn follow(&self, simulation: &mut Simulation, from: f64) {
         let (start, _) = self.segment(from);
-        self.stations[start..].iter().for_each(|s| walk.cut_limited(s.touch, MoveKind::Cut));
+        self.stations[start..].iter().for_each(|s| simulation.cut_limited(s.touch, MoveKind::Cut));
     }
 
     /// Follows the ring at limited feed while the corridor is too narrow; returns where it ends.
-    fn skip_narrow(&self, walk: &mut Walk, from: f64, loops: &Loops) -> f64 {
+    fn skip_narrow(&self, simulation: &mut Simulation, from: f64, loops: &Loops) -> f64 {
         let (start, _) = self.segment(from);
         for i in start..self.stations.len() {
             let s = self.stations[i];
-            let wide = s.radius * walk.cutting.radius >= loops.smallest * walk.disc(s.center);
+            let wide =
+                s.radius * simulation.cutting.radius >= loops.smallest * simulation.disc(s.center);
             if wide && self.arc[i] > from {
                 return self.arc[i];
             }
-            walk.cut_limited(s.touch, MoveKind::Cut);
+            simulation.cut_limited(s.touch, MoveKind::Cut);
         }
         self.length
     }
@@ -268,15 +274,15 @@ fn resample(points: &[DVec2], spacing: f64) -> Vec<DVec2> {
 
 /// The largest loop up to the radius wanted that touches the ring at `touch` on the given side and
 /// stays inside of ring 0.
-fn largest_loop(walk: &Walk, touch: DVec2, side: DVec2, loops: &Loops) -> Station {
-    let per_mm = walk.disc(touch) / walk.cutting.radius;
+fn largest_loop(simulation: &Simulation, touch: DVec2, side: DVec2, loops: &Loops) -> Station {
+    let per_mm = simulation.disc(touch) / simulation.cutting.radius;
     let mut radius = loops.radius * per_mm;
     for _ in 0..12 {
         let center = touch + side * radius;
         let fits = (0..12).all(|k| {
             let a = TAU * k as f64 / 12.0;
             let arm = -side * math::cos(a) + side.perp() * math::sin(a);
-            is_inside(walk, center + arm * radius)
+            is_inside(simulation, center + arm * radius)
         });
         if fits {
             return Station { touch, center, radius };
@@ -287,14 +293,14 @@ fn largest_loop(walk: &Walk, touch: DVec2, side: DVec2, loops: &Loops) -> Statio
 }
 
 /// Whether the cutter centre may be at `p`: in the chart and not outside of ring 0.
-fn is_inside(walk: &Walk, p: DVec2) -> bool {
-    walk.terrain.room(p).is_some_and(|room| room >= -ROOM_SLACK)
+fn is_inside(simulation: &Simulation, p: DVec2) -> bool {
+    simulation.terrain.room(p).is_some_and(|room| room >= -ROOM_SLACK)
 }
 
 /// `center + arm`, drawn in toward the centre until the cutter may be there.
-fn drawn_in(walk: &Walk, center: DVec2, mut arm: DVec2) -> DVec2 {
+fn drawn_in(simulation: &Simulation, center: DVec2, mut arm: DVec2) -> DVec2 {
     for _ in 0..200 {
-        if is_inside(walk, center + arm) {
+        if is_inside(simulation, center + arm) {
             break;
         }
         arm *= 0.98;
@@ -310,10 +316,10 @@ enum Pace {
 }
 
 impl Pace {
-    fn go(self, walk: &mut Walk, to: DVec2) {
+    fn go(self, simulation: &mut Simulation, to: DVec2) {
         match self {
-            Self::Full => walk.cut(to, MoveKind::Trochoid),
-            Self::Limited => walk.cut_limited(to, MoveKind::Trochoid),
+            Self::Full => simulation.cut(to, MoveKind::Trochoid),
+            Self::Limited => simulation.cut_limited(to, MoveKind::Trochoid),
         }
     }
 }
@@ -333,25 +339,25 @@ impl LoopStep<'_> {
     /// Loops change little from one to the next, so a peak that is merely low is left as it is and
     /// corrected in the next loop.
     /// `Err`, with nothing cut and the last bite thought of, when no bite tried is small enough.
-    fn take(&self, walk: &mut Walk, first: f64) -> Result<(f64, f64), f64> {
-        let disc = walk.disc(self.here.center);
-        let per_mm = disc / walk.cutting.radius;
+    fn take(&self, simulation: &mut Simulation, first: f64) -> Result<(f64, f64), f64> {
+        let disc = simulation.disc(self.here.center);
+        let per_mm = disc / simulation.cutting.radius;
         let largest = self.loops.max_bite * per_mm;
         let smallest = (SMALLEST_BITE * disc).min(largest);
         let mut bite = first.clamp(smallest, largest);
         let mut earlier: Option<(f64, f64)> = None;
         for _ in 0..TRIES {
-            let mark = walk.mark();
+            let mark = simulation.mark();
             let used = bite.min(self.guide.length - self.from);
-            let peak = self.run(walk, used, Pace::Full) / walk.cutting.limit;
+            let peak = self.run(simulation, used, Pace::Full) / simulation.cutting.limit;
             if peak <= HIGH_PEAK {
-                walk.keep();
+                simulation.keep();
                 let change = (AIM_PEAK / peak.max(0.5)).min(1.3);
                 let next = if used < bite { bite } else { bite * change };
                 return Ok((next, used));
             }
-            walk.undo(&mark);
-            walk.keep();
+            simulation.undo(&mark);
+            simulation.keep();
             if bite <= smallest {
                 break;
             }
@@ -363,18 +369,18 @@ impl LoopStep<'_> {
     }
 
     /// Makes the loop with that bite, slower where the limit asks for it.
-    fn slowed(&self, walk: &mut Walk, bite: f64) -> (f64, f64) {
+    fn slowed(&self, simulation: &mut Simulation, bite: f64) -> (f64, f64) {
         let used = bite.min(self.guide.length - self.from);
-        self.run(walk, used, Pace::Limited);
+        self.run(simulation, used, Pace::Limited);
         (bite, used)
     }
 
     /// Makes the loop and returns its peak removal rate at the nominal feed.
-    fn run(&self, walk: &mut Walk, used: f64, pace: Pace) -> f64 {
+    fn run(&self, simulation: &mut Simulation, used: f64, pace: Pace) -> f64 {
         let next = self.guide.station(self.from + used);
         let heading = self.guide.heading(self.from + 0.5 * used);
-        let mark = walk.points().len();
-        let scale = walk.cutting.radius / walk.disc(self.here.center);
+        let mark = simulation.points().len();
+        let scale = simulation.cutting.radius / simulation.disc(self.here.center);
         let sides = sides_of_loop(self.here.radius.max(next.radius) * scale, self.loops.tolerance);
         for i in 0..=sides {
             let t = i as f64 / sides as f64;
@@ -382,15 +388,15 @@ impl LoopStep<'_> {
             let radius = self.here.radius + (next.radius - self.here.radius) * t;
             let center = self.here.center.lerp(next.center, t);
             let arm = heading * math::cos(angle) + heading.perp() * math::sin(angle);
-            let to = drawn_in(walk, center, arm * radius);
-            if walk.has_begun() && !walk.terrain.joins(walk.at(), to) {
+            let to = drawn_in(simulation, center, arm * radius);
+            if simulation.has_begun() && !simulation.terrain.joins(simulation.at(), to) {
                 // Around a corner of the boundary that pokes into the loop.
-                pace.go(walk, center);
+                pace.go(simulation, center);
             }
-            pace.go(walk, to);
+            pace.go(simulation, to);
         }
-        let peak = walk.points()[mark..].iter().map(|p| p.mrr).fold(0.0, f64::max);
-        walk.hurry_idle(mark, self.loops.return_feed);
+        let peak = simulation.points()[mark..].iter().map(|p| p.mrr).fold(0.0, f64::max);
+        simulation.hurry_idle(mark, self.loops.return_feed);
         peak
     }
 }
@@ -416,27 +422,29 @@ fn sides_of_loop(radius: f64, tolerance: f64) -> usize {
 ///
 /// The removal rate of a steady helix of a disc is its plan area times the pitch over the time of
 /// a turn, so the pitch follows from the limit.
-pub fn enter(walk: &mut Walk, back: DVec2, center: DVec2, loops: &Loops) {
+pub fn enter(simulation: &mut Simulation, back: DVec2, center: DVec2, loops: &Loops) {
     let arm = back - center;
     let radius = arm.length();
-    let disc = walk.disc(center);
-    let scale = walk.cutting.radius / disc;
-    let turn = TAU * radius * scale / walk.cutting.feed;
+    let disc = simulation.disc(center);
+    let scale = simulation.cutting.radius / disc;
+    let turn = TAU * radius * scale / simulation.cutting.feed;
     let plan = PI * (radius + disc) * (radius + disc) * scale * scale;
-    let limit =
-        walk.cutting.limit.min(2.0 * walk.cutting.radius * walk.cutting.depth * walk.cutting.feed);
-    let volume = walk.cutting.depth * plan;
+    let limit = simulation
+        .cutting
+        .limit
+        .min(2.0 * simulation.cutting.radius * simulation.cutting.depth * simulation.cutting.feed);
+    let volume = simulation.cutting.depth * plan;
     let turns = (volume / (0.95 * limit * turn)).ceil().clamp(1.0, MOST_TURNS);
     let slower = (0.95 * limit * turn * turns / volume).min(1.0);
     let sides = sides_of_loop(radius * scale, loops.tolerance);
     let steps = turns as usize * sides;
-    walk.arrive(back, walk.cutting.depth, MoveKind::Link);
+    simulation.arrive(back, simulation.cutting.depth, MoveKind::Link);
     let mrr = slower * volume / (turns * turn);
     for i in 1..=steps + sides {
         let angle = loops.hand * TAU * (i % sides) as f64 / sides as f64;
         let (c, s) = (math::cos(angle), math::sin(angle));
-        let height = walk.cutting.depth * (1.0 - i as f64 / steps as f64).max(0.0);
-        let to = drawn_in(walk, center, arm * c + arm.perp() * s);
-        walk.descend(to, height, mrr, slower * walk.cutting.feed);
+        let height = simulation.cutting.depth * (1.0 - i as f64 / steps as f64).max(0.0);
+        let to = drawn_in(simulation, center, arm * c + arm.perp() * s);
+        simulation.descend(to, height, mrr, slower * simulation.cutting.feed);
     }
 }

@@ -2,7 +2,7 @@
 
 use evencut_core::mesh::VertexId;
 use evencut_core::preview::{RegionPicture, RegionsPicture};
-use evencut_core::regions::{Divided, Evenness, Region, PartFigures, Spacing, neighbours};
+use evencut_core::regions::{Divided, Evenness, PartFigures, Region, Spacing, neighbours};
 use evencut_core::report::{DivisionFigures, PieceFigures, SpacingFigures, UndividedFigures};
 
 /// What is reported of a divided surface; `lengths`: of the passes of every region in the order of machining, mm.

@@ -12,8 +12,8 @@ pub struct ClosingOptions<'a> {
     pub on_levels: bool,
     /// Flat segments of other passes, which machine what is near to them.
     pub beside: &'a [[DVec2; 2]],
-    /// Whether the cutter is tilted on a flat bottom: it machines nothing beyond the end of a spur.
+    /// Whether the cutter is tilted on a flat bottom: it machines nothing beyond the end of a branch.
     pub has_flat_bottom: bool,
-    /// Threads to use; the spurs do not depend on it.
+    /// Threads to use; the branches do not depend on it.
     pub threads: usize,
 }

@@ -1,12 +1,12 @@
-//! Rings and spurs so far, found by nearness, and put together at the end.
+//! Rings and branches so far, found by nearness, and put together at the end.
 
-use super::detour::{Anchor, Detour, Line, closed};
+use super::branch::{Anchor, AnchoredBranch, Line, closed};
 use super::gaps::Place;
 use super::options::ClosingOptions;
 use super::tree::Tree;
 use crate::geometry::beyond::Parabola;
 use crate::geometry::{DVec2, DVec3};
-use crate::level_set::passes::{Pass, Spur};
+use crate::level_set::passes::{Branch, Pass};
 
 /// Pieces into which long segments are cut for the search, mean passes.
 const LONGEST_PIECE: f64 = 2.0;
@@ -76,7 +76,7 @@ pub struct Passes {
     layers: Vec<Layer>,
     with_overruns: Option<Tree>,
     ring_levels: Vec<f64>,
-    spurs: Vec<Detour>,
+    branches: Vec<AnchoredBranch>,
     longest_piece: f64,
 }
 
@@ -88,7 +88,7 @@ impl Passes {
             layers: Vec::new(),
             with_overruns: None,
             ring_levels: rings.iter().map(|r| r.level).collect(),
-            spurs: Vec::new(),
+            branches: Vec::new(),
             longest_piece,
         };
         let lines = rings
@@ -107,23 +107,23 @@ impl Passes {
         passes
     }
 
-    /// The tree of the passes without spurs, but with their overruns: what is near to it is machined.
-    pub fn without_spurs(&self) -> &Tree {
+    /// The tree of the passes without branches, but with their overruns: what is near to it is machined.
+    pub fn without_branches(&self) -> &Tree {
         self.with_overruns.as_ref().unwrap_or(&self.layers[0].tree)
     }
 
-    /// The spurs so far.
-    pub fn spurs(&self) -> &[Detour] {
-        &self.spurs
+    /// The branches so far.
+    pub fn branches(&self) -> &[AnchoredBranch] {
+        &self.branches
     }
 
-    /// Adds spurs; returns the tree over them.
-    pub fn add(&mut self, detours: Vec<Detour>) -> &Tree {
-        let first = self.spurs.len();
-        self.spurs.extend(detours);
-        let added = self.spurs[first..].iter().enumerate();
+    /// Adds branches; returns the tree over them.
+    pub fn add(&mut self, branches: Vec<AnchoredBranch>) -> &Tree {
+        let first = self.branches.len();
+        self.branches.extend(branches);
+        let added = self.branches[first..].iter().enumerate();
         let lines = added.map(|(i, d)| {
-            (Line::Spur(first + i), self.level(d.anchor.line), closed(&d.anchor, &d.points))
+            (Line::Branch(first + i), self.level(d.anchor.line), closed(&d.anchor, &d.points))
         });
         let lines = lines.collect();
         self.push_layer(lines);
@@ -135,7 +135,7 @@ impl Passes {
         loop {
             match line {
                 Line::Pass(i) => return self.ring_levels[i],
-                Line::Spur(i) => line = self.spurs[i].anchor.line,
+                Line::Branch(i) => line = self.branches[i].anchor.line,
             }
         }
     }
@@ -182,19 +182,19 @@ impl Passes {
         best
     }
 
-    /// Gives the rings their spurs.
+    /// Gives the rings their branches.
     pub fn attach(&self, rings: &mut [Pass]) {
         let mut children: Vec<Vec<usize>> = vec![Vec::new(); rings.len()];
-        let mut nested: Vec<Vec<usize>> = vec![Vec::new(); self.spurs.len()];
-        for (i, spur) in self.spurs.iter().enumerate() {
-            match spur.anchor.line {
+        let mut nested: Vec<Vec<usize>> = vec![Vec::new(); self.branches.len()];
+        for (i, branch) in self.branches.iter().enumerate() {
+            match branch.anchor.line {
                 Line::Pass(r) => children[r].push(i),
-                Line::Spur(s) => nested[s].push(i),
+                Line::Branch(s) => nested[s].push(i),
             }
         }
         for list in children.iter_mut().chain(&mut nested) {
             list.sort_by(|&a, &b| {
-                let (a, b) = (&self.spurs[a].anchor, &self.spurs[b].anchor);
+                let (a, b) = (&self.branches[a].anchor, &self.branches[b].anchor);
                 a.segment.cmp(&b.segment).then(a.t.total_cmp(&b.t))
             });
         }
@@ -203,41 +203,41 @@ impl Passes {
         }
     }
 
-    fn attach_to(&self, ring: &mut Pass, spurs: &[usize], nested: &[Vec<usize>]) {
-        let mut next = spurs.iter().copied().peekable();
+    fn attach_to(&self, ring: &mut Pass, branches: &[usize], nested: &[Vec<usize>]) {
+        let mut next = branches.iter().copied().peekable();
         let mut points: Vec<DVec2> = Vec::new();
         for (segment, &point) in ring.points.iter().enumerate() {
             if points.last() != Some(&point) {
                 points.push(point);
             }
-            while let Some(s) = next.next_if(|&s| self.spurs[s].anchor.segment == segment) {
-                let at = self.spurs[s].anchor.at;
+            while let Some(s) = next.next_if(|&s| self.branches[s].anchor.segment == segment) {
+                let at = self.branches[s].anchor.at;
                 if points[points.len() - 1] != at {
                     points.push(at);
                 }
-                ring.spurs.push(Spur { at: points.len() - 1, points: self.whole(s, nested) });
+                ring.branches.push(Branch { at: points.len() - 1, points: self.whole(s, nested) });
             }
         }
-        // A spur that leaves from the end of a ring's last segment leaves from the first point.
+        // A branch that leaves from the end of a ring's last segment leaves from the first point.
         if ring.is_closed && points.len() > 1 && points[points.len() - 1] == points[0] {
             points.pop();
             let end = points.len();
-            ring.spurs.iter_mut().filter(|s| s.at == end).for_each(|s| s.at = 0);
+            ring.branches.iter_mut().filter(|s| s.at == end).for_each(|s| s.at = 0);
         }
         ring.points = points;
     }
 
-    /// Points of a spur with the spurs that leave from it.
-    fn whole(&self, spur: usize, nested: &[Vec<usize>]) -> Vec<DVec2> {
-        let line = closed(&self.spurs[spur].anchor, &self.spurs[spur].points);
-        let mut next = nested[spur].iter().copied().peekable();
+    /// Points of a branch with the branches that leave from it.
+    fn whole(&self, branch: usize, nested: &[Vec<usize>]) -> Vec<DVec2> {
+        let line = closed(&self.branches[branch].anchor, &self.branches[branch].points);
+        let mut next = nested[branch].iter().copied().peekable();
         let mut out = Vec::new();
         for (segment, &point) in line.iter().enumerate() {
             out.push(point);
-            while let Some(s) = next.next_if(|&s| self.spurs[s].anchor.segment == segment) {
-                let at = self.spurs[s].anchor.at;
+            while let Some(s) = next.next_if(|&s| self.branches[s].anchor.segment == segment) {
+                let at = self.branches[s].anchor.at;
                 out.push(at);
-                // A spur leaves only from spurs that were added before it.
+                // A branch leaves only from branches that were added before it.
                 out.extend(self.whole(s, nested));
                 out.push(at);
             }

@@ -128,9 +128,10 @@ fn widest(
     for ring in rings {
         let next = |i: usize| ring.points[(i + 1) % ring.points.len()];
         (0..ring.points.len()).for_each(|i| add(ring.points[i], next(i)));
-        for spur in &ring.spurs {
-            let root = [ring.points[spur.at]];
-            let line: Vec<DVec2> = root.iter().chain(&spur.points).chain(&root).copied().collect();
+        for branch in &ring.branches {
+            let root = [ring.points[branch.at]];
+            let line: Vec<DVec2> =
+                root.iter().chain(&branch.points).chain(&root).copied().collect();
             line.windows(2).for_each(|w| add(w[0], w[1]));
         }
     }
@@ -176,11 +177,11 @@ fn ring_length(rings: &[Pass]) -> f64 {
 
 fn check(name: &str, c: &Closed) {
     println!(
-        "{name}: widest {:.4} before, {:.4} after (reported {:.4}); {} spurs, {} cores, {:.2} mm beside {:.0} mm, left {:.4}",
+        "{name}: widest {:.4} before, {:.4} after (reported {:.4}); {} branches, {} cores, {:.2} mm beside {:.0} mm, left {:.4}",
         c.plain,
         c.widest,
         c.report.widest_gap,
-        c.report.spurs,
+        c.report.branches,
         c.report.cores,
         c.report.length,
         ring_length(&c.rings),
@@ -189,7 +190,7 @@ fn check(name: &str, c: &Closed) {
     assert!(c.widest <= WIDEST, "{name}: {}", c.widest);
     assert_eq!(c.report.left, 0.0, "{name}");
     assert!(c.report.widest_gap <= 0.506, "{name}");
-    assert_eq!(c.rings.iter().map(|r| r.spurs.len()).sum::<usize>() > 0, c.report.spurs > 0);
+    assert_eq!(c.rings.iter().map(|r| r.branches.len()).sum::<usize>() > 0, c.report.branches > 0);
 }
 
 #[test]
@@ -198,7 +199,7 @@ fn square() {
     for (order, longest) in [(RingOrder::OutsideIn, 0.55), (RingOrder::InsideOut, 1.1)] {
         let c = closed(&surface, &chart, 1.0, None, order);
         check("square", &c);
-        // At a right angle the shortest spur is (sqrt(2) - 1) / 2 long from the inner ring, and
+        // At a right angle the shortest branch is (sqrt(2) - 1) / 2 long from the inner ring, and
         // twice as long from the outer one; out and back, at four corners of nine rings.
         assert!(c.report.length <= 4.0 * 10.0 * longest, "{}", c.report.length);
     }

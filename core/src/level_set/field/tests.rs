@@ -108,9 +108,9 @@ fn a_curve_that_parts_nothing_gives_a_plain_distance() {
     assert!(field.values().iter().all(|v| *v >= 0.0 && v.is_finite()));
 }
 
-/// Where much of a pass would need spurs beside each other, passes are closer; single places get them.
+/// Where much of a pass would need branches beside each other, passes are closer; single places get them.
 #[test]
-fn spurs_are_few_beside_each_other() {
+fn branches_are_few_beside_each_other() {
     let pace = |passes: f64, length: f64| Pace { low: 0.0, high: 1.0, passes, length };
     let cheapest =
         |most: f64, length: f64| cheapest_pace(&mut [pace(1.0, 1.0), pace(most, length)]);

@@ -47,7 +47,7 @@ impl Plate {
                 overrun: [0.0; 2],
                 half: [0.0; 2],
                 beside: [0.0; 2],
-                spurs: Vec::new(),
+                branches: Vec::new(),
             })
             .collect()
     }
@@ -86,12 +86,12 @@ impl Plate {
             CutOptions { order: RingOrder::OutsideIn, links: Links::Surface, control, loops };
         let rings = self.rings();
         let precedence = Precedence::new(&rings, options.order);
-        let mut walk = Walk::new(cutting, self, stock);
+        let mut simulation = Simulation::new(cutting, self, stock);
         let loops = {
             let group = Group { passes: &rings, precedence: &precedence };
-            cut_passes(&mut walk, &[group], &options, is_above, |_| {})
+            cut_passes(&mut simulation, &[group], &options, is_above, |_| {})
         };
-        let (points, stock) = walk.finish();
+        let (points, stock) = simulation.finish();
         (points, stock, loops)
     }
 }

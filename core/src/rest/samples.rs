@@ -34,7 +34,7 @@ const TURN: f64 = 0.35;
 pub const LEVELS: u8 = 2;
 /// More samples along and across each of those that are nearly too high.
 const FINER: u32 = 3;
-/// Part of the place of one that those take: no detour comes to what lies on the boundary itself.
+/// Part of the place of one that those take: no branch comes to what lies on the boundary itself.
 const INNER: f64 = 0.9;
 /// Length of steps toward higher places, distances of samples.
 const BESIDE: f64 = 2.0;
@@ -66,8 +66,8 @@ pub struct Sample {
     pub face: FaceId,
     /// How often samples were made closer about it.
     pub level: u8,
-    /// How many detours went over it in vain.
-    pub detours: u8,
+    /// How many branches went over it in vain.
+    pub branches: u8,
     /// Whether it was looked at for what is higher beside it.
     pub is_climbed: bool,
     /// How far beside it, flat, the cutter has to touch to lower it.
@@ -273,7 +273,7 @@ impl Places<'_> {
             rim: None,
             face,
             level: 0,
-            detours: 0,
+            branches: 0,
             is_climbed: false,
             beside: DVec2::ZERO,
         }

@@ -1,20 +1,20 @@
-//! Places that a delivered path leaves too high, and detours over them.
+//! Places that a delivered path leaves too high, and branches over them.
 //!
 //! Level curves know the strip of a cutter with a flat bottom to second order, and where it ends half a side
 //! step beside them. Where they turn sharply, meet the boundary at a small angle, or end beside others that run
 //! another way, what is left is measured on the path itself.
 //!
 //! - *Height* of a sample of the surface: how far along its normal the cutter is at the lowest.
-//! - *Detour*: from the nearest place of a pass to the rear of a high place, along it facing the way of the
+//! - *Branch*: from the nearest place of a pass to the rear of a high place, along it facing the way of the
 //!   pass, and back.
 //!
 //! 1. The cutter goes straight from each point of the path to the next; the samples that it covers are as high
 //!    as it is at the lowest.
-//! 2. The highest sample gets a detour along those about it that are too high; then the highest of the others.
+//! 2. The highest sample gets a branch along those about it that are too high; then the highest of the others.
 //! 3. A place that the cutter cannot touch is reached from the nearest one beside it from where it comes low enough;
 //!    what it reaches from nowhere is inaccessible.
 //! 4. Where none is too high any more, higher places beside those that nearly are get looked for; and then all places
-//!    once more, as detours may have spoiled some.
+//!    once more, as branches may have spoiled some.
 
 use crate::cutter_location::{Obstacles, PassOptions, is_in_wall, raise_at, standing_clear};
 use crate::flat_path::FlatPoint;
@@ -35,35 +35,35 @@ use samples::{Ball, LEVELS, Sample};
 const NEARLY: [f64; LEVELS as usize] = [0.85, 0.95];
 /// Part of the limit by which a sample is clearly higher than another.
 const CLEARLY: f64 = 0.01;
-/// How far beside the highest sample, side steps, others belong to its detour, and how far ahead and behind.
+/// How far beside the highest sample, side steps, others belong to its branch, and how far ahead and behind.
 const GROUP: [f64; 2] = [0.25, 1.5];
-/// Part of a height that a detour is worth which lowers it to that where the cutter does not fit.
+/// Part of a height that a branch is worth which lowers it to that where the cutter does not fit.
 const WORTH: f64 = 0.5;
 /// Size of the cells in each of which the cutter is tried at one sample, side steps. Smaller: slower.
 const CELL: f64 = 0.1;
-/// How far beside a detour, side steps, nothing is high any more.
+/// How far beside a branch, side steps, nothing is high any more.
 const SWEPT: f64 = 0.4;
-/// How far a detour goes on ahead of the last sample, side steps: the edge of the strip lags.
+/// How far a branch goes on ahead of the last sample, side steps: the edge of the strip lags.
 const AHEAD: f64 = 0.05;
-/// How far inside of the boundary detours along it go, side steps.
+/// How far inside of the boundary branches along it go, side steps.
 const INSIDE: f64 = 0.15;
-/// Detours over a place after which it is left: something holds the cutter up.
+/// Branches over a place after which it is left: something holds the cutter up.
 const TRIES: u8 = 3;
 /// How often all places are looked at, at most.
 const LOOKS: u32 = 3;
 /// Steps toward higher places at most, halved where none is higher, and the shortest, side steps.
 const CLIMBS: usize = 18;
 const FINEST: f64 = 0.0003;
-/// Part of the way to the boundary that a detour goes on at most. More: rounding leads it outside.
+/// Part of the way to the boundary that a branch goes on at most. More: rounding leads it outside.
 const WITHIN: f64 = 0.98;
 /// Heights are clamped at this multiple of the limit.
 const CLAMP: f64 = 10.0;
-/// Most detours. More: it is not single places that are too high.
-const MOST_DETOURS: usize = 2000;
+/// Most branches. More: it is not single places that are too high.
+const MOST_BRANCHES: usize = 2000;
 
 /// What is to be kept.
 #[derive(Copy, Clone, Debug, PartialEq)]
-pub struct MendOptions {
+pub struct RestOptions {
     /// How the cutter stands.
     pub pass: PassOptions,
     /// Distance of passes, mm.
@@ -72,24 +72,24 @@ pub struct MendOptions {
     pub limit: f64,
     /// What is lower than this, mm, does not come near the limit again.
     pub close: f64,
-    /// How far behind the contact the edge of the strip is, mm: by that detours go on beyond the boundary.
+    /// How far behind the contact the edge of the strip is, mm: by that branches go on beyond the boundary.
     pub lag: f64,
     /// Whether passes are to cover the surface up to its boundary: no wall stands there.
     pub has_open_rim: bool,
-    /// Threads to use; the detours do not depend on it.
+    /// Threads to use; the branches do not depend on it.
     pub threads: usize,
 }
 
-/// What looks at a path and lays detours.
-pub struct Mender<'a> {
-    options: MendOptions,
+/// What looks at a path and lays branches.
+pub struct RestFinder<'a> {
+    options: RestOptions,
     places: Places<'a>,
     obstacles: &'a Obstacles,
     /// Those that were nearly too high.
     samples: Vec<Sample>,
     /// So many of the first ones lie in rows beside passes, to one side and the other in turn.
     in_rows: usize,
-    /// Whether detours were laid since all places were looked at.
+    /// Whether branches were laid since all places were looked at.
     is_changed: bool,
     /// How often all were.
     looks: u32,
@@ -107,9 +107,9 @@ enum Lowered {
     InWall,
 }
 
-impl<'a> Mender<'a> {
+impl<'a> RestFinder<'a> {
     /// For the places of a surface; `obstacles`: the part.
-    pub fn new(places: Places<'a>, obstacles: &'a Obstacles, options: MendOptions) -> Self {
+    pub fn new(places: Places<'a>, obstacles: &'a Obstacles, options: RestOptions) -> Self {
         Self {
             options,
             places,
@@ -129,7 +129,7 @@ impl<'a> Mender<'a> {
 
     /// All places to be looked at.
     fn look(&mut self, flat: &[FlatPoint]) {
-        let MendOptions { pass, limit, .. } = self.options;
+        let RestOptions { pass, limit, .. } = self.options;
         (self.samples, self.in_rows) = match pass.tool.kind() {
             ToolKind::Ball => {
                 let ball = Ball { radius: pass.tool.radius(), allowance: pass.allowance, limit };
@@ -195,7 +195,7 @@ impl<'a> Mender<'a> {
     /// From what nearly is too high on to what is higher beside it: samples leave gaps, and peaks of a flat end's edge
     /// are narrow.
     fn climb(&mut self, heights: &mut Vec<f64>, path: &Toolpath) {
-        let MendOptions { limit, close, .. } = self.options;
+        let RestOptions { limit, close, .. } = self.options;
         // Beside passes samples lie on ridges already.
         let low = if self.in_rows > 0 { close } else { close.min(NEARLY[0] * limit) };
         let is_nearly = |i: &usize| {
@@ -234,12 +234,12 @@ impl<'a> Mender<'a> {
         }
     }
 
-    /// The flat path with detours over what the path that it became leaves too high; `None` where nothing is.
+    /// The flat path with branches over what the path that it became leaves too high; `None` where nothing is.
     ///
-    /// What is low enough is forgotten: detours only take more, but for what thinning out of points leaves free.
-    pub fn mended(&mut self, flat: &[FlatPoint], path: &Toolpath) -> Option<Vec<FlatPoint>> {
+    /// What is low enough is forgotten: branches only take more, but for what thinning out of points leaves free.
+    pub fn with_branches(&mut self, flat: &[FlatPoint], path: &Toolpath) -> Option<Vec<FlatPoint>> {
         let (mut heights, mut high) = self.high(path);
-        // What was low enough once may have been spoiled by detours.
+        // What was low enough once may have been spoiled by branches.
         while high.is_empty() && self.is_changed && self.looks < LOOKS {
             self.look(flat);
             (heights, high) = self.high(path);
@@ -255,20 +255,20 @@ impl<'a> Mender<'a> {
         let left: Vec<Sample> = (0..heights.len())
             .filter(is_left)
             .map(|i| Sample {
-                detours: self.samples[i].detours + u8::from(heights[i] > limit),
+                branches: self.samples[i].branches + u8::from(heights[i] > limit),
                 ..self.samples[i]
             })
             .collect();
-        let mut detours: Vec<Detour> = Vec::new();
+        let mut branches: Vec<Branch> = Vec::new();
         while let Some(&worst) = high.first() {
             let Some((from, heading)) = nearest(flat, self.samples[worst].flat) else { break };
-            if detours.len() == MOST_DETOURS {
+            if branches.len() == MOST_BRANCHES {
                 break;
             }
-            detours.push(self.detour(&mut high, from, heading));
+            branches.push(self.branch(&mut high, from, heading));
         }
         (self.samples, self.in_rows) = (left, 0);
-        (!detours.is_empty()).then(|| with_detours(flat, detours))
+        (!branches.is_empty()).then(|| with_branches(flat, branches))
     }
 
     /// The samples that are too high and can be lowered: where the cutter, if it is to touch there, comes low
@@ -276,7 +276,7 @@ impl<'a> Mender<'a> {
     /// all of it.
     fn worth_lowering(&mut self, heights: &[f64], path: &Toolpath) -> Vec<usize> {
         let is_worth =
-            |i: &usize| heights[*i] > self.options.limit && self.samples[*i].detours < TRIES;
+            |i: &usize| heights[*i] > self.options.limit && self.samples[*i].branches < TRIES;
         let cells = self.by_cell((0..heights.len()).filter(is_worth), heights);
         let feeds = FeedIndex::new(path, self.options.pass.axis);
         let lowered = parallel::map(self.options.threads, &cells, |cell| {
@@ -302,9 +302,9 @@ impl<'a> Mender<'a> {
 
     /// From where the cutter lowers a sample.
     fn lowered(&self, sample: &Sample, height: f64, feed: DVec3) -> Lowered {
-        let MendOptions { pass, limit, .. } = &self.options;
+        let RestOptions { pass, limit, .. } = &self.options;
         let &Sample { at, normal, flat, .. } = sample;
-        // No detour leads into a wall.
+        // No branch leads into a wall.
         if is_in_wall(at, normal, feed, pass, self.obstacles) {
             return Lowered::InWall;
         }
@@ -332,11 +332,11 @@ impl<'a> Mender<'a> {
     }
 
     /// Along the samples about the first one, which, and all beside, are done with.
-    fn detour(&self, high: &mut Vec<usize>, from: usize, heading: DVec2) -> Detour {
+    fn branch(&self, high: &mut Vec<usize>, from: usize, heading: DVec2) -> Branch {
         let worst = high[0];
         let sample = &self.samples[worst];
         // Where that was in vain, over the very place.
-        let origin = match sample.detours {
+        let origin = match sample.branches {
             0 if sample.beside == DVec2::ZERO => self.places.inside(sample, INSIDE),
             _ => sample.flat + sample.beside,
         };
@@ -364,7 +364,7 @@ impl<'a> Mender<'a> {
         };
         high.retain(|&i| i != worst && is_left(place(i)));
         let (rear, front) = (begin, end);
-        Detour { from, heading, rear, front, overrun }
+        Branch { from, heading, rear, front, overrun }
     }
 
     /// The end of the straight flat way from a place of the chart, or where it is still on the chart, and whether
@@ -380,7 +380,7 @@ impl<'a> Mender<'a> {
     /// The height that a path leaves above the allowance on every sample, mm: exact above `enough`, elsewhere not below
     /// what is left.
     fn heights(&self, samples: &[Sample], path: &Toolpath, enough: f64) -> Vec<f64> {
-        let MendOptions { pass, limit, threads, .. } = self.options;
+        let RestOptions { pass, limit, threads, .. } = self.options;
         let cutter = Cutter { tool: pass.tool, length: pass.reach };
         let layer = Layer { allowance: pass.allowance, depth: CLAMP * limit };
         let line = |s: &Sample| (Line { foot: s.at, normal: s.normal }, s.flat);
@@ -423,7 +423,7 @@ fn nearest(flat: &[FlatPoint], place: DVec2) -> Option<(usize, DVec2)> {
 }
 
 /// A way out from a point of the path over a high place and back.
-struct Detour {
+struct Branch {
     /// Index of the point.
     from: usize,
     /// The way that the cutter faces.
@@ -436,16 +436,16 @@ struct Detour {
     overrun: f64,
 }
 
-/// The path with detours.
-fn with_detours(flat: &[FlatPoint], mut detours: Vec<Detour>) -> Vec<FlatPoint> {
-    detours.sort_by_key(|detour| detour.from);
-    let mut next = detours.into_iter().peekable();
+/// The path with branches.
+fn with_branches(flat: &[FlatPoint], mut branches: Vec<Branch>) -> Vec<FlatPoint> {
+    branches.sort_by_key(|branch| branch.from);
+    let mut next = branches.into_iter().peekable();
     let mut out = Vec::new();
     for (i, point) in flat.iter().enumerate() {
-        let facing = next.peek().filter(|detour| detour.from == i).map(|detour| detour.heading);
+        let facing = next.peek().filter(|branch| branch.from == i).map(|branch| branch.heading);
         let point = FlatPoint { heading: point.heading.or(facing), ..*point };
         out.push(point);
-        while let Some(Detour { rear, front, overrun, .. }) = next.next_if(|d| d.from == i) {
+        while let Some(Branch { rear, front, overrun, .. }) = next.next_if(|d| d.from == i) {
             let ways = [(rear, 0.0), (front, overrun), (point.at, 0.0)];
             out.extend(ways.map(|(at, overrun)| FlatPoint { at, overrun, ..point }));
         }
@@ -528,9 +528,9 @@ mod tests {
     const SIDE_STEP: f64 = 1.0;
 
     /// A ball whose passes on a plane are a side step apart.
-    fn ball() -> MendOptions {
+    fn ball() -> RestOptions {
         let cusp = RADIUS - (RADIUS * RADIUS - 0.25 * SIDE_STEP * SIDE_STEP).sqrt();
-        MendOptions {
+        RestOptions {
             pass: PassOptions {
                 tool: Tool::new(RADIUS, RADIUS).unwrap(),
                 axis: ToolAxis::Fixed(DVec3::Z),
@@ -558,8 +558,8 @@ mod tests {
         ys.iter().flat_map(pass).collect()
     }
 
-    /// The flat path with detours of the ball, the rounds that took and what it cannot reach.
-    fn mended(flat: &[FlatPoint], check: CheckMesh) -> (Vec<FlatPoint>, usize, Vec<Place>) {
+    /// The flat path with branches of the ball, the rounds that took and what it cannot reach.
+    fn with_branches(flat: &[FlatPoint], check: CheckMesh) -> (Vec<FlatPoint>, usize, Vec<Place>) {
         let surface = plane();
         let uv: Vec<DVec2> = surface.positions().iter().map(|p| p.truncate()).collect();
         let chart = Chart::new(&surface, uv);
@@ -567,16 +567,18 @@ mod tests {
         let places =
             Places { surface: &surface, chart: &chart, locator: &locator, side_step: SIDE_STEP };
         let (obstacles, options) = (Obstacles::of_part(check), ball());
-        let mut mender = Mender::new(places, &obstacles, options);
+        let mut finder = RestFinder::new(places, &obstacles, options);
         let mut flat = flat.to_vec();
         for round in 0..20 {
             let point = |p: &FlatPoint| {
                 let tip = p.at.extend(options.pass.allowance);
                 PathPoint { tip, axis: DVec3::Z, ..touching(p.at, p.kind) }
             };
-            match mender.mended(&flat, &Toolpath { points: flat.iter().map(point).collect() }) {
+            match finder
+                .with_branches(&flat, &Toolpath { points: flat.iter().map(point).collect() })
+            {
                 Some(more) => flat = more,
-                None => return (flat, round, mender.into_inaccessible()),
+                None => return (flat, round, finder.into_inaccessible()),
             }
         }
         panic!("still too high");
@@ -587,7 +589,7 @@ mod tests {
     }
 
     /// A ball along passes at these places leaves too much between two of them, beside the last one and where one ends
-    /// before the boundary: detours mend each, and nothing else.
+    /// before the boundary: branches lower each, and nothing else.
     #[test]
     fn what_a_ball_leaves_is_gone_over() {
         let part = || {
@@ -596,17 +598,17 @@ mod tests {
             CheckMesh::new(positions.to_vec(), faces)
         };
         let all: Vec<f64> = (-5..5).map(|i| f64::from(i) + 0.5).collect();
-        let (flat, rounds, _) = mended(&straight(&all, |_| HALF), part());
+        let (flat, rounds, _) = with_branches(&straight(&all, |_| HALF), part());
         assert_eq!((flat.len(), rounds), (20, 0));
         let gap: Vec<f64> = all.iter().copied().filter(|y| *y != 0.5).collect();
         let short: Vec<f64> = all.iter().copied().filter(|y| *y < 4.0).collect();
-        let (in_gap, ..) = mended(&straight(&gap, |_| HALF), part());
+        let (in_gap, ..) = with_branches(&straight(&gap, |_| HALF), part());
         assert!(in_gap.iter().any(between(0.0, 1.0)), "{in_gap:?}");
         assert!(in_gap.iter().all(|p| gap.contains(&p.at.y) || between(0.0, 1.0)(p)));
-        let (beside, ..) = mended(&straight(&short, |_| HALF), part());
+        let (beside, ..) = with_branches(&straight(&short, |_| HALF), part());
         assert!(beside.iter().any(|p| p.at.y > 4.0), "{beside:?}");
         let ends = |y: f64| if y == 0.5 { 2.0 } else { HALF };
-        let (ended, rounds, _) = mended(&straight(&all, ends), part());
+        let (ended, rounds, _) = with_branches(&straight(&all, ends), part());
         let beyond = |p: &FlatPoint| p.at.x > 2.0 && between(0.0, 1.0)(p);
         assert!(rounds > 0 && ended.iter().any(beyond), "{ended:?}");
     }
@@ -624,7 +626,7 @@ mod tests {
         faces.push([first, first + 1, first + 2]);
         let check = CheckMesh::new(positions.iter().copied().chain(upright).collect(), faces);
         let rows: Vec<f64> = (0..7).map(|i| reach + 0.7 + 0.95 * f64::from(i)).collect();
-        let (flat, rounds, inaccessible) = mended(&straight(&rows, |_| HALF), check);
+        let (flat, rounds, inaccessible) = with_branches(&straight(&rows, |_| HALF), check);
         assert!(rounds > 0 && flat.iter().any(between(reach - 1e-9, reach + 0.3)), "{flat:?}");
         assert!(flat.iter().all(|p| p.at.y > reach - 0.01), "{flat:?}");
         let farthest = inaccessible.iter().map(|p| p.centre.y).fold(f64::MIN, f64::max);
@@ -643,7 +645,7 @@ mod tests {
         let places = Places { surface: &surface, chart: &chart, locator: &locator, side_step };
         let limit = 0.5 * (lag(0.5 * side_step) + lag(side_step));
         let behind = lag(0.5 * side_step) / sin(LEAD);
-        let options = MendOptions {
+        let options = RestOptions {
             pass: PassOptions {
                 tool: Tool::new(RADIUS, 0.0).unwrap(),
                 axis: ToolAxis::Lead(LEAD),
@@ -671,15 +673,15 @@ mod tests {
                 faces,
             ))
         };
-        let mended = |ys: &[f64], obstacles: &Obstacles| {
-            let mut mender = Mender::new(places, obstacles, options);
+        let with_branches = |ys: &[f64], obstacles: &Obstacles| {
+            let mut finder = RestFinder::new(places, obstacles, options);
             let mut flat = passes(ys);
             let mut rounds = 0;
             loop {
                 let points =
                     flat.iter().map(|p| touching(p.at + p.overrun * DVec2::X, p.kind)).collect();
                 let path = Toolpath { points };
-                match mender.mended(&flat, &path) {
+                match finder.with_branches(&flat, &path) {
                     Some(more) if rounds < 4 => flat = more,
                     left => return (flat, rounds, left.is_none()),
                 }
@@ -687,16 +689,16 @@ mod tests {
             }
         };
         let all: Vec<f64> = (-5..=5).map(f64::from).map(|y| 0.98 * y).collect();
-        let (flat, rounds, is_kept) = mended(&all, &check(None));
+        let (flat, rounds, is_kept) = with_branches(&all, &check(None));
         assert!(is_kept && rounds == 0, "{rounds} rounds, {} points", flat.len());
         let gap: Vec<f64> = all.iter().copied().filter(|y| *y != 0.0).collect();
-        let (flat, rounds, is_kept) = mended(&gap, &check(None));
+        let (flat, rounds, is_kept) = with_branches(&gap, &check(None));
         assert!(is_kept && rounds > 0, "{rounds} rounds");
         let added = flat.len() - passes(&gap).len();
         let in_gap = flat.iter().filter(|p| p.at.y.abs() < 0.5).count();
         assert!(in_gap >= 8 && added <= 4 * in_gap, "{in_gap} of {added}");
-        // Under a roof over the gap, higher than half of what was left, no detour helps.
-        let (flat, rounds, _) = mended(&gap, &check(Some(CLAMP * limit)));
+        // Under a roof over the gap, higher than half of what was left, no branch helps.
+        let (flat, rounds, _) = with_branches(&gap, &check(Some(CLAMP * limit)));
         assert!(rounds == 0 && flat.len() == passes(&gap).len(), "{rounds} rounds");
     }
 }

@@ -1,7 +1,7 @@
-//! The cheapest detour that closes a cluster of gaps.
+//! The cheapest branch that closes a cluster of gaps.
 
+use super::branch::{Anchor, AnchoredBranch, closed};
 use super::cluster::Cluster;
-use super::detour::{Anchor, Detour, closed};
 use super::gaps::Place;
 use super::passes::Passes;
 use super::tree::Tree;
@@ -12,48 +12,48 @@ use crate::job::RingOrder;
 use crate::level_set::strip_metric::FlatMetric;
 use core::slice::from_ref;
 
-/// Places of a cluster are brought this near to a pass. Smaller: spurs grow; larger: what lies between
+/// Places of a cluster are brought this near to a pass. Smaller: branches grow; larger: what lies between
 /// the places' middles is left too far.
 const AIM: f64 = 0.495;
 /// A ring this much farther from a place than the nearest one still counts as beside it, passes.
 const BESIDE: f64 = 0.5;
-/// The ways out and back along a long spur lie this part of the gap to either side of its middle:
+/// The ways out and back along a long branch lie this part of the gap to either side of its middle:
 /// then ring, way, way and ring are evenly apart.
 const SPREAD: f64 = 1.0 / 3.0;
-/// A long spur may deviate this much from the middle of its cluster, passes.
+/// A long branch may deviate this much from the middle of its cluster, passes.
 const STRAIGHTENED: f64 = 0.05;
-/// A long spur ends at most this far before its cluster does, passes.
+/// A long branch ends at most this far before its cluster does, passes.
 const LONGEST_TRIM: f64 = 0.6;
 /// Halvings of a length that is sought.
 const HALVINGS: usize = 10;
-/// Distance of the points at which a spur is asked whether it stays inside, passes.
+/// Distance of the points at which a branch is asked whether it stays inside, passes.
 const PROBE: f64 = 0.1;
-/// Passes that a spur may run outside of ring 0, for the blur of the field between vertices.
+/// Passes that a branch may run outside of ring 0, for the blur of the field between vertices.
 const ROOM_SLACK: f64 = 0.02;
 
-/// What a detour is chosen by.
+/// What a branch is chosen by.
 pub struct Chooser<'a> {
     /// The passes so far.
     pub passes: &'a Passes,
-    /// Where a spur may run.
+    /// Where a branch may run.
     pub terrain: &'a dyn Terrain,
-    /// Order of the rings: spurs leave from the ring that is cut later, into cleared stock.
+    /// Order of the rings: branches leave from the ring that is cut later, into cleared stock.
     pub order: RingOrder,
-    /// Whether the cutter machines beside the ends of spurs, but nothing beyond them.
+    /// Whether the cutter machines beside the ends of branches, but nothing beyond them.
     pub has_flat_bottom: bool,
 }
 
 impl Chooser<'_> {
-    /// The detour for a cluster; `None` where none stays inside.
-    pub fn detour(&self, cluster: &Cluster) -> Option<Detour> {
+    /// The branch for a cluster; `None` where none stays inside.
+    pub fn branch(&self, cluster: &Cluster) -> Option<AnchoredBranch> {
         let deepest = cluster.deepest();
         let beside = deepest.gap + BESIDE;
         let is_core = self.passes.nearest(deepest, beside, |level| level > deepest.level).is_none();
         let found = self.straight(cluster).or_else(|| self.along(cluster));
-        found.map(|(anchor, points)| Detour { anchor, points, is_core })
+        found.map(|(anchor, points)| AnchoredBranch { anchor, points, is_core })
     }
 
-    /// The nearest point of a pass from which a spur may leave for that place.
+    /// The nearest point of a pass from which a branch may leave for that place.
     fn anchor(&self, place: &Place) -> Option<Anchor> {
         let later = |level: f64| (level > place.level) == (self.order == RingOrder::OutsideIn);
         self.passes
@@ -137,7 +137,7 @@ impl Chooser<'_> {
         self.is_inside(&closed(&anchor, &points), deepest).then_some((anchor, points))
     }
 
-    /// The member of a line that is nearest to where a spur may leave, and that anchor.
+    /// The member of a line that is nearest to where a branch may leave, and that anchor.
     fn nearest_of(&self, cluster: &Cluster, line: &[u32]) -> Option<(Anchor, usize)> {
         let anchors = line.iter().enumerate().filter_map(|(i, &m)| {
             let anchor = self.anchor(cluster.member(m))?;

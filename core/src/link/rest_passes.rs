@@ -2,7 +2,7 @@
 //!
 //! A flat or bull end that stands at an angle to the surface touches with its edge, and its body lies
 //! beside the contact: it may stay outside of the innermost ring of a dome and leave the summit.
-//! What the material columns show as left is gathered in *heaps*; each gets straight passes along its
+//! What the material columns show as left is gathered in *clusters*; each gets straight passes along its
 //! longest direction, one per side step of its width, that begin and end beyond it.
 
 use crate::flat_path::{FlatPoint, Terrain};
@@ -10,20 +10,20 @@ use crate::geometry::DVec2;
 use crate::toolpath::MoveKind;
 use std::collections::BTreeMap;
 
-/// Heaps that get passes at most, largest first: each costs a retract. On a mesh whose facets are
+/// Clusters that get passes at most, largest first: each costs a retract. On a mesh whose facets are
 /// coarser than the cusps asked for there is no end of them; what stays is reported.
-const MOST_HEAPS: usize = 60;
-/// Part of a side step between passes over a heap.
+const MOST_CLUSTERS: usize = 60;
+/// Part of a side step between passes over a cluster.
 const STEP: f64 = 0.7;
 /// Tries to draw the end of a pass back to where the cutter may be.
 const TRIES: usize = 24;
 
 /// What the passes need to know.
 #[derive(Copy, Clone, Debug, PartialEq)]
-pub struct TouchUp {
+pub struct RestPassOptions {
     /// Side step on the surface, mm.
     pub side_step: f64,
-    /// How far passes go beyond a heap, mm: half a side step, and the width of the cutter's flat bottom,
+    /// How far passes go beyond a cluster, mm: half a side step, and the width of the cutter's flat bottom,
     /// which may stand beside the contact.
     pub beyond: f64,
     /// Height from which the cutter comes down, mm.
@@ -43,11 +43,15 @@ struct Pass {
 }
 
 /// Flat moves over the places that are left; empty where the cutter may not go.
-pub fn touch_up(left: &[DVec2], terrain: &dyn Terrain, options: &TouchUp) -> Vec<FlatPoint> {
+pub fn rest_passes(
+    left: &[DVec2],
+    terrain: &dyn Terrain,
+    options: &RestPassOptions,
+) -> Vec<FlatPoint> {
     let mut points = Vec::new();
     let mut pass = options.first_pass;
-    for heap in heaps(left, terrain, options.side_step) {
-        for Pass { from, to } in passes(&heap, terrain, options) {
+    for cluster in clusters(left, terrain, options.side_step) {
+        for Pass { from, to } in passes(&cluster, terrain, options) {
             let point = |at, height, kind| FlatPoint {
                 at,
                 height,
@@ -70,8 +74,8 @@ pub fn touch_up(left: &[DVec2], terrain: &dyn Terrain, options: &TouchUp) -> Vec
     points
 }
 
-/// Places that lie together, the largest heap first.
-fn heaps(left: &[DVec2], terrain: &dyn Terrain, side_step: f64) -> Vec<Vec<DVec2>> {
+/// Places that lie together, the largest cluster first.
+fn clusters(left: &[DVec2], terrain: &dyn Terrain, side_step: f64) -> Vec<Vec<DVec2>> {
     let Some(scale) = left.iter().find_map(|&p| terrain.scale(p)) else { return Vec::new() };
     let cell = side_step / scale;
     let mut cells: BTreeMap<[i64; 2], Vec<DVec2>> = BTreeMap::new();
@@ -79,33 +83,33 @@ fn heaps(left: &[DVec2], terrain: &dyn Terrain, side_step: f64) -> Vec<Vec<DVec2
         let key = (p / cell).floor();
         cells.entry([key.x as i64, key.y as i64]).or_default().push(p);
     }
-    let mut heaps = Vec::new();
+    let mut clusters = Vec::new();
     while let Some((first, points)) = cells.pop_first() {
-        let (mut heap, mut open) = (points, vec![first]);
+        let (mut cluster, mut open) = (points, vec![first]);
         while let Some([x, y]) = open.pop() {
             for key in (-1..=1).flat_map(|i| (-1..=1).map(move |j| [x + i, y + j])) {
                 if let Some(points) = cells.remove(&key) {
-                    heap.extend(points);
+                    cluster.extend(points);
                     open.push(key);
                 }
             }
         }
-        heaps.push(heap);
+        clusters.push(cluster);
     }
-    // Stable: equal heaps stay in the order of their cells.
-    heaps.sort_by_key(|heap| core::cmp::Reverse(heap.len()));
-    heaps.truncate(MOST_HEAPS);
-    heaps
+    // Stable: equal clusters stay in the order of their cells.
+    clusters.sort_by_key(|cluster| core::cmp::Reverse(cluster.len()));
+    clusters.truncate(MOST_CLUSTERS);
+    clusters
 }
 
-/// Straight passes that cover a heap.
-fn passes(heap: &[DVec2], terrain: &dyn Terrain, options: &TouchUp) -> Vec<Pass> {
-    let middle = heap.iter().sum::<DVec2>() / heap.len() as f64;
+/// Straight passes that cover a cluster.
+fn passes(cluster: &[DVec2], terrain: &dyn Terrain, options: &RestPassOptions) -> Vec<Pass> {
+    let middle = cluster.iter().sum::<DVec2>() / cluster.len() as f64;
     let Some(scale) = terrain.scale(middle) else { return Vec::new() };
-    let along = longest_direction(heap, middle);
+    let along = longest_direction(cluster, middle);
     let across = along.perp();
     let extent = |d: DVec2| {
-        let places = heap.iter().map(|p| (*p - middle).dot(d));
+        let places = cluster.iter().map(|p| (*p - middle).dot(d));
         places.fold((0.0f64, 0.0f64), |(low, high), x| (low.min(x), high.max(x)))
     };
     let (first, last) = extent(along);
@@ -137,9 +141,9 @@ fn reach(terrain: &dyn Terrain, from: DVec2, to: DVec2) -> Option<DVec2> {
 }
 
 /// Unit direction of the largest spread.
-fn longest_direction(heap: &[DVec2], middle: DVec2) -> DVec2 {
+fn longest_direction(cluster: &[DVec2], middle: DVec2) -> DVec2 {
     let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
-    for p in heap {
+    for p in cluster {
         let d = *p - middle;
         (xx, xy, yy) = (xx + d.x * d.x, xy + d.x * d.y, yy + d.y * d.y);
     }
@@ -170,14 +174,20 @@ mod tests {
         }
     }
 
-    const OPTIONS: TouchUp =
-        TouchUp { side_step: 1.0, beyond: 5.0, height: 0.5, feed: 20.0, first_pass: 7, region: 0 };
+    const OPTIONS: RestPassOptions = RestPassOptions {
+        side_step: 1.0,
+        beyond: 5.0,
+        height: 0.5,
+        feed: 20.0,
+        first_pass: 7,
+        region: 0,
+    };
 
     #[test]
-    fn a_heap_is_passed_along_its_length() {
+    fn a_cluster_is_passed_along_its_length() {
         let left: Vec<DVec2> =
             (0..100).map(|i| DVec2::new(0.1 * f64::from(i), 0.05 * f64::from(i % 5))).collect();
-        let points = touch_up(&left, &Plane, &OPTIONS);
+        let points = rest_passes(&left, &Plane, &OPTIONS);
         assert_eq!(points.len(), 3);
         assert_eq!(
             points.iter().map(|p| p.kind).collect::<Vec<_>>(),
@@ -189,12 +199,12 @@ mod tests {
     }
 
     #[test]
-    fn heaps_apart_get_passes_of_their_own_and_stay_in_the_region() {
+    fn clusters_apart_get_passes_of_their_own_and_stay_in_the_region() {
         let spot = |at: DVec2| (0..9).map(move |i| at + DVec2::splat(0.02 * f64::from(i)));
         let left: Vec<DVec2> = spot(DVec2::ZERO).chain(spot(DVec2::new(47.0, 0.0))).collect();
-        let points = touch_up(&left, &Plane, &OPTIONS);
+        let points = rest_passes(&left, &Plane, &OPTIONS);
         assert_eq!(points.len(), 6);
         assert!(points.iter().all(|p| p.at.length() <= 50.0));
-        assert!(touch_up(&[], &Plane, &OPTIONS).is_empty());
+        assert!(rest_passes(&[], &Plane, &OPTIONS).is_empty());
     }
 }

@@ -2,16 +2,16 @@
 
 use crate::geometry::DVec2;
 
-/// A ring or a spur.
+/// A ring or a branch.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum Line {
     /// By index.
     Pass(usize),
     /// By index, in the order in which they were added.
-    Spur(usize),
+    Branch(usize),
 }
 
-/// A point of a pass that a spur leaves from.
+/// A point of a pass that a branch leaves from.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Anchor {
     /// The pass.
@@ -28,7 +28,7 @@ pub struct Anchor {
 
 /// A way from a pass to gaps and back.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Detour {
+pub struct AnchoredBranch {
     /// Where it leaves and comes back.
     pub anchor: Anchor,
     /// Flat points between leaving and coming back.

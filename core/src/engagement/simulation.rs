@@ -21,7 +21,7 @@ const IDLE: f64 = 1e-9;
 /// Limited moves aim at this part of the limit, so that rounding of the program stays below it.
 pub const AIM: f64 = 0.995;
 
-/// Cutting data of the walk.
+/// Cutting data of the simulation.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Cutting {
     /// Cutter radius `R`, mm.
@@ -43,7 +43,7 @@ impl Cutting {
     }
 }
 
-/// A mark in a walk to come back to.
+/// A mark in a simulation to come back to.
 #[derive(Debug)]
 pub struct Mark {
     points: usize,
@@ -52,7 +52,7 @@ pub struct Mark {
 }
 
 /// A cutter on its way through the stock.
-pub struct Walk<'a> {
+pub struct Simulation<'a> {
     /// Cutting data.
     pub cutting: Cutting,
     /// The surface as the plane sees it.
@@ -65,8 +65,8 @@ pub struct Walk<'a> {
     heading: Option<DVec2>,
 }
 
-impl<'a> Walk<'a> {
-    /// A walk that has not begun.
+impl<'a> Simulation<'a> {
+    /// A simulation that has not begun.
     pub fn new(cutting: Cutting, terrain: &'a dyn Terrain, stock: Stock) -> Self {
         Self {
             cutting,
