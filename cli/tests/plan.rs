@@ -183,7 +183,7 @@ fn limits_that_cannot_be_met_are_refused_at_the_limit() {
         .replace("radius = 20.0", "radius = 1.5\nheight = -2.0")
         .replace("resolution = 0.75", "resolution = 0.5");
     fs::write(directory.join("part.toml"), pit + "inaccessible = \"refuse\"\n").unwrap();
-    assert_refused(&directory, 4, &["it does not fit near", "part.toml:14:13"]);
+    assert_refused(&directory, 4, &["it does not fit near", "part.toml:14:16"]);
 }
 
 #[test]
