@@ -1,6 +1,6 @@
 //! The waist: the path that is delivered, as typed points with feed, axis and purpose.
 
-use crate::geometry::{DVec2, DVec3};
+use crate::geometry::{DVec2, DVec3, Shown};
 use std::ops::{Index, IndexMut};
 use thiserror::Error;
 
@@ -118,7 +118,7 @@ const COLUMNS: [&str; 16] = [
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum CsvError {
     /// The first line is another header.
-    #[error("toolpath.csv, line 1: header \"{found}\"; it must be \"{CSV_HEADER}\"")]
+    #[error("toolpath.csv, line 1: header {found:?}; it must be \"{CSV_HEADER}\"")]
     Header {
         /// The line found.
         found: String,
@@ -132,7 +132,7 @@ pub enum CsvError {
         found: usize,
     },
     /// A field is not what its column holds.
-    #[error("toolpath.csv, line {line}, column {column}: \"{found}\"; {expected}")]
+    #[error("toolpath.csv, line {line}, column {column}: {found:?}; {expected}")]
     Field {
         /// Line, from 1.
         line: usize,
@@ -145,7 +145,8 @@ pub enum CsvError {
     },
     /// An axis or a normal is not a unit vector.
     #[error(
-        "toolpath.csv, line {line}, column {column}: a vector of length {length}; it must be 1"
+        "toolpath.csv, line {line}, column {column}: a vector of length {}; it must be 1",
+        Shown(*length)
     )]
     NotUnit {
         /// Line, from 1.
