@@ -118,7 +118,7 @@ const COLUMNS: [&str; 16] = [
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum CsvError {
     /// The first line is another header.
-    #[error("toolpath.csv, line 1: header {found:?}; it must be \"{CSV_HEADER}\"")]
+    #[error("toolpath.csv, line 1: header \"{found}\"; it must be \"{CSV_HEADER}\"")]
     Header {
         /// The line found.
         found: String,
@@ -132,7 +132,7 @@ pub enum CsvError {
         found: usize,
     },
     /// A field is not what its column holds.
-    #[error("toolpath.csv, line {line}, column {column}: {found:?}; {expected}")]
+    #[error("toolpath.csv, line {line}, column {column}: \"{found}\"; {expected}")]
     Field {
         /// Line, from 1.
         line: usize,
@@ -213,7 +213,7 @@ impl Toolpath {
         let mut lines = text.lines();
         let header = lines.next().unwrap_or_default().trim_start_matches('\u{feff}').trim();
         if header != CSV_HEADER {
-            return Err(CsvError::Header { found: header.chars().take(200).collect() });
+            return Err(CsvError::Header { found: header.escape_debug().take(SHOWN).collect() });
         }
         let rows = lines.enumerate().filter(|(_, row)| !row.trim().is_empty());
         let points = rows.map(|(i, row)| read_row(row, i + 2)).collect::<Result<_, _>>()?;
@@ -221,6 +221,8 @@ impl Toolpath {
     }
 }
 
+/// Longest piece of a table in a message, characters; the right header has 59.
+const SHOWN: usize = 80;
 /// Largest coordinate of a path, mm; programs are held to the same.
 const LARGEST: f64 = 1e7;
 
@@ -232,7 +234,7 @@ fn read_row(row: &str, line: usize) -> Result<PathPoint, CsvError> {
     let wrong = |c: usize, expected| CsvError::Field {
         line,
         column: COLUMNS[c],
-        found: fields[c].chars().take(40).collect(),
+        found: fields[c].escape_debug().take(SHOWN).collect(),
         expected,
     };
     let count = |c: usize| {

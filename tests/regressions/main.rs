@@ -9,7 +9,7 @@ use std::path::Path;
 static MEMORY: cap::Cap<System> = cap::Cap::new(System, MOST_MEMORY);
 
 /// Files in `readers`, and what the reader that their folder names did.
-const READERS: [(&str, &str); 6] = [
+const READERS: [(&str, &str); 7] = [
     (
         "nurbs/one-corner-far-off.json",
         "took minutes: a boundary of 400 000 points, for a mesh of 5000 triangles",
@@ -19,6 +19,7 @@ const READERS: [(&str, &str); 6] = [
     ("step/bezier-without-points.step", "panicked: its knots were counted from -1"),
     ("step/endless-name.step", "was refused with a message as long as the name"),
     ("step/weight-of-300-digits.step", "was refused with a message that nobody can read"),
+    ("toolpath/odd-header.csv", "was refused with a message full of the header's odd letters"),
 ];
 
 #[test]
