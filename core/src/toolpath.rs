@@ -1,6 +1,6 @@
 //! The waist: the path that is delivered, as typed points with feed, axis and purpose.
 
-use crate::geometry::{DVec2, DVec3};
+use crate::geometry::{DVec2, DVec3, Shown};
 use std::ops::{Index, IndexMut};
 use thiserror::Error;
 
@@ -145,7 +145,8 @@ pub enum CsvError {
     },
     /// An axis or a normal is not a unit vector.
     #[error(
-        "toolpath.csv, line {line}, column {column}: a vector of length {length}; it must be 1"
+        "toolpath.csv, line {line}, column {column}: a vector of length {}; it must be 1",
+        Shown(*length)
     )]
     NotUnit {
         /// Line, from 1.
@@ -212,7 +213,7 @@ impl Toolpath {
         let mut lines = text.lines();
         let header = lines.next().unwrap_or_default().trim_start_matches('\u{feff}').trim();
         if header != CSV_HEADER {
-            return Err(CsvError::Header { found: header.chars().take(200).collect() });
+            return Err(CsvError::Header { found: header.escape_debug().take(SHOWN).collect() });
         }
         let rows = lines.enumerate().filter(|(_, row)| !row.trim().is_empty());
         let points = rows.map(|(i, row)| read_row(row, i + 2)).collect::<Result<_, _>>()?;
@@ -220,6 +221,8 @@ impl Toolpath {
     }
 }
 
+/// Longest piece of a table in a message, characters; the right header has 59.
+const SHOWN: usize = 80;
 /// Largest coordinate of a path, mm; programs are held to the same.
 const LARGEST: f64 = 1e7;
 
@@ -231,7 +234,7 @@ fn read_row(row: &str, line: usize) -> Result<PathPoint, CsvError> {
     let wrong = |c: usize, expected| CsvError::Field {
         line,
         column: COLUMNS[c],
-        found: fields[c].chars().take(40).collect(),
+        found: fields[c].escape_debug().take(SHOWN).collect(),
         expected,
     };
     let count = |c: usize| {

@@ -1,8 +1,10 @@
-//! Project tasks: `cargo xtask test` runs all tests but the long ones of `cargo xtask accept`, `cargo xtask page`
+//! Project tasks: `cargo xtask test` runs all tests but the long ones of `cargo xtask accept`, `cargo xtask fuzz` looks for
+//! inputs that readers fall over, `cargo xtask page`
 //! builds the page for the browser, `cargo xtask serve` shows it, `cargo xtask patterns` compares the patterns, `cargo xtask
 //! texture` the textures of two tilts, `cargo xtask surfaces` writes the surfaces that `jobs/` machines.
 
 mod accept;
+mod fuzz;
 mod mesh_file;
 mod page;
 mod patterns;
@@ -20,6 +22,7 @@ usage: cargo xtask test        runs the tests, natively and of the page
        cargo xtask accept      runs the tests that last long and writes docs/ledger.md, asked and measured figures
        cargo xtask test page   runs the tests of the page only
        cargo xtask test parity compares native with WebAssembly in node, as the page's tests do in a browser
+       cargo xtask fuzz [READER [SECONDS]]  looks for inputs that a reader falls over, 60 s each unless told
        cargo xtask page        builds the page for the browser into web/dist
        cargo xtask serve [PORT]  builds it and serves it on this machine, port 8080 unless given
        cargo xtask speed       plans all jobs in the page and natively, and compares the times
@@ -33,6 +36,9 @@ fn main() -> ExitCode {
         ["test"] => report(test::test(&project())),
         ["test", "page"] => report(test::page(&project())),
         ["test", "parity"] => report(test::parity(&project())),
+        ["fuzz"] => report(fuzz::fuzz(&project(), None, None)),
+        ["fuzz", target] => report(fuzz::fuzz(&project(), Some(target), None)),
+        ["fuzz", target, seconds] => report(fuzz::fuzz(&project(), Some(target), Some(seconds))),
         ["accept"] => report(accept::accept(&project())),
         ["page"] => report(page::page(&project()).map(|_| ())),
         ["serve"] => report(serve("8080")),

@@ -5,8 +5,10 @@ pub mod disc;
 pub mod math;
 pub mod polyline;
 pub mod shape;
+mod shown;
 
 pub use glam::{DMat3, DVec2, DVec3};
+pub use shown::Shown;
 
 /// Twice the signed area of triangle `a b c`: positive when counter-clockwise.
 pub fn cross2(a: DVec2, b: DVec2, c: DVec2) -> f64 {

@@ -14,8 +14,6 @@ use crate::geometry::{DVec2, DVec3};
 
 /// Steps in which a piece of boundary is measured, at least.
 const MEASURED: usize = 128;
-/// Most points of the boundary.
-const MOST_POINTS: usize = 400_000;
 /// Part of a period that one step of a boundary spans at most.
 const WIDEST_STEP: f64 = 1.0 / 16.0;
 /// Distance from a pole, as a part of the domain, that counts as on it.
@@ -350,13 +348,14 @@ pub(super) fn distance(polygon: &[DVec2], p: DVec2) -> f64 {
     (0..n).map(d).fold(f64::INFINITY, f64::min)
 }
 
-/// The vertices of a loop, spaced by the sizes and within `chord` of the curve on the surface.
+/// The vertices of a loop, spaced by the sizes and within `chord` of the curve on the surface; `most` at most, since a
+/// mesh has about as many triangles as its boundary has points, and more.
 pub(super) fn sampled(
     surface: &NurbsSurface,
     sizing: &Sizing,
     domain: &Domain,
     line: &TrimLoop,
-    chord: f64,
+    (chord, most): (f64, usize),
 ) -> Result<Vec<DVec2>, NurbsError> {
     let n = line.points.len();
     let period = match domain.ring {
@@ -377,12 +376,11 @@ pub(super) fn sampled(
         let to = corners.get(k + 1).copied().unwrap_or(corners[0] + n);
         let points: Vec<DVec2> = (from..=to).map(at).collect();
         let fewest = if corners.len() == 1 { 8 } else { 1 };
-        let piece = Piece { surface, sizing, points, chord };
+        let piece = Piece { surface, sizing, points, chord, most };
         result.extend(piece.sampled(fewest, domain.ring));
-        if result.len() > MOST_POINTS {
+        if result.len() > most {
             let at = surface.point(line.points[0]);
-            let (count, most) = (result.len() as f64, MOST_POINTS);
-            return Err(NurbsError::TooFine { at, chord, count, most });
+            return Err(NurbsError::TooFine { at, chord, count: result.len() as f64, most });
         }
     }
     Ok(result)
@@ -394,6 +392,7 @@ struct Piece<'a> {
     sizing: &'a Sizing,
     points: Vec<DVec2>,
     chord: f64,
+    most: usize,
 }
 
 impl Piece<'_> {
@@ -414,7 +413,7 @@ impl Piece<'_> {
         let count = if length <= 1e-9 * self.surface.size() {
             1
         } else {
-            (total.ceil() as usize).clamp(fewest, MOST_POINTS)
+            (total.ceil() as usize).clamp(fewest, self.most.saturating_add(1).max(fewest))
         };
         // Even steps of the size; then halves where the curve bends more than the surface.
         let mut result = Vec::with_capacity(count);
@@ -451,7 +450,7 @@ impl Piece<'_> {
             x.distance(p + way * s)
         };
         let bent = || [0.25, 0.5, 0.75].iter().any(|&t| off(t) > 0.7 * self.chord);
-        if depth < 16 && result.len() < MOST_POINTS && (wide || bent()) {
+        if depth < 16 && result.len() <= self.most && (wide || bent()) {
             let middle = 0.5 * (a + b);
             self.halved(a, middle, ring, depth + 1, result);
             self.halved(middle, b, ring, depth + 1, result);

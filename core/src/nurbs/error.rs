@@ -5,7 +5,7 @@ use std::fmt;
 use thiserror::Error;
 
 use super::degree::LARGEST_DEGREE;
-use crate::geometry::{DVec2, DVec3};
+use crate::geometry::{DVec2, DVec3, Shown};
 
 /// One of the two parameters.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -94,7 +94,7 @@ pub enum NurbsError {
         index: usize,
     },
     /// A knot smaller than the one before.
-    #[error("nurbs: knots_{direction}[{index}] = {value} after {before}; knots must not decrease")]
+    #[error("nurbs: knots_{direction}[{index}] = {} after {}; knots must not decrease", Shown(*value), Shown(*before))]
     KnotsDecrease {
         /// Of which parameter.
         direction: Direction,
@@ -107,7 +107,8 @@ pub enum NurbsError {
     },
     /// A knot so often that the surface is torn there.
     #[error(
-        "nurbs: knots_{direction}: the knot {value} occurs more than {degree} times inside, which tears the surface; split the surface there"
+        "nurbs: knots_{direction}: the knot {} occurs more than {degree} times inside, which tears the surface; split the surface there",
+        Shown(*value)
     )]
     KnotRepeats {
         /// Of which parameter.
@@ -119,7 +120,9 @@ pub enum NurbsError {
     },
     /// The knots span nothing.
     #[error(
-        "nurbs: knots_{direction}: the surface reaches from {low} to {high} in {direction}; give knots that increase"
+        "nurbs: knots_{direction}: the surface reaches from {} to {} in {direction}; give knots that increase",
+        Shown(*low),
+        Shown(*high)
     )]
     EmptyDomain {
         /// Of which parameter.
@@ -130,7 +133,7 @@ pub enum NurbsError {
         high: f64,
     },
     /// A coordinate that is not a number, or too large.
-    #[error("nurbs: control_points[{i}][{j}]: the coordinates ({}, {}, {}) are not finite or too large", at.x, at.y, at.z)]
+    #[error("nurbs: control_points[{i}][{j}]: the coordinates ({}, {}, {}) are not finite or too large", Shown(at.x), Shown(at.y), Shown(at.z))]
     NotFinite {
         /// Index along u.
         i: usize,
@@ -141,7 +144,8 @@ pub enum NurbsError {
     },
     /// A weight that is not positive.
     #[error(
-        "nurbs: the weight of control_points[{i}][{j}] is {weight}; weights must be from 1e-9 to 1e9"
+        "nurbs: the weight of control_points[{i}][{j}] is {}; weights must be from 1e-9 to 1e9",
+        Shown(*weight)
     )]
     Weight {
         /// Index along u.
@@ -152,7 +156,7 @@ pub enum NurbsError {
         weight: f64,
     },
     /// A trimming rectangle outside the surface.
-    #[error("nurbs: trim_domain = [{}, {}, {}, {}]: expected [u from, u to, v from, v to], increasing, within [{}, {}] x [{}, {}]", trim[0], trim[1], trim[2], trim[3], low.x, high.x, low.y, high.y)]
+    #[error("nurbs: trim_domain = [{}, {}, {}, {}]: expected [u from, u to, v from, v to], increasing, within [{}, {}] x [{}, {}]", Shown(trim[0]), Shown(trim[1]), Shown(trim[2]), Shown(trim[3]), Shown(low.x), Shown(high.x), Shown(low.y), Shown(high.y))]
     TrimDomain {
         /// The rectangle.
         trim: [f64; 4],
@@ -185,7 +189,7 @@ pub enum NurbsError {
     },
     /// The mesh would be too large.
     #[error(
-        "nurbs: a chord error of {chord} mm takes {count:.0} triangles or more, most of them near ({:.4}, {:.4}, {:.4}) mm, more than the {most} that are allowed; allow a larger error with surface.chord, or machine a part of the surface", at.x, at.y, at.z
+        "nurbs: a chord error of {} mm takes {} triangles or more, most of them near ({:.4}, {:.4}, {:.4}) mm, more than the {most} that are allowed; allow a larger error with surface.chord, or machine a part of the surface", Shown(*chord), Shown(count.round()), at.x, at.y, at.z
     )]
     TooFine {
         /// Where the surface bends most, mm.
@@ -198,7 +202,7 @@ pub enum NurbsError {
         most: usize,
     },
     /// The chord error cannot be reached.
-    #[error("nurbs: near ({:.4}, {:.4}, {:.4}) mm the mesh stays {error:.3e} mm off the surface, more than the {chord} mm of surface.chord; the surface has a crease or folds there: mend it, or allow more", at.x, at.y, at.z)]
+    #[error("nurbs: near ({:.4}, {:.4}, {:.4}) mm the mesh stays {error:.3e} mm off the surface, more than the {} mm of surface.chord; the surface has a crease or folds there: mend it, or allow more", at.x, at.y, at.z, Shown(*chord))]
     NotReached {
         /// Where, mm.
         at: DVec3,

@@ -89,7 +89,7 @@ pub fn mesh(
     // Beyond some multiple the surface has a place that no triangle fits.
     let most = most_faces.min(ASTRAY * (estimate as usize) + FEWEST);
     domain.fit(&sizing);
-    let start = Start::new(surface, &sizing, &domain, chord)?;
+    let start = Start::new(surface, &sizing, &domain, (chord, most))?;
     let mut mesh = Mesh::new(surface, &sizing, start, most);
     mesh.refine().map_err(|TooMany(count)| too_fine(count as f64))?;
     let chord_error = reach(&mut mesh, chord).map_err(|fault| match fault {

@@ -59,17 +59,17 @@ impl Points {
 }
 
 impl Start {
-    /// Triangulates `domain`, its boundary within `chord` mm of its curves.
+    /// Triangulates `domain`, its boundary within `chord` mm of its curves, with `most` points on each loop at most.
     pub fn new(
         surface: &NurbsSurface,
         sizing: &Sizing,
         domain: &Domain,
-        chord: f64,
+        (chord, most): (f64, usize),
     ) -> Result<Self, NurbsError> {
         let mut points = Points::default();
         let mut loops: Vec<Vec<u32>> = Vec::new();
         for line in &domain.loops {
-            let samples = sampled(surface, sizing, domain, line, chord)?;
+            let samples = sampled(surface, sizing, domain, line, (chord, most))?;
             let add = |&p: &DVec2| points.add(p, domain.flat(p), domain.pole_side(surface, p));
             loops.push(samples.iter().map(add).collect());
         }

@@ -1,5 +1,6 @@
 //! Why a STEP file is not usable.
 
+use crate::geometry::Shown;
 use thiserror::Error;
 
 /// Why a STEP file is not usable.
@@ -32,7 +33,9 @@ pub enum StepError {
     NoFaces,
     /// Lengths of several units.
     #[error(
-        "step: the file uses several units of length ({0} and {1} mm); export the part with one"
+        "step: the file uses several units of length ({} and {} mm); export the part with one",
+        Shown(*.0),
+        Shown(*.1)
     )]
     Units(f64, f64),
     /// Parts that are moved into an assembly.

@@ -5,7 +5,7 @@ use super::error::StepError;
 use super::face::{StepFace, Trimmed};
 use super::part21::{Instance, Record, Value};
 use crate::geometry::math::tan;
-use crate::geometry::{DVec3, any_perpendicular};
+use crate::geometry::{DVec3, Shown, any_perpendicular};
 use crate::nurbs::{NurbsCurve, NurbsError, NurbsParts, NurbsSurface};
 
 /// Curves that wrap curves, at most.
@@ -506,6 +506,7 @@ fn expanded(
     // Checked before anything is repeated.
     let total: f64 = times.iter().sum();
     if times.len() != knots.len() || times.iter().any(|t| *t < 1.0) || total != count as f64 {
+        let total = Shown(total);
         return Err(format!("{total} knots by their multiplicities; expected {count}"));
     }
     Ok(times.iter().zip(knots).flat_map(|(t, k)| std::iter::repeat_n(k, *t as usize)).collect())
@@ -537,7 +538,9 @@ fn knots_of(kind: KnotKind, degree: usize, points: usize) -> Vec<f64> {
         KnotKind::Uniform => i - p,
         KnotKind::QuasiUniform => (i - p).clamp(0, spans.max(0)),
         // Pieces of one degree each.
-        KnotKind::Bezier => (i - 1).div_euclid(p.max(1)).clamp(0, (points as i64 - 1) / p.max(1)),
+        KnotKind::Bezier => {
+            (i - 1).div_euclid(p.max(1)).clamp(0, (points as i64 - 1).max(0) / p.max(1))
+        }
     };
     (0..count).map(|i| step(i) as f64).collect()
 }

@@ -8,6 +8,9 @@ use super::error::StepError;
 /// Deepest nesting of lists; real files have four levels.
 const DEEPEST: usize = 32;
 
+/// Longest name of an entity; those of the standards have 70 letters at most.
+const LONGEST_NAME: usize = 120;
+
 /// A value.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Value {
@@ -181,8 +184,8 @@ impl Reader<'_> {
     fn name(&mut self) -> Result<String, StepError> {
         self.space()?;
         let name = self.take(|b| b.is_ascii_alphanumeric() || b == b'_' || b == b'-' || b == b'!');
-        if name.is_empty() {
-            Err(self.unexpected("the name of an entity"))
+        if name.is_empty() || name.len() > LONGEST_NAME {
+            Err(self.unexpected("the name of an entity, of 120 letters at most"))
         } else {
             Ok(name.to_ascii_uppercase())
         }

@@ -2,7 +2,7 @@
 
 use super::error::{Place, ReadError};
 use super::format::MeshFormat;
-use crate::geometry::DVec3;
+use crate::geometry::{DVec3, Shown};
 
 /// Number of vertices as an index type, or an error: indices are 32-bit.
 pub(super) fn check_vertex_count(
@@ -26,5 +26,6 @@ pub(super) fn finite(position: DVec3) -> Result<DVec3, String> {
     if position.is_finite() {
         return Ok(position);
     }
-    Err(format!("the coordinates ({}, {}, {})", position.x, position.y, position.z))
+    let [x, y, z] = position.to_array().map(Shown);
+    Err(format!("the coordinates ({x}, {y}, {z})"))
 }

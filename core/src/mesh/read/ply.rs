@@ -5,7 +5,7 @@ use super::error::{Place, ReadError};
 use super::format::MeshFormat;
 use super::polygon::{too_few_corners, triangulate};
 use super::text::{Tokens, quote};
-use crate::geometry::DVec3;
+use crate::geometry::{DVec3, Shown};
 use crate::mesh::soup::TriangleSoup;
 
 #[derive(Copy, Clone, PartialEq)]
@@ -284,7 +284,7 @@ impl Body<'_> {
             return Ok(length as usize);
         }
         let expected = format!("a whole number up to {left}: more does not fit in the file");
-        Err(self.error(at, format!("a list of length {length}"), &expected))
+        Err(self.error(at, format!("a list of length {}", Shown(length)), &expected))
     }
 
     fn check_count(&mut self, element: &Element, row: usize) -> Result<(), ReadError> {
