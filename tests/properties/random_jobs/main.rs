@@ -272,3 +272,24 @@ fn a_job_that_is_said_to_be_kept_is_kept() {
     let bad = count(Outcome::Silent) + count(Outcome::Crashed);
     assert_eq!(bad, 0, "their job files are in {}", scratch().display());
 }
+
+/// Jobs of `tests/regressions/jobs`, each of which tells what it once showed.
+#[test]
+fn jobs_that_once_failed_silently_are_kept_or_reported() {
+    let jobs = Path::new(env!("CARGO_MANIFEST_DIR")).join("regressions/jobs");
+    let data = shared_data().map(|data| data.join("mesh"));
+    let mut seen = 0;
+    for file in std::fs::read_dir(jobs).unwrap() {
+        let path = file.unwrap().path();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let asks_for_data = text.contains("\nfile = ");
+        let Some(folder) = data.as_deref().or((!asks_for_data).then_some(Path::new(""))) else {
+            continue;
+        };
+        let (outcome, rest) = run(&text, folder, SEED);
+        println!("{}: {} {rest}", path.display(), outcome.name());
+        assert!(matches!(outcome, Outcome::Kept | Outcome::Broken), "{}: {rest}", path.display());
+        seen += 1;
+    }
+    assert!(seen >= 2, "only {seen} jobs");
+}
