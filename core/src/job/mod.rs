@@ -5,6 +5,7 @@
 //! combination checked. No later stage knows a default. [`Job::to_toml`] goes the other way.
 
 mod complete;
+mod completion;
 mod cut;
 mod document;
 mod fault;
@@ -25,6 +26,9 @@ mod words;
 mod write;
 
 pub use complete::{Job, Resolved};
+pub use completion::{
+    Completion, CompletionKind, Completions, Explanation, completions, explanation,
+};
 pub use cut::{Cut, CutDirection, Inaccessible, Stepover};
 pub use fault::{Fault, Faults, Severity, line_and_column};
 pub use file::JobFile;

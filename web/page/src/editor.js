@@ -1,4 +1,4 @@
-// The job editor: highlighting, completion and hover from the schema, faults at their places.
+// The job editor: highlighting, what may be written and what it means as the planner says, faults at their places.
 import { autocompletion, closeBrackets, completionKeymap } from "@codemirror/autocomplete";
 import { defaultKeymap, history, historyKeymap } from "@codemirror/commands";
 import { HighlightStyle, StreamLanguage, syntaxHighlighting } from "@codemirror/language";
@@ -11,7 +11,6 @@ import {
   lineNumbers,
 } from "@codemirror/view";
 import { tags } from "@lezer/highlight";
-import { allowed, placeOf, under, values } from "./toml.js";
 
 const COLOURS = HighlightStyle.define([
   { tag: tags.comment, color: "var(--faint-ink)", fontStyle: "italic" },
@@ -49,13 +48,14 @@ const LOOK = EditorView.theme({
 });
 
 export class Editor {
-  #schema = { properties: {} };
+  #planner;
   #quiet = false;
   #extensions;
   #opened;
 
-  /** `changed` is called after edits of the user, `plan` on Ctrl+Enter. */
-  constructor(parent, { changed, plan }) {
+  /** `changed` is called after edits of the user, `plan` on Ctrl+Enter; `planner` knows completions and explanations. */
+  constructor(parent, planner, { changed, plan }) {
+    this.#planner = planner;
     // In a shadow root the editor's styles need no leave of the page's security policy.
     const root = parent.attachShadow({ mode: "open" });
     const edited = (update) => {
@@ -83,10 +83,6 @@ export class Editor {
 
   get text() {
     return this.view.state.doc.toString();
-  }
-
-  set schema(schema) {
-    this.#schema = schema;
   }
 
   #state(doc) {
@@ -137,78 +133,43 @@ export class Editor {
     this.view.focus();
   }
 
-  #place(state, at) {
-    const line = state.doc.lineAt(at);
-    const lines = [];
-    for (let i = 1; i <= line.number; i++) lines.push(state.doc.line(i).text);
-    return placeOf(lines, at - line.from);
-  }
-
-  #complete(context) {
-    const place = this.#place(context.state, context.pos);
-    const from = context.pos - place.word.length;
-    if (!place.word && !context.explicit && place.at !== "value") return null;
-    if (place.at === "header") {
-      return { from, options: tables(this.#schema, []), validFor: /^[\w.-]*$/ };
-    }
-    if (place.at === "key") {
-      const keys = Object.entries(under(this.#schema, place.path)?.properties ?? {});
-      const options = keys.map(([label, schema]) => ({
-        label,
-        type: schema.type === "object" ? "class" : "property",
-        detail: schema["x-unit"],
-        info: schema.description,
-        apply: schema.type === "object" ? label : `${label} = `,
-      }));
-      return options.length ? { from, options, validFor: /^[\w-]*$/ } : null;
-    }
-    if (place.at !== "value" || (!context.explicit && !/[="\[,{\s]$/.test(context.state.sliceDoc(context.pos - 1, context.pos)) && !place.word)) return null;
-    const options = values(under(this.#schema, place.path)).map((value) => ({
-      label: value.text, type: "enum", info: value.about,
+  async #complete(context) {
+    const found = await this.#planner.completions(context.state.doc.toString(), context.pos).catch(() => null);
+    if (!found || context.aborted || found.options.length === 0) return null;
+    const begun = context.pos > found.from;
+    const isValue = found.options[0].kind === "value";
+    if (!begun && !isValue && !context.explicit) return null;
+    const options = found.options.map(({ text, kind, unit, about }) => ({
+      label: text,
+      type: { table: "class", key: "property", value: "enum" }[kind],
+      detail: unit ?? undefined,
+      info: about ?? undefined,
+      apply: kind === "key" ? `${text} = ` : text,
     }));
-    return options.length ? { from, options, validFor: /^"?[\w.+-]*$/ } : null;
+    return { from: found.from, options, validFor: isValue ? /^"?[\w.+-]*$/ : /^[\w.-]*$/ };
   }
 
-  #hover(view, at) {
-    const line = view.state.doc.lineAt(at);
+  async #hover(view, at) {
     const word = view.state.wordAt(at);
     if (!word) return null;
-    const place = this.#place(view.state, word.to);
-    const path = place.at === "key" ? [...place.path, place.word] : place.path;
-    const schema = place.at === "comment" ? null : under(this.#schema, path);
-    if (!schema?.description || line.text.trimStart().startsWith("#")) return null;
-    return {
-      pos: word.from,
-      end: word.to,
-      create: () => ({ dom: documentation(path.join("."), schema) }),
-    };
+    const found = await this.#planner.explanation(view.state.doc.toString(), word.to).catch(() => null);
+    return found && { pos: word.from, end: word.to, create: () => ({ dom: documentation(found) }) };
   }
 }
 
 /** A fault as the command tells it: key, then message. */
 export const spoken = (fault) => (fault.key ? `${fault.key}: ${fault.message}` : fault.message);
 
-function tables(schema, path) {
-  return Object.entries(schema.properties ?? {}).flatMap(([key, inner]) => {
-    if (inner.type !== "object") return [];
-    const here = [...path, key];
-    return [{ label: here.join("."), type: "class", info: inner.description }, ...tables(inner, here)];
-  });
-}
-
-function documentation(name, schema) {
+function documentation({ key, about, expected }) {
   const dom = document.createElement("div");
   dom.className = "cm-doc";
   const title = document.createElement("b");
-  title.textContent = name;
-  const text = document.createElement("p");
-  text.textContent = schema.description;
-  dom.append(title, text);
-  const words = allowed(schema);
-  if (words) {
-    const range = document.createElement("p");
-    range.textContent = `Allowed: ${words}`;
-    dom.append(range);
-  }
+  title.textContent = key;
+  const texts = [about, `Expected: ${expected}`].map((text) => {
+    const line = document.createElement("p");
+    line.textContent = text;
+    return line;
+  });
+  dom.append(title, ...texts);
   return dom;
 }

@@ -100,8 +100,14 @@ export class Engine {
     return this.#short.call(call, args);
   }
 
-  facts() {
-    return this.#ask("facts", []);
+  /** What may be written at a place of a job, in UTF-16 units. */
+  completions(source, at) {
+    return this.#ask("completions", [source, at]);
+  }
+
+  /** What the key means that ends at a place; null where there is none. */
+  explanation(source, at) {
+    return this.#ask("explanation", [source, at]);
   }
 
   check(source, surfaces) {

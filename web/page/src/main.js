@@ -38,7 +38,7 @@ let planned = null;
 /** The contents of the files that it names. */
 let files = [];
 
-const editor = new Editor($("editor"), {
+const editor = new Editor($("editor"), engine, {
   changed(text, byUser) {
     const edited = text !== job.original;
     $("edited").hidden = !edited;
@@ -528,8 +528,6 @@ async function start() {
   const isThere = (id) => (id === "" ? drafts.get("") !== null : examples.some((one) => one.id === id));
   const last = isThere(drafts.last) ? drafts.last : FIRST;
   if (!(await visit(asked() ?? last, "replace"))) await example(FIRST, "replace");
-  const facts = await engine.facts();
-  editor.schema = facts.schema;
   await check();
 }
 

@@ -1,7 +1,7 @@
 // The planner in a thread of its own. The page sends {id, module} once, then {id, call, args};
 // every message is answered by {id, value} or {id, error}; plans report {id, progress} and, as far as
 // there is something to show, {id, early}.
-import init, { check, newJob, plan, schema, texture, version } from "evencut-module";
+import init, { check, completions, explanation, newJob, plan, texture } from "evencut-module";
 
 /** Progress is reported at most this often, ms. */
 const PAUSE = 50;
@@ -20,7 +20,8 @@ globalThis.evencutPanicked = (message) => {
 const calls = {
   check: (_id, source, surfaces) => JSON.parse(check(source, surfaces)),
   newJob: (_id, name, bytes) => newJob(name, bytes),
-  facts: () => ({ schema: JSON.parse(schema()), version: version() }),
+  completions: (_id, source, at) => JSON.parse(completions(source, at)),
+  explanation: (_id, source, at) => JSON.parse(explanation(source, at)),
   plan: planned,
   texture: textured,
 };

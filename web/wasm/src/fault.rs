@@ -1,5 +1,6 @@
 //! Faults as JSON, with the places that an editor counts.
 
+use super::editor::units;
 use evencut_core::job::{self, Fault, Severity, SurfaceSource, line_and_column};
 use evencut_service::faults::NamedFile;
 use serde_json::{Value, json};
@@ -59,15 +60,6 @@ pub fn as_json(fault: &Fault, severity: Severity, source: &str) -> Value {
         "from": place.map(|p| p.2),
         "to": place.map(|p| p.3),
     })
-}
-
-/// UTF-16 units before a byte.
-fn units(source: &str, byte: usize) -> usize {
-    let mut byte = byte.min(source.len());
-    while !source.is_char_boundary(byte) {
-        byte -= 1;
-    }
-    source[..byte].encode_utf16().count()
 }
 
 #[cfg(test)]

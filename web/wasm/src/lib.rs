@@ -3,6 +3,7 @@
 //! Faults are reported in the words of the command, and files have its bytes. All calls run to their
 //! end; a page calls from a worker and ends that to cancel.
 
+mod editor;
 mod fault;
 mod plan;
 mod tables;
@@ -27,16 +28,17 @@ pub fn start() {
     std::panic::set_hook(Box::new(|panic| panicked(&panic.to_string())));
 }
 
-/// The planner's version.
+/// What may be written at a place of a job, as JSON: `from`, where the begun word stands, and `options` with `text`,
+/// `kind` (`table`, `key` or `value`), `unit` and `about`. Places are UTF-16 units from the start.
 #[wasm_bindgen]
-pub fn version() -> String {
-    env!("CARGO_PKG_VERSION").into()
+pub fn completions(source: &str, at: usize) -> String {
+    editor::completions(source, at).to_string()
 }
 
-/// The JSON Schema of the job file.
+/// What the key means that ends at a place of a job, as JSON: `key`, `about` and `expected`; null where there is none.
 #[wasm_bindgen]
-pub fn schema() -> String {
-    job::schema()
+pub fn explanation(source: &str, at: usize) -> String {
+    editor::explanation(source, at).to_string()
 }
 
 /// What is wrong with a job, as JSON: `faults`, the names of the `surface` file and of the `wall` file, if any, and the
