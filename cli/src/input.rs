@@ -65,21 +65,40 @@ pub fn files_of_results(directory: &Path, job: &Job) -> (Option<PathBuf>, Option
     (surface, job.path.wall_file.as_deref().map(found))
 }
 
+/// Which files the report of results has records of.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Recorded {
+    /// Those that it was made from.
+    Input,
+    /// Those that were written with it.
+    Output,
+}
+
+impl Recorded {
+    /// SHA-256 of a file's content, as the report of the results in a directory tells it; `None` where it does not.
+    pub fn sha256(self, directory: &Path, name: &str) -> Option<String> {
+        let report = std::fs::read(directory.join("report.json")).ok()?;
+        let report: serde_json::Value = serde_json::from_slice(&report).ok()?;
+        let list = match self {
+            Self::Input => "inputs",
+            Self::Output => "outputs",
+        };
+        let record = report[list].as_array()?.iter().find(|record| record["name"] == name)?;
+        Some(record["sha256"].as_str()?.to_owned())
+    }
+}
+
 /// A file that results in a directory were made from: under its name in the job from that directory, one above it or the
 /// current one, with the content that the report recorded. The job's own place where there is none, so that its absence
 /// is told.
 fn file_of_results(directory: &Path, name: &str) -> PathBuf {
-    let report = std::fs::read(directory.join("report.json")).ok();
-    let report: Option<serde_json::Value> = report.and_then(|r| serde_json::from_slice(&r).ok());
-    let inputs = report.and_then(|r| r["inputs"].as_array().cloned()).unwrap_or_default();
-    let recorded = inputs.iter().find(|input| input["name"] == name);
-    let sha256 = recorded.and_then(|input| input["sha256"].as_str());
+    let sha256 = Recorded::Input.sha256(directory, name);
     let absolute = std::fs::canonicalize(directory).unwrap_or_default();
     let above = absolute.ancestors().take(MOST_ABOVE).map(Path::to_owned);
     let places = above.chain([PathBuf::new()]).map(|place| place.join(name));
     let is_it = |file: &PathBuf| {
         let content = std::fs::read(file).ok();
-        content.is_some_and(|c| Some(FileRecord::of(name, &c).sha256.as_str()) == sha256)
+        content.is_some_and(|c| Some(FileRecord::of(name, &c).sha256) == sha256)
     };
     places.into_iter().find(is_it).unwrap_or_else(|| directory.join(name))
 }
