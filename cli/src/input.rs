@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use evencut_core::job::{Fault, Job, SurfaceSource};
 use evencut_core::plan::Files;
-use evencut_core::report::FileRecord;
+use evencut_core::report::{FileRecord, Recorded};
 use evencut_service::faults::{NamedFile, fault};
 
 /// Longest job file that is read, bytes: enough for `job::read` to see that it is too much.
@@ -65,21 +65,23 @@ pub fn files_of_results(directory: &Path, job: &Job) -> (Option<PathBuf>, Option
     (surface, job.path.wall_file.as_deref().map(found))
 }
 
+/// The report of the results in a directory; `None` where there is none that can be read.
+pub fn recorded(directory: &Path) -> Option<Recorded> {
+    Recorded::read(&std::fs::read(directory.join("report.json")).ok()?).ok()
+}
+
 /// A file that results in a directory were made from: under its name in the job from that directory, one above it or the
 /// current one, with the content that the report recorded. The job's own place where there is none, so that its absence
 /// is reported.
 fn file_of_results(directory: &Path, name: &str) -> PathBuf {
-    let report = std::fs::read(directory.join("report.json")).ok();
-    let report: Option<serde_json::Value> = report.and_then(|r| serde_json::from_slice(&r).ok());
-    let inputs = report.and_then(|r| r["inputs"].as_array().cloned()).unwrap_or_default();
-    let recorded = inputs.iter().find(|input| input["name"] == name);
-    let sha256 = recorded.and_then(|input| input["sha256"].as_str());
+    let report = recorded(directory);
+    let sha256 = report.as_ref().and_then(|report| report.input(name)).map(|file| &file.sha256);
     let absolute = std::fs::canonicalize(directory).unwrap_or_default();
     let above = absolute.ancestors().take(MOST_ABOVE).map(Path::to_owned);
     let places = above.chain([PathBuf::new()]).map(|place| place.join(name));
     let is_it = |file: &PathBuf| {
         let content = std::fs::read(file).ok();
-        content.is_some_and(|c| Some(FileRecord::of(name, &c).sha256.as_str()) == sha256)
+        content.is_some_and(|c| Some(&FileRecord::of(name, &c).sha256) == sha256)
     };
     places.into_iter().find(is_it).unwrap_or_else(|| directory.join(name))
 }

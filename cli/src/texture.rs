@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use evencut_core::geometry::{DVec2, DVec3};
-use evencut_core::job::{self, Faults, Job, Severity, TextureOptions};
+use evencut_core::job::{self, Faults, Job, Severity, SurfaceSource, TextureOptions};
+use evencut_core::report::FileRecord;
 use evencut_core::texture::grid::GridError;
 use evencut_core::toolpath::Toolpath;
 use evencut_service::failure;
@@ -15,7 +16,7 @@ use evencut_service::results::texture::{
 };
 use evencut_service::stages::words;
 
-use crate::input::Contents;
+use crate::input::{Contents, recorded};
 use crate::output::{self, ResultDirectory};
 use crate::plan::{Failed, of_output};
 use crate::progress::Progress;
@@ -78,6 +79,9 @@ impl Texture {
         let file = self.job_file();
         let source = input::read_job(&file)
             .map_err(|fault| self.failed(Exit::BadJob, &Faults(vec![fault]), b""))?;
+        if self.input.is_dir() && self.job.is_none() {
+            self.is_of_plan(RESULTS[0], &source)?;
+        }
         let mut resolved =
             job::read(&source).map_err(|faults| self.failed(Exit::BadJob, &faults, &source))?;
         if !self.quiet {
@@ -149,7 +153,47 @@ impl Texture {
         let file = self.input.join(RESULTS[1]);
         let failed = |error: &dyn std::fmt::Display| Failed::file(Exit::BadJob, error, &file);
         let text = std::fs::read_to_string(&file).map_err(|error| failed(&error))?;
+        self.is_of_plan(RESULTS[1], text.as_bytes())?;
         Toolpath::from_csv(&text).map(Some).map_err(|error| failed(&error))
+    }
+
+    /// Refuses a file of the results that is not what the plan wrote; where there is no record of that, any will do.
+    fn is_of_plan(&self, name: &str, bytes: &[u8]) -> Result<(), Failed> {
+        let report = recorded(&self.input);
+        match report.as_ref().and_then(|report| report.output(name)) {
+            Some(file) if *file != FileRecord::of(name, bytes) => {
+                let remedy = if name == RESULTS[0] {
+                    "plan the job again, or name the one that you mean with --job"
+                } else {
+                    "plan the job again"
+                };
+                let message = format!(
+                    "the file is not what the plan wrote: its SHA-256 is not that of report.json; {remedy}"
+                );
+                Err(Failed::file(Exit::BadJob, message, &self.input.join(name)))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Refuses files that the job of the results names and from which they were not made.
+    fn are_of_plan(&self, job: &Job, contents: &Contents) -> Result<(), Failed> {
+        let surface = match &job.surface.source {
+            SurfaceSource::File(name) => Some(name.as_str()),
+            SurfaceSource::Analytic(_) => None,
+        };
+        let files = [(surface, &contents.surface), (job.path.wall_file.as_deref(), &contents.wall)];
+        let report = recorded(&self.input);
+        for (name, file) in files {
+            let (Some(name), Some((path, bytes))) = (name, file) else { continue };
+            let recorded = report.as_ref().and_then(|report| report.input(name));
+            if recorded.is_some_and(|file| *file != FileRecord::of(name, bytes)) {
+                let message = "the plan was not made from this file: its SHA-256 is not that of report.json; plan the job \
+                               again, or name the job that is beside the right file with --job";
+                return Err(Failed::file(Exit::BadSurface, message, path));
+            }
+        }
+        Ok(())
     }
 
     /// The job's window with what the arguments say otherwise.
@@ -208,6 +252,9 @@ impl Texture {
         };
         let contents = contents
             .map_err(|fault| self.failed(Exit::BadSurface, &Faults(vec![fault]), source))?;
+        if path.is_some() && self.job.is_none() {
+            self.are_of_plan(job, &contents)?;
+        }
         let surface = contents.surface.as_ref().map(|(path, _)| input::shown(path));
         let mut progress =
             if self.quiet { Progress::hidden() } else { Progress::on_standard_error() };
@@ -239,7 +286,7 @@ impl Texture {
         let about = match error {
             TextureError::Window(_) | TextureError::NotCut { .. } => vec![at],
             TextureError::Grid(GridError::OffSurface { .. }) => vec![at, size],
-            TextureError::Grid(_) => vec![size, spacing],
+            TextureError::Grid(_) | TextureError::WholeTooFine { .. } => vec![size, spacing],
             _ => vec![],
         };
         let given: Vec<&str> =
@@ -254,16 +301,25 @@ impl Texture {
         Failed(exit, text.trim_end().to_owned() + "\n")
     }
 
+    /// What the files' directory is named after: the job, or the directory of results by its own name, not by the way to
+    /// it.
+    fn name(&self) -> String {
+        let shown = |name: Option<&std::ffi::OsStr>| name.map(|n| n.to_string_lossy().into_owned());
+        let name = match std::fs::canonicalize(&self.input) {
+            _ if input::is_standard_input(&self.input) => None,
+            Ok(directory) if self.input.is_dir() => shown(directory.file_name()),
+            _ => shown(self.input.file_stem()),
+        };
+        name.unwrap_or_else(|| "job".into())
+    }
+
     /// Where the files go: relative to where the command runs.
     fn target(&self) -> PathBuf {
         match &self.output {
             Some(directory) => directory.clone(),
             None => {
-                let stem = match input::is_standard_input(&self.input) {
-                    true => "job".into(),
-                    false => self.input.file_stem().unwrap_or_default().to_string_lossy(),
-                };
-                Path::new("results").join(format!("{stem}-texture"))
+                let name = self.name();
+                Path::new("results").join(format!("{name}-texture"))
             }
         }
     }

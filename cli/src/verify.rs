@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args, ValueEnum};
 use evencut_core::gcode::{CheckOptions, Kinematics};
+use evencut_core::geometry::DVec3;
 use evencut_core::job::{self, Faults, Job};
-use evencut_core::report::FileRecord;
+use evencut_core::report::{FileRecord, Recorded};
 use evencut_core::tool::Tool;
 use evencut_core::verify::{Rise, Sphere, VerifyError, VerifyOptions, Walls};
 use evencut_service::results::{Input, named_files, verify_options};
@@ -219,10 +220,9 @@ impl Verify {
         }
         let report = directory.join("report.json");
         let Ok(bytes) = std::fs::read(&report) else { return Ok((file, Vec::new())) };
-        let inaccessible = spheres(&bytes).ok_or_else(|| {
-            Failed::file(Exit::BadJob, "coverage.inaccessible_places is no list of places", &report)
-        })?;
-        for name in changed(&bytes, directory) {
+        let recorded =
+            Recorded::read(&bytes).map_err(|error| Failed::file(Exit::BadJob, error, &report))?;
+        for name in changed(&recorded, directory) {
             streams.message(&format!(
                 "warning: {name} is not the file that {} was written with; {}\n",
                 input::shown(&report),
@@ -233,7 +233,9 @@ impl Verify {
                 }
             ));
         }
-        Ok((file, inaccessible))
+        let places = recorded.coverage.inaccessible_places.iter();
+        let sphere = |&[x, y, z, radius]: &[f64; 4]| Sphere { centre: DVec3::new(x, y, z), radius };
+        Ok((file, places.map(sphere).collect()))
     }
 
     /// By the job that results were made with.
@@ -491,30 +493,11 @@ fn program_in(directory: &Path) -> Option<String> {
 }
 
 /// Paths and programs beside a report whose content is not what the report says.
-fn changed(report: &[u8], directory: &Path) -> Vec<String> {
-    let Ok(report) = serde_json::from_slice::<serde_json::Value>(report) else { return Vec::new() };
-    let outputs = report["outputs"].as_array().cloned().unwrap_or_default();
-    let differs = |output: &serde_json::Value| {
-        let name = output["name"].as_str()?;
-        let is_path = name == "toolpath.csv" || name.starts_with("program.");
-        let content = std::fs::read(directory.join(name)).ok().filter(|_| is_path)?;
-        (output["sha256"].as_str()? != FileRecord::of(name, &content).sha256)
-            .then(|| name.to_owned())
+fn changed(report: &Recorded, directory: &Path) -> Vec<String> {
+    let differs = |output: &&FileRecord| {
+        let is_path = output.name == "toolpath.csv" || output.name.starts_with("program.");
+        let content = std::fs::read(directory.join(&output.name)).ok().filter(|_| is_path);
+        content.is_some_and(|content| FileRecord::of(&output.name, &content) != **output)
     };
-    outputs.iter().filter_map(differs).collect()
-}
-
-/// The places of a report where its plan says that the cutter does not fit.
-fn spheres(report: &[u8]) -> Option<Vec<Sphere>> {
-    let report: serde_json::Value = serde_json::from_slice(report).ok()?;
-    let Some(places) = report["coverage"]["inaccessible_places"].as_array() else {
-        return Some(Vec::new());
-    };
-    let sphere = |place: &serde_json::Value| {
-        let values: Vec<f64> =
-            place.as_array()?.iter().map(serde_json::Value::as_f64).collect::<Option<_>>()?;
-        let [x, y, z, radius] = values[..] else { return None };
-        Some(Sphere { centre: evencut_core::geometry::DVec3::new(x, y, z), radius })
-    };
-    places.iter().map(sphere).collect()
+    report.outputs.iter().filter(differs).map(|output| output.name.clone()).collect()
 }

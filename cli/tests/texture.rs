@@ -83,3 +83,56 @@ fn a_file_that_is_not_there_is_told_with_what_to_give() {
     assert!(messages.contains("there is no such file; give a job"), "{messages}");
     assert!(messages.contains("nothing.toml"), "{messages}");
 }
+
+/// Results of the job, in `results/part`.
+fn planned(test: &str) -> PathBuf {
+    let path = with_job(test);
+    let output = evencut(&path, &["plan", "part.toml", "--no-verify", "-q"]);
+    assert_eq!(streams(&output).0, 0, "{}", streams(&output).2);
+    path
+}
+
+#[test]
+fn files_that_the_plan_did_not_write_are_refused() {
+    let path = planned("foreign");
+    let results = path.join("results/part");
+    let simulated = || {
+        let output = evencut(&path, &["texture", "results/part", "-o", "out"]);
+        let (exit, _, messages) = streams(&output);
+        (exit, messages.to_owned())
+    };
+    assert_eq!(simulated().0, 0, "{}", simulated().1);
+    let changed = |name: &str, by: &dyn Fn(&str) -> String| {
+        let file = results.join(name);
+        let whole = fs::read_to_string(&file).unwrap();
+        fs::write(&file, by(&whole)).unwrap();
+        let told = simulated();
+        fs::write(&file, whole).unwrap();
+        told
+    };
+    let half = |text: &str| {
+        let lines: Vec<&str> = text.lines().collect();
+        lines[..lines.len() / 2].join("\n") + "\n"
+    };
+    for (name, remedy, (exit, told)) in [
+        ("toolpath.csv", "plan the job again", changed("toolpath.csv", &half)),
+        ("job.resolved.toml", "--job", changed("job.resolved.toml", &|t| t.to_owned() + "#\n")),
+    ] {
+        assert_eq!(exit, 2, "{told}");
+        assert!(told.contains("not what the plan wrote") && told.contains(remedy), "{told}");
+        assert!(told.contains(name), "{told}");
+    }
+    // Without a record there is nothing to compare with.
+    let no_records = |text: &str| text.replace("\"sha256\"", "\"other\"");
+    assert_eq!(changed("report.json", &no_records).0, 0);
+    fs::remove_file(results.join("report.json")).unwrap();
+    assert_eq!(simulated().0, 0);
+}
+
+#[test]
+fn the_directory_is_named_after_that_of_the_results() {
+    let path = planned("named");
+    let output = evencut(&path.join("results/part"), &["texture", ".", "-q"]);
+    assert_eq!(streams(&output).0, 0, "{}", streams(&output).2);
+    assert!(path.join("results/part/results/part-texture/texture.csv").exists());
+}

@@ -22,7 +22,7 @@ pub use plan::{
     StepoverFigures, SurfaceFigures, Warning,
 };
 pub use profile::Profile;
-pub use record::{FileRecord, Versions};
+pub use record::{BadReport, FileRecord, Recorded, RecordedCoverage, Versions};
 pub use regions::{DivisionFigures, PieceFigures, SpacingFigures, UndividedFigures};
 pub use tensor::{PointFigures, TensorFigures};
 pub use texture::{

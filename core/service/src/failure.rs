@@ -136,6 +136,7 @@ fn of_texture(error: &TextureError) -> Failure {
     let bad_window = |keys| Failure { exit: Exit::BadJob, keys, hint: Hint::None };
     match error {
         TextureError::NoWindow | TextureError::Grid(_) => bad_window(&["texture"]),
+        TextureError::WholeTooFine { .. } => bad_window(&["texture.spacing", "texture"]),
         TextureError::Still { .. } => bad_window(&["cut.spindle"]),
         TextureError::NoTime => bad_window(&[]),
         TextureError::NotCut { .. }

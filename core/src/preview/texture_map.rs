@@ -13,6 +13,13 @@ const MAP: DVec2 = DVec2::new(84.0, 86.0);
 const LARGEST: DVec2 = DVec2::new(660.0, 520.0);
 /// Width of the colour bar and its distance from the map, px.
 const BAR: DVec2 = DVec2::new(18.0, 36.0);
+/// The least map, px: ticks along it are to be told apart.
+pub(super) const LEAST: f64 = 64.0;
+/// Most ticks along a side.
+const TICKS: u32 = 6;
+/// Width of a letter and height of a line, px, and the gap between labels side by side.
+const LETTER: DVec2 = DVec2::new(7.0, 13.0);
+const BESIDE: f64 = 8.0;
 /// Colours of the bar: more than a printer tells apart.
 const BAND: usize = 96;
 /// Size of a profile's panel, px, and the room over it.
@@ -26,7 +33,7 @@ const COLOURS: u8 = 254;
 const SMALL: DVec2 = DVec2::new(240.0, 360.0);
 const GAP: DVec2 = DVec2::new(60.0, 96.0);
 /// The least room for it, px: its captions take that.
-const NARROWEST: DVec2 = DVec2::new(210.0, 24.0);
+const NARROWEST: DVec2 = DVec2::new(210.0, LEAST);
 const COLUMNS: usize = 4;
 const PROFILE: Rgb = Rgb([0x1f, 0x5f, 0x86]);
 
@@ -37,7 +44,7 @@ pub fn texture_map(levelled: &Matrix, caption: &str) -> String {
     let [nu, nv] = levelled.counts;
     let size = length_and_width(levelled);
     let zoom = (LARGEST / size).min_element();
-    let shown = (size * zoom).max(DVec2::splat(24.0));
+    let shown = (size * zoom).max(DVec2::splat(LEAST));
     let panels = MAP.y + shown.y + ROOM;
     let height = panels + 2.0 * (PANEL.y + ROOM) - 10.0;
     let title = "Texture that the teeth leave";
@@ -48,7 +55,7 @@ pub fn texture_map(levelled: &Matrix, caption: &str) -> String {
     let palette: Vec<Rgb> = (0..=COLOURS).map(colour_of).collect();
     svg.stretched_image(MAP, shown, &png::encode(columns, rows, &pixels, &palette));
     rulers(&mut svg, MAP, size, shown);
-    svg.text(MAP - DVec2::new(8.0, 8.0), Anchor::End, 12.0, "across, mm");
+    svg.text(MAP - DVec2::new(8.0, 13.0), Anchor::End, 12.0, "across, mm");
     bar(&mut svg, &scale, MAP + DVec2::new(shown.x + BAR.y, 0.0), shown.y);
     let row = |i: usize| levelled.heights[nv / 2 * nu + i] * MICRO;
     let column = |j: usize| levelled.heights[j * nu + nu / 2] * MICRO;
@@ -92,7 +99,7 @@ pub fn texture_panels(title: &str, panels: &[TexturePanel]) -> String {
     for (k, ((panel, map), size)) in panels.iter().zip(&maps).zip(&sizes).enumerate() {
         let place = DVec2::new((k % columns) as f64, (k / columns) as f64);
         let corner = MAP + place * cell;
-        let shown = (*size * zoom).max(DVec2::splat(24.0));
+        let shown = (*size * zoom).max(DVec2::splat(LEAST));
         svg.text(corner - DVec2::new(0.0, 26.0), Anchor::Start, 13.0, &panel.heading);
         svg.text(corner - DVec2::new(0.0, 9.0), Anchor::Start, 12.0, &panel.caption);
         let (columns, rows, pixels) = raster(map, &scale);
@@ -140,6 +147,18 @@ impl Heights {
         ((height - self.low) / (self.high - self.low)).clamp(0.0, 1.0)
     }
 
+    /// Round heights in the range, not more than stand apart on `length` px where a label takes the `room` px.
+    pub fn ticks_on(&self, length: f64, room: impl Fn(&str) -> f64) -> Vec<(f64, f64)> {
+        let fit = |ticks: &Vec<(f64, f64)>| {
+            let apart = |step: f64| step / (self.high - self.low) * length;
+            ticks.len() < 2
+                || ticks.iter().all(|(value, step)| room(&number(*value, *step)) <= apart(*step))
+        };
+        let mut fewer = (1..=TICKS).rev().map(|most| self.ticks(f64::from(most)));
+        // A single one always fits.
+        fewer.find(fit).unwrap_or_else(|| self.ticks(1.0).into_iter().take(1).collect())
+    }
+
     /// Round heights in the range.
     pub fn ticks(&self, most: f64) -> Vec<(f64, f64)> {
         let step = round_step(self.high - self.low, most);
@@ -163,7 +182,7 @@ fn raster(map: &Matrix, scale: &Heights) -> (u32, u32, Vec<u8>) {
         let j = (rows - 1 - y) * nv / rows;
         for x in 0..columns {
             let height = map.heights[j * nu + x * nu / columns] * MICRO;
-            // Nothing is drawn beyond the surface.
+            // Nothing is drawn beyond the surface, nor where nothing was cut.
             pixels.push(match height.is_nan() {
                 true => 0,
                 false => 1 + (scale.share(height) * f64::from(COLOURS - 1)).round() as u8,
@@ -173,16 +192,21 @@ fn raster(map: &Matrix, scale: &Heights) -> (u32, u32, Vec<u8>) {
     (columns as u32, rows as u32, pixels)
 }
 
+/// Room for a label beside others, px.
+fn beside(label: &str) -> f64 {
+    label.chars().count() as f64 * LETTER.x + BESIDE
+}
+
 /// Lengths along the foot and the left side of the map, mm.
 fn rulers(svg: &mut Svg, corner: DVec2, size: DVec2, shown: DVec2) {
     let ink = Stroke::solid(colour::INK, 1.0);
     let foot = corner + DVec2::new(0.0, shown.y);
-    for (value, step) in (Heights { low: 0.0, high: size.x }).ticks(6.0) {
+    for (value, step) in (Heights { low: 0.0, high: size.x }).ticks_on(shown.x, beside) {
         let at = foot + DVec2::new(value / size.x * shown.x, 0.0);
         svg.line(at, at + DVec2::new(0.0, 5.0), ink);
         svg.text(at + DVec2::new(0.0, 18.0), Anchor::Middle, 12.0, &number(value, step));
     }
-    for (value, step) in (Heights { low: 0.0, high: size.y }).ticks(6.0) {
+    for (value, step) in (Heights { low: 0.0, high: size.y }).ticks_on(shown.y, |_| LETTER.y) {
         let at = foot - DVec2::new(0.0, value / size.y * shown.y);
         svg.line(at, at - DVec2::new(5.0, 0.0), ink);
         svg.text(at + DVec2::new(-8.0, 4.0), Anchor::End, 12.0, &number(value, step));
@@ -201,7 +225,7 @@ fn bar(svg: &mut Svg, scale: &Heights, corner: DVec2, length: f64) {
         let more = if i + 1 < BAND { 0.5 } else { 0.0 };
         svg.rectangle(low, DVec2::new(BAR.x, band + more), fill);
     }
-    for (value, step) in scale.ticks(6.0) {
+    for (value, step) in scale.ticks_on(length, |_| LETTER.y) {
         let at = corner + DVec2::new(BAR.x, (1.0 - scale.share(value)) * length);
         svg.line(at, at + DVec2::new(4.0, 0.0), Stroke::solid(colour::INK, 1.0));
         svg.text(at + DVec2::new(8.0, 4.0), Anchor::Start, 12.0, &number(value, step));
@@ -274,5 +298,25 @@ mod tests {
         assert_eq!(number(0.2, 0.1), "0.2");
         assert_eq!(number(0.25, 0.05), "0.25");
         assert_eq!(number(-20.0, 10.0), "-20");
+    }
+
+    #[test]
+    fn labels_stand_apart_on_any_length() {
+        for length in [LEAST, 100.0, 300.0, LARGEST.x] {
+            for high in [3e-4, 0.02, 0.1, 2.5, 30.0, 700.0] {
+                let range = Heights { low: 0.0, high };
+                let ticks = range.ticks_on(length, beside);
+                let place = |k: usize| ticks[k].0 / high * length;
+                let half = |k: usize| 0.5 * beside(&number(ticks[k].0, ticks[k].1));
+                assert!(!ticks.is_empty() && ticks.len() <= TICKS as usize + 1);
+                for k in 1..ticks.len() {
+                    assert!(place(k) - place(k - 1) >= half(k) + half(k - 1), "{length} {ticks:?}");
+                }
+            }
+        }
+        // A narrow window is as wide as its labels need.
+        let map = Matrix { counts: [3, 251], steps: [0.01; 2], heights: &[0.0; 753] };
+        let text = texture_map(&map, "");
+        assert!(text.contains(">0.02<"));
     }
 }

@@ -5,6 +5,9 @@ use serde::Serialize;
 
 /// Fewest cells that show the mark of a tooth.
 const FEWEST: f64 = 4.0;
+/// Turns of the cutter whose marks a line along the feed is to hold, and feeds per tooth: a cusp in each section.
+const TURNS: f64 = 2.0;
+const TEETH: f64 = SECTIONS as f64;
 /// Tolerances below the surface that a path comes to where it belongs to it.
 const SUNK: f64 = 3.0;
 /// Facets that are higher than this part of Sz are worth a word.
@@ -50,7 +53,7 @@ pub struct WindowFigures {
     pub start_mm: f64,
     /// Nodes of the grid beyond the surface, where all of it was asked for.
     pub beyond: u64,
-    /// Nodes that nothing lowered.
+    /// Nodes that nothing cut; they have no height and count in no parameter.
     pub uncut: u64,
     /// How far facets of the mesh are off a smooth surface, µm.
     pub facets_um: f64,
@@ -116,6 +119,17 @@ pub struct WorkFigures {
     pub tests: u64,
 }
 
+impl WindowFigures {
+    /// Which nodes have no height, in words after their number.
+    fn gaps(&self) -> String {
+        let told = |count: u64, why: &str| match count {
+            0 => String::new(),
+            _ => format!(", {count} of them {why}"),
+        };
+        told(self.beyond, "beyond the surface") + &told(self.uncut, "not cut")
+    }
+}
+
 impl ProfileFigures {
     /// Of the heights along a line.
     pub fn of(profile: &Profile) -> Self {
@@ -156,8 +170,11 @@ impl TextureFigures {
         }
         if window.uncut > 0 {
             notes.push(format!(
-                "{} nodes were not cut: they stand at the start height of {} mm",
-                window.uncut, window.start_mm
+                "{} of {} nodes were not cut, still {} mm high or more: they have no height and are left out of all \
+                 parameters and of the colours",
+                window.uncut,
+                window.nodes[0] * window.nodes[1] - window.beyond,
+                window.start_mm
             ));
         }
         if window.facets_um > ROUGH * self.areal.sz_um {
@@ -165,6 +182,15 @@ impl TextureFigures {
                 "facets of the mesh are {:.3} µm off a smooth surface; the path follows them, and so does the part: a \
                  finer mesh shows the teeth alone",
                 window.facets_um
+            ));
+        }
+        let along = window.spacing_mm[0] * (window.nodes[0] - 1) as f64;
+        let teeth = f64::from(self.cutting.flutes);
+        let wanted = self.cutting.feed_per_tooth_mm * (TURNS * teeth).max(TEETH);
+        if along < wanted * (1.0 - 1e-6) {
+            notes.push(format!(
+                "the window is {along:.3} mm along the feed; for Ra and Rz along it should have {wanted:.3} mm, two turns of \
+                 the cutter and five feeds per tooth"
             ));
         }
         let across = window.spacing_mm[1] * (window.nodes[1] - 1) as f64;
@@ -201,11 +227,7 @@ impl TextureFigures {
                     "{} x {} nodes{}, {:.4} x {:.4} mm apart, about ({x:.3}, {y:.3}, {z:.3})",
                     w.nodes[0],
                     w.nodes[1],
-                    if w.beyond > 0 {
-                        format!(", {} of them beyond the surface", w.beyond)
-                    } else {
-                        String::new()
-                    },
+                    w.gaps(),
                     w.spacing_mm[0],
                     w.spacing_mm[1],
                 ),

@@ -58,8 +58,8 @@ impl Levelled {
         Self::of(grid.counts(), heights)
     }
 
-    /// Takes the mean plane off heights over even nodes, `u` fastest; NaN where there is no surface, which is left out of
-    /// everything.
+    /// Takes the mean plane off heights over even nodes, `u` fastest; NaN where there is none, beyond the surface or not
+    /// cut, which is left out of everything.
     pub fn of(counts: [usize; 2], heights: &[f64]) -> Self {
         let at = |k: usize| [(k % counts[0]) as f64, (k / counts[0]) as f64];
         let on = || heights.iter().enumerate().filter(|(_, h)| !h.is_nan());

@@ -2,7 +2,8 @@
 //!
 //! Terms of the source: `d_max` is the largest cell of the grid, `l_min` the smallest; `dt` is the time in which no edge
 //! point sweeps more than `l_min`, `d_c` the way of the cutter in it, `d_lambda` the angle of an edge element of length
-//! `l_min`.
+//! `l_min`. The source takes `l_min` from the grid alone; here it is bounded by the marks of the teeth and by the cutter,
+//! too, so that the height of a node does not depend on how far away the next one stands.
 
 use std::f64::consts::TAU;
 
@@ -12,6 +13,21 @@ const CELLS: f64 = 10.0;
 /// Largest cell where the job says nothing: `min(f_z, a_e) / 10`, mm.
 pub fn largest_cell(feed_per_tooth: f64, side_step: f64) -> f64 {
     feed_per_tooth.min(side_step) / CELLS
+}
+
+/// Steps in the radius of a cutter, at least, so that a chord `l² / (8 r)` is the error of one.
+const STEPS_PER_RADIUS: f64 = 20.0;
+/// Rounding of lengths, as a part of them.
+const ROUNDING: f64 = 1e-6;
+
+/// The length `l_min` that time steps and edge elements keep, mm: the shortest cell, but at most `min(f_z, a_e) / 10`,
+/// whose chord is a hundredth of the lower cusp, and a twentieth of the cutter's radius `r`.
+///
+/// All in mm: a chord `l² / (8 r)` over a cusp `f_z² / (8 r)` or `a_e² / (8 r)` is `(l / f_z)²` or `(l / a_e)²`.
+pub fn resolution(shortest_cell: f64, f_z: f64, a_e: f64, r: f64) -> f64 {
+    let longest = largest_cell(f_z, a_e).min(r / STEPS_PER_RADIUS);
+    // A cell of just that length, which rounding made longer, is taken as it is.
+    if shortest_cell <= longest * (1.0 + ROUNDING) { shortest_cell } else { longest }
 }
 
 /// Feed per tooth `f_z`, mm: feed in mm/s, speed in rev/s.
@@ -51,5 +67,17 @@ mod tests {
         // In that time the outermost point goes just l_min.
         assert!((TAU * 100.0 * 1.4 * dt + path_step(20.0, dt) - 0.01).abs() < 1e-15);
         assert_eq!(edge_step(0.01, 5.0), 0.002);
+    }
+
+    #[test]
+    fn steps_are_no_longer_than_the_marks_of_the_teeth_allow() {
+        assert_eq!(resolution(0.004, 0.1, 0.5, 5.0), 0.004);
+        let rounded = 0.01 * (1.0 + 1e-12);
+        assert_eq!(resolution(rounded, 0.1, 0.5, 5.0), rounded);
+        for coarse in [0.1, 0.5, 9.0] {
+            assert_eq!(resolution(coarse, 0.1, 0.5, 5.0), largest_cell(0.1, 0.5));
+        }
+        // A feed per tooth as long as the cutter is wide.
+        assert_eq!(resolution(1.0, 9.0, 9.0, 5.0), 0.25);
     }
 }

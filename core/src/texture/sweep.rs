@@ -1,8 +1,9 @@
 //! What the edges sweep over a window: the height map.
 //!
 //! Terms. A *quadrilateral* is what an edge element sweeps in a time step, taken as two triangles; its error is that of a
-//! chord, `l² / (8 r)`. A node's height is the least at which its normal meets one, from the start height down; one
-//! that lies deeper than the start height is high is not looked at. Steps: (1) per move, the part of the edge that can
+//! chord, `l² / (8 r)`. A node's height is the least at which its normal meets one, from the start height down to the
+//! *floor*: as far below the surface as the start height or the slack of the path, whichever is more, and the run-out by
+//! which teeth come deeper; what lies below it is not looked at. Steps: (1) per move, the part of the edge that can
 //! cut and the number of time steps (`stint`); (2) per tile of the grid, the moves that come near, the nearest first;
 //! (3) per move, what its teeth sweep over the tile (`over`).
 //!
@@ -22,7 +23,7 @@ use super::edge::{Edge, Teeth};
 use super::grid::Grid;
 use super::kinematics::FeedMove;
 use super::steps::edge_step;
-use super::tile::{Local, Tile};
+use super::tile::{Local, SIDE, Tile};
 use crate::geometry::DVec3;
 use crate::parallel;
 use crate::tool::ToolKind;
@@ -71,13 +72,14 @@ pub fn sweep(
         teeth: &teeth,
         spindle: cutter.spindle,
         start: options.start,
+        floor: options.start.max(options.slack) + cutter.runout.largest(),
         search: options.search,
         ball: (cutter.tool.kind() == ToolKind::Ball).then(|| cutter.tool.radius()),
         groups: Group::all(&stints),
         stints,
     };
     let tiles = match options.search {
-        Search::Near => Tile::all(grid),
+        Search::Near => Tile::all(grid, tile_side(l_min, grid.cells().least)),
         Search::Buckets => vec![Tile::whole(grid)],
     };
     let mut heights = vec![options.start; grid.nodes().len()];
@@ -98,9 +100,16 @@ pub fn sweep(
     HeightMap { heights, work }
 }
 
+/// Nodes along the side of a tile: fewer where cells are longer than the steps. There hardly any quadrilateral meets a
+/// line, and what comes near a tile without meeting one is most of the work: the narrower the tile, the less of it.
+fn tile_side(l_min: f64, cell: f64) -> usize {
+    let part = (l_min / cell).min(1.0);
+    (SIDE as f64 * part * part).round().max(1.0) as usize
+}
+
 impl Sweep<'_> {
     fn tile(&self, tile: &Tile) -> Swept {
-        let Some(local) = Local::new(self.grid, tile, self.start) else {
+        let Some(local) = Local::new(self.grid, tile, self.floor) else {
             return Swept::before(self, tile);
         };
         let mut over = Over::new(self, tile, local);

@@ -6,7 +6,7 @@
 //! that node in its box, widened by the margin, and no scan of the grid is needed.
 
 use super::grid::{Grid, Node};
-use crate::geometry::{DMat3, DVec3};
+use crate::geometry::{DMat3, DVec3, any_perpendicular};
 use std::ops::Range;
 
 /// Nodes along the side of a tile: more of them loosen its bounds, fewer cost more looks at the path.
@@ -24,14 +24,14 @@ pub struct Tile {
 }
 
 impl Tile {
-    /// The tiles that a grid is made of, row by row.
-    pub fn all(grid: &Grid) -> Vec<Self> {
+    /// The tiles that a grid is made of, row by row, with `side` nodes along theirs, at least 1.
+    pub fn all(grid: &Grid, side: usize) -> Vec<Self> {
         let [nu, nv] = grid.counts();
-        let part = |from: usize, count: usize| from..(from + SIDE).min(count);
+        let part = |from: usize, count: usize| from..(from + side).min(count);
         let row = |j: usize| {
-            (0..nu).step_by(SIDE).map(move |i| Self { columns: part(i, nu), rows: part(j, nv) })
+            (0..nu).step_by(side).map(move |i| Self { columns: part(i, nu), rows: part(j, nv) })
         };
-        (0..nv).step_by(SIDE).flat_map(row).collect()
+        (0..nv).step_by(side).flat_map(row).collect()
     }
 
     /// All of a grid as one.
@@ -121,9 +121,9 @@ impl Local {
     /// surface.
     pub fn new(grid: &Grid, tile: &Tile, height: f64) -> Option<Self> {
         let counts = [tile.columns.len(), tile.rows.len()];
-        let [du, dv] = [0, 1].map(|axis| tile.side(grid, axis));
         let normal = tile.nodes(grid).map(|n| n.normal).sum::<DVec3>().try_normalize()?;
-        let columns = DMat3::from_cols(du?, dv?, normal);
+        let [du, dv] = sides(grid, tile, normal);
+        let columns = DMat3::from_cols(du, dv, normal);
         if columns.determinant().abs() <= f64::MIN_POSITIVE {
             return None;
         }
@@ -240,6 +240,21 @@ impl Local {
     }
 }
 
+/// Sides of a tile's cells along `u` and `v`; where it has none along one, as at a node that stands alone at the rim of a
+/// surface, any that is square to the rest does.
+fn sides(grid: &Grid, tile: &Tile, normal: DVec3) -> [DVec3; 2] {
+    let mean = grid.cells().mean;
+    match [0, 1].map(|axis| tile.side(grid, axis)) {
+        [Some(du), Some(dv)] => [du, dv],
+        [Some(du), None] => [du, normal.cross(du).normalize_or_zero() * mean[1]],
+        [None, Some(dv)] => [dv.cross(normal).normalize_or_zero() * mean[0], dv],
+        [None, None] => {
+            let x = any_perpendicular(normal);
+            [x * mean[0], normal.cross(x) * mean[1]]
+        }
+    }
+}
+
 /// The integers between two numbers, from 0 and below `count`.
 fn range(low: f64, high: f64, count: usize) -> Range<usize> {
     let count = count as f64;
@@ -298,7 +313,7 @@ mod tests {
         };
         let size = DVec2::new(4.0, 3.0);
         let grid = Grid::new(size, 0.05, Discretisation::Uniform, 1, &node).unwrap();
-        let tiles = Tile::all(&grid);
+        let tiles = Tile::all(&grid, SIDE);
         let held: usize = tiles.iter().map(|t| t.columns.len() * t.rows.len()).sum();
         assert_eq!(held, grid.nodes().len());
         for tile in &tiles {

@@ -112,6 +112,34 @@ impl<'a> Window<'a> {
         (0.5 * (low + high), high - low)
     }
 
+    /// The shortest cell, mm, that even steps of the flat map over a rectangle of `size` mm keep with at most `most` nodes
+    /// wherever the map is stretched; rounded up to two digits.
+    pub fn finest_cell(&self, size: DVec2, most: f64) -> f64 {
+        let [along, across] = self.stretch();
+        let [a, b] = [size.x * along, size.y * across];
+        // (a / c + 2) (b / c + 2) = most: an end, and one step more than a length divides into, along both.
+        let [two, one, none] = [most - 4.0, -2.0 * (a + b), -a * b];
+        round_up((-one + (one * one - 4.0 * two * none).sqrt()) / (2.0 * two))
+    }
+
+    /// Most mm on the surface in a mm of `u` and in one of `v`, of all faces.
+    fn stretch(&self) -> [f64; 2] {
+        let mut most = [0.0_f64; 2];
+        for f in 0..self.surface.connectivity().face_count() {
+            let face = FaceId(f as u32);
+            let [a, b, c] = self.surface.corners(face);
+            let vertices = self.surface.connectivity().face(face);
+            let [fa, fb, fc] = vertices.map(|v| self.chart.uv()[v.index()]);
+            let area = (fb - fa).perp_dot(fc - fa);
+            for (most, axis) in most.iter_mut().zip(self.axes) {
+                let along = axis.perp_dot(fc - fa) / area;
+                let beside = (fb - fa).perp_dot(axis) / area;
+                *most = most.max(((b - a) * along + (c - a) * beside).length());
+            }
+        }
+        most
+    }
+
     /// How far the facets of a mesh are off a smooth surface through its vertices in the rectangle of `size` mm about
     /// `(u, v)`, mm; 0 on a NURBS surface.
     ///
@@ -155,6 +183,18 @@ impl<'a> Window<'a> {
         let k = near.map(|(_, k)| k.principal().0).fold(0.0, f64::min);
         (k < -FLAT).then_some(-1.0 / k)
     }
+}
+
+/// The next number with two digits, to be read by somebody.
+fn round_up(length: f64) -> f64 {
+    if !(length > 0.0 && length.is_finite()) {
+        return f64::INFINITY;
+    }
+    let up = (0..18).find_map(|decimals| {
+        let unit = 10f64.powi(decimals);
+        (length * unit >= 10.0).then(|| (length * unit).ceil() / unit)
+    });
+    up.unwrap_or(length)
 }
 
 /// The place of a surface nearest to a point.
@@ -214,6 +254,7 @@ mod tests {
     use crate::flatten::bff;
     use crate::mesh::{Connectivity, VertexId};
     use crate::surface::AnalyticSurface;
+    use crate::texture::grid::{Discretisation, Grid};
 
     fn surface(analytic: &AnalyticSurface, edge: f64) -> Surface {
         let mesh = analytic.mesh(edge);
@@ -290,5 +331,30 @@ mod tests {
         let ratio = of(1.0) / (1.0 / (6.0 * 40.0));
         assert!(ratio > 0.8 && ratio < 1.3, "{ratio}");
         assert!((of(0.5) / of(1.0) - 0.25).abs() < 0.05);
+    }
+
+    #[test]
+    fn the_finest_cell_of_a_stretched_map_has_just_few_enough_nodes() {
+        let tool = Tool::new(5.0, 5.0).unwrap();
+        let analytic = AnalyticSurface::SphereCap { radius: 10.0, diameter: 18.0 };
+        let surface = surface(&analytic, 0.5);
+        let chart = bff(&surface).unwrap();
+        let locator = Locator::new(surface.connectivity(), chart.uv());
+        let window =
+            Window::new(&surface, &chart, &locator, (&path(), &tool), (DVec3::ZERO, 1e9)).unwrap();
+        let (middle, size) = window.whole();
+        let node = |uv: DVec2| window.node(middle + uv).or(Some(Node::BEYOND));
+        for most in [2e3, 2e4] {
+            let cell = window.finest_cell(size, most);
+            let nodes = |cell: f64| {
+                let grid = Grid::new(size, cell, Discretisation::Uniform, 1, &node).unwrap();
+                grid.nodes().len() as f64
+            };
+            println!("{cell} mm: {} of {most}", nodes(cell));
+            assert!(nodes(cell) <= most && nodes(0.7 * cell) > most, "{cell}");
+        }
+        assert_eq!(round_up(1.2301), 1.3);
+        assert_eq!(round_up(0.012), 0.012);
+        assert_eq!(round_up(123.4), 124.0);
     }
 }

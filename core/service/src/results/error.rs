@@ -5,7 +5,7 @@ use evencut_core::plan::PlanError;
 use evencut_core::post::PostError;
 use evencut_core::texture::engagement::TooConcave;
 use evencut_core::texture::export::X3pError;
-use evencut_core::texture::grid::GridError;
+use evencut_core::texture::grid::{GridError, MOST_NODES};
 use evencut_core::texture::window::WindowError;
 use evencut_core::verify::VerifyError;
 use thiserror::Error;
@@ -60,6 +60,14 @@ pub enum TextureError {
         /// Height of the material, mm.
         start: f64,
     },
+    /// More nodes on a whole surface than a grid may have.
+    #[error("{}", too_fine(*.nodes, *.spacing))]
+    WholeTooFine {
+        /// The nodes asked for.
+        nodes: f64,
+        /// A spacing, mm, that has fewer.
+        spacing: f64,
+    },
     /// There is no window there.
     #[error(transparent)]
     Window(#[from] WindowError),
@@ -72,4 +80,20 @@ pub enum TextureError {
     /// The map is too large for its file.
     #[error(transparent)]
     X3p(#[from] X3pError),
+}
+
+/// The longest spacing that a job may ask for, mm.
+const LONGEST: f64 = 10.0;
+
+/// What is said of a whole surface with too many nodes: the spacing that works, if one may be asked for.
+fn too_fine(nodes: f64, spacing: f64) -> String {
+    let remedy = if spacing <= LONGEST {
+        format!("give a spacing of {spacing} mm or more, or a window")
+    } else {
+        "simulate a window of it".into()
+    };
+    format!(
+        "texture: the whole surface has {nodes:.0} nodes at this spacing, which has to hold where its flat map is stretched \
+         most; at most {MOST_NODES:.0}: {remedy}"
+    )
 }

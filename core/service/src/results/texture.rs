@@ -18,11 +18,11 @@ use evencut_core::surface::Surface;
 use evencut_core::texture::edge::Runout;
 use evencut_core::texture::engagement::{Shape, TooConcave, thickness};
 use evencut_core::texture::export::{MICRO, Matrix, asc, csv, x3p};
-use evencut_core::texture::grid::{Discretisation, Grid, Node};
+use evencut_core::texture::grid::{Discretisation, Grid, GridError, MOST_NODES, Node};
 use evencut_core::texture::kinematics::{Spindle, feed_moves};
 use evencut_core::texture::parameters::Levelled;
-use evencut_core::texture::steps::feed_per_tooth;
-use evencut_core::texture::sweep::{Cutter, EdgePart, HeightMap, Search, SweepOptions, sweep};
+use evencut_core::texture::steps::{feed_per_tooth, resolution};
+use evencut_core::texture::sweep::{Cutter, EdgePart, Search, SweepOptions, Work, sweep};
 use evencut_core::texture::window::Window;
 use evencut_core::tool::ToolKind;
 use evencut_core::toolpath::Toolpath;
@@ -122,7 +122,11 @@ pub(crate) fn texture_on(
 /// A window and what is left on it.
 pub(crate) struct Simulated {
     grid: Grid,
-    map: HeightMap,
+    /// Heights of the nodes that were cut, mm; NaN of all others.
+    heights: Vec<f64>,
+    /// Nodes that nothing lowered.
+    uncut: u64,
+    work: Work,
     middle: DVec3,
     feed: DVec3,
     start: f64,
@@ -157,22 +161,25 @@ impl Simulated {
         let (at, size) = if options.whole { window.whole() } else { (DVec2::ZERO, options.size) };
         let beyond = options.whole.then_some(Node::BEYOND);
         let node = |uv: DVec2| window.node(at + uv).or(beyond);
-        let grid = Grid::new(size, options.spacing, cells, threads, &node)?;
+        let grid = Grid::new(size, options.spacing, cells, threads, &node)
+            .map_err(|error| too_fine(error, &window, options, size))?;
         let curvature = surface.curvature(job.surface.curvature_radius);
         let half = if options.whole { f64::INFINITY } else { 0.5 * size.length() };
         let near = window.least_concave_radius(&curvature, half);
         let reached = window.least_concave_radius(&curvature, half + 2.0 * job.tool.radius());
         let start = job.cut.allowance + job.cut.axial_depth;
         let cutter = cutter(job, options);
+        let runout = cutter.runout.largest();
+        let marks = [feed_per_tooth_of(job), job.nominal_side_step()];
         let sweep_options = SweepOptions {
             start,
             // On a whole surface the cutter leaves places out into which it does not fit.
-            thickness: engaged(job, near.filter(|_| !options.whole), reached)?,
+            thickness: engaged(job, near.filter(|_| !options.whole), reached, runout)?,
             slack: SLACK * job.cut.tolerance,
             part: EdgePart::Effective,
             pace: EdgePart::Effective,
             search: Search::Near,
-            resolution: None,
+            resolution: Some(resolution(grid.cells().least, marks[0], marks[1], job.tool.radius())),
             threads,
         };
         let moves = feed_moves(path, job.tool.corner_radius());
@@ -183,21 +190,28 @@ impl Simulated {
         if !map.heights.iter().any(|height| *height < start) {
             return Err(TextureError::NotCut { start });
         }
+        // What still stands at the start height is the blank, not what teeth leave.
+        let is_uncut = |height: &f64| *height >= start;
+        let uncut = map.heights.iter().filter(|height| is_uncut(height)).count() as u64;
+        let left = |height: &f64| if is_uncut(height) { f64::NAN } else { *height };
+        let heights = map.heights.iter().map(left).collect();
         Ok(Self {
             grid,
-            map,
+            heights,
+            uncut,
+            work: map.work,
             middle: window.middle,
             feed: window.feed,
             start,
             facets: window.facets((at, size)),
             least_concave_radius: near,
-            runout: cutter.runout.largest(),
+            runout,
             is_plane: window.is_plane(&curvature, half),
         })
     }
 
     fn results(&self, job: &Job) -> Result<TextureResults, TextureError> {
-        let matrix = Matrix::new(&self.grid, &self.map.heights);
+        let matrix = Matrix::new(&self.grid, &self.heights);
         let levelled = self.levelled();
         let figures = self.figures(job, &levelled);
         let picture = Matrix { heights: levelled.heights(), ..matrix };
@@ -221,14 +235,13 @@ impl Simulated {
 
     /// The heights over their mean plane.
     pub fn levelled(&self) -> Levelled {
-        Levelled::new(&self.grid, &self.map.heights)
+        Levelled::new(&self.grid, &self.heights)
     }
 
     /// What is reported of them.
     pub fn figures(&self, job: &Job, levelled: &Levelled) -> TextureFigures {
         let (areal, cells) = (levelled.areal(), self.grid.cells());
-        let work = self.map.work;
-        let uncut = self.map.heights.iter().filter(|h| **h >= self.start).count() as u64;
+        let work = self.work;
         let mut figures = TextureFigures {
             window: WindowFigures {
                 middle_mm: self.middle.to_array(),
@@ -239,11 +252,11 @@ impl Simulated {
                 start_mm: self.start,
                 beyond: self.grid.nodes().iter().filter(|node| !node.is_on_surface()).count()
                     as u64,
-                uncut,
+                uncut: self.uncut,
                 facets_um: self.facets * MICRO,
             },
             cutting: CuttingFigures {
-                feed_per_tooth_mm: feed_per_tooth(job.cut.feed, job.cut.spindle, job.flutes),
+                feed_per_tooth_mm: feed_per_tooth_of(job),
                 side_step_mm: job.nominal_side_step(),
                 spindle_rpm: 60.0 * job.cut.spindle,
                 flutes: job.flutes,
@@ -266,7 +279,7 @@ impl Simulated {
             },
             notes: Vec::new(),
         };
-        let lowest = self.map.heights.iter().copied().fold(f64::INFINITY, f64::min);
+        let lowest = self.heights.iter().copied().fold(f64::INFINITY, f64::min);
         figures.notes = figures.warnings(lowest + self.runout, self.off_path(job));
         figures
     }
@@ -286,9 +299,36 @@ fn json(job: &str, figures: &TextureFigures) -> Vec<u8> {
     text.into_bytes()
 }
 
+fn feed_per_tooth_of(job: &Job) -> f64 {
+    feed_per_tooth(job.cut.feed, job.cut.spindle, job.flutes)
+}
+
+/// A grid of a whole surface with too many nodes, with a spacing that has few enough.
+fn too_fine(
+    error: GridError,
+    window: &Window,
+    options: &TextureOptions,
+    size: DVec2,
+) -> TextureError {
+    match error {
+        GridError::TooMany { nodes } if options.whole => {
+            TextureError::WholeTooFine { nodes, spacing: window.finest_cell(size, MOST_NODES) }
+        }
+        error => error.into(),
+    }
+}
+
 /// How far above the contact material reaches on the edge, mm: without end where that is not known.
-fn engaged(job: &Job, near: Option<f64>, reached: Option<f64>) -> Result<f64, TooConcave> {
-    let (tool, a_p, r) = (&job.tool, job.cut.axial_depth, job.tool.corner_radius());
+///
+/// `runout`: how far a tooth may stand off where it should be, mm, on which it meets material that is so much higher;
+/// in a hollow that nearly fits the cutter it is engaged for far longer.
+fn engaged(
+    job: &Job,
+    near: Option<f64>,
+    reached: Option<f64>,
+    runout: f64,
+) -> Result<f64, TooConcave> {
+    let (tool, a_p, r) = (&job.tool, job.cut.axial_depth + runout, job.tool.corner_radius());
     if let Some(least_radius) = near.filter(|radius| *radius <= r) {
         return Err(TooConcave { least_radius, radius: r });
     }

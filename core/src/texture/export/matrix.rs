@@ -9,7 +9,7 @@ pub struct Matrix<'a> {
     pub counts: [usize; 2],
     /// Distances of nodes, mm.
     pub steps: [f64; 2],
-    /// Heights, mm, along the feed fastest; NaN beyond the surface.
+    /// Heights, mm, along the feed fastest; NaN where there is none: beyond the surface, or not cut.
     pub heights: &'a [f64],
 }
 

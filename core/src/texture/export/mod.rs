@@ -6,8 +6,8 @@
 //! - `x3p`: the container of ISO 25178-72.
 //!
 //! Heights are those over the nominal form as simulated, mean plane included. Nodes stand at even steps, the mean lengths
-//! of the grid's cells: on a curved surface the map is laid flat. Nodes beyond the surface have no height: an empty field,
-//! `nan`, and the NaN that X3P has for points that are not valid.
+//! of the grid's cells: on a curved surface the map is laid flat. Nodes beyond the surface, and those that nothing cut, have no height:
+//! an empty field, `nan`, and the NaN that X3P has for points that are not valid.
 
 mod matrix;
 mod text;

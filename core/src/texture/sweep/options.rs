@@ -54,7 +54,8 @@ pub struct SweepOptions {
     pub pace: EdgePart,
     /// How nodes are found.
     pub search: Search,
-    /// Shortest length that is resolved, mm: `l_min`; `None` for the grid's shortest cell.
+    /// Shortest length that is resolved, mm: `l_min`, of [`resolution`](crate::texture::steps::resolution); `None` for the
+    /// grid's shortest cell, which is too long where cells are coarser than the marks of the teeth.
     pub resolution: Option<f64>,
     /// Number of threads, which changes nothing but the time.
     pub threads: usize,

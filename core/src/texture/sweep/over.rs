@@ -231,7 +231,7 @@ impl<'a> Over<'a> {
         self.swept.work.tests += 1;
         let Some(height) = met(node.normal, corners.map(|c| c - place)) else { return };
         let held = &mut self.swept.heights[j * self.tile.columns.len() + i];
-        if height < *held && height >= -self.sweep.start {
+        if height < *held && height >= -self.sweep.floor {
             *held = height;
             self.is_lower = true;
         }

@@ -17,6 +17,8 @@ pub(super) struct Sweep<'a> {
     pub teeth: &'a Teeth,
     pub spindle: Spindle,
     pub start: f64,
+    /// How far below the surface heights are looked for, mm.
+    pub floor: f64,
     pub search: Search,
     /// Radius of the cutter, if it is a ball.
     pub ball: Option<f64>,

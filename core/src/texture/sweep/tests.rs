@@ -282,3 +282,42 @@ fn twice_the_resolution_changes_the_mean_height_by_less_than_a_hundredth() {
         assert!((coarse.sa / fine.sa - 1.0).abs() < 0.01);
     }
 }
+
+#[test]
+fn a_tooth_that_runs_out_farther_than_the_material_is_high_is_seen() {
+    // One pass; tooth 0 cuts all that is left on its track, `runout sin(tilt)` below the surface.
+    let (tilt, out, start) = (45.0_f64.to_radians(), 0.02, 0.003);
+    let path = passes(&PLANE, tilt, AE, 0, (1.0, 1));
+    let grid = grid(&PLANE, [4.0 * FZ, 0.01], [0.0, 0.005], 0.01);
+    let runout = Runout { offset: 0.0, angle: 0.0, teeth: vec![out, 0.0] };
+    let known = -out * sin(tilt);
+    let cusp = (2.0 * FZ) * (2.0 * FZ) / (8.0 * R);
+    let low = on_plane(&path, &grid, runout.clone(), &SweepOptions { start, ..options(start) });
+    let track = &low.heights[..grid.counts()[0]];
+    let deepest = track.iter().copied().fold(start, f64::min);
+    println!("deepest {deepest:.6} known {known:.6}, cusp {cusp:.6}, swing {:.6}", swing(track));
+    assert!((deepest / known - 1.0).abs() < 0.01);
+    assert!(track.iter().all(|h| *h < known + 1.1 * cusp));
+    // Where there is more material, the same is left of it.
+    let high = on_plane(&path, &grid, runout, &options(AP));
+    let off = low.heights.iter().zip(&high.heights).map(|(a, b)| (a - b).abs());
+    assert!(off.fold(0.0, f64::max) < 0.01 * cusp);
+}
+
+#[test]
+fn tiles_of_any_size_give_the_same_heights() {
+    let surface = AnalyticSurface::SphereCap { radius: -40.0, diameter: 30.0 };
+    let path = passes(&surface, 0.1, AE, 1, (0.8, 16));
+    let of = |cell: f64, resolution: f64| {
+        let grid = grid(&surface, [0.8, 0.8], [0.0, 0.0], cell);
+        let options = SweepOptions { resolution: Some(resolution), ..options(0.25) };
+        on_plane(&path, &grid, Runout::default(), &options).heights
+    };
+    // Nodes that stand alone in their tiles, and the same ones among others.
+    let (coarse, fine) = (of(0.2, 0.02), of(0.02, 0.02));
+    for (k, height) in coarse.iter().enumerate() {
+        let [i, j] = [k % 5, k / 5].map(|n| 10 * n);
+        let off = (height - fine[j * 41 + i]).abs();
+        assert!(*height < AP && off < 1e-9, "{k}: {off:e}");
+    }
+}

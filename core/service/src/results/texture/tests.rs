@@ -60,9 +60,9 @@ fn what_cannot_be_simulated_is_told() {
     let still = Job { cut: evencut_core::job::Cut { spindle: 0.0, ..job.cut }, ..job.clone() };
     let still = texture_results(&still, Files::default(), 1, &mut |_, _| {});
     assert!(matches!(still, Err(ResultsError::Texture(TextureError::Still { .. }))));
-    assert!(engaged(&job, Some(4.0), Some(4.0)).is_err());
-    assert!(engaged(&job, Some(40.0), Some(4.0)).unwrap() >= 10.0);
-    assert!((engaged(&job, None, None).unwrap() - 0.2).abs() < 1e-15);
+    assert!(engaged(&job, Some(4.0), Some(4.0), 0.0).is_err());
+    assert!(engaged(&job, Some(40.0), Some(4.0), 0.0).unwrap() >= 10.0);
+    assert!((engaged(&job, None, None, 0.0).unwrap() - 0.2).abs() < 1e-15);
 }
 
 #[test]
@@ -114,4 +114,81 @@ fn a_whole_surface_has_a_grid_with_gaps_beyond_it() {
     let constant = format!("{JOB}[texture]\nwhole = true\ndiscretisation = \"constant\"\n");
     assert!(job::read(constant.as_bytes()).is_err());
     assert!(job::read(format!("{JOB}[texture]\nsize = [1, 1]\n").as_bytes()).is_err());
+}
+
+/// Heights of texture.csv by place, in 0.1 µm along and across.
+fn heights(results: &TextureResults) -> std::collections::BTreeMap<[i64; 2], Option<f64>> {
+    let file = results.files.iter().find(|file| file.name == "texture.csv").unwrap();
+    let text = std::str::from_utf8(&file.bytes).unwrap();
+    let of = |line: &str| {
+        let mut fields = line.split(',');
+        let place = [0, 1].map(|_| {
+            let mm: f64 = fields.next().unwrap().parse().unwrap();
+            (1e4 * mm).round() as i64
+        });
+        (place, fields.next().unwrap().parse().ok())
+    };
+    text.lines().skip(1).map(of).collect()
+}
+
+#[test]
+fn coarse_cells_have_the_heights_of_fine_ones() {
+    let of = |spacing: f64| {
+        let window = format!("[texture]\nat = [0.2, 0.1, 0]\nsize = [1, 1]\nspacing = {spacing}\n");
+        made(&window, 2).unwrap()
+    };
+    let fine = of(0.01);
+    let held = heights(&fine);
+    for spacing in [0.1, 0.5, 1.0] {
+        for (place, height) in heights(&of(spacing)) {
+            let off = (height.unwrap() - held[&place].unwrap()).abs();
+            assert!(off <= 0.01 * fine.figures.areal.sz_um, "{spacing} {place:?}: {off} µm");
+        }
+    }
+}
+
+#[test]
+fn what_is_not_cut_counts_for_nothing_and_has_no_height() {
+    let job = job::read(format!("{JOB}{WINDOW}").as_bytes()).unwrap().job;
+    let path = plan(&job, Files::default(), 1, &mut |_, _| {}).unwrap().toolpath;
+    let simulated =
+        |path: &Toolpath| texture_of_path(&job, Files::default(), path, 1, &mut |_, _| {}).unwrap();
+    let all = simulated(&path);
+    // Without the passes of the other half, a ball of radius 5 mm leaves 0.2 mm beyond 1.4 mm beside the last one.
+    let mut part = path.clone();
+    part.points.retain(|point| point.tip.y < -1.1);
+    let part = simulated(&part);
+    let uncut = part.figures.window.uncut;
+    assert_eq!(all.figures.window.uncut, 0);
+    assert!(uncut > 50 && uncut < 21 * 51 - 50, "{uncut}");
+    let (full, left) = (heights(&all), heights(&part));
+    assert_eq!(left.values().filter(|height| height.is_none()).count() as u64, uncut);
+    assert!(full.values().all(Option::is_some));
+    let matrix = part.files.iter().find(|file| file.name == "texture.asc").unwrap();
+    let matrix = std::str::from_utf8(&matrix.bytes).unwrap();
+    assert_eq!(matrix.matches("nan").count() as u64, uncut);
+    // What is left without a slope is lower than the step to the blank.
+    let top = left.values().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
+    assert!(top < 200.0 && part.figures.areal.sz_um < 200.0);
+    let told = part.figures.summary();
+    assert!(told.contains(&format!(", {uncut} of them not cut")), "{told}");
+    assert!(told.contains("left out of all parameters"), "{told}");
+}
+
+#[test]
+fn a_whole_surface_with_too_many_nodes_is_told_a_spacing_that_works() {
+    let told = made("[texture]\nwhole = true\nspacing = 1e-4\n", 1).unwrap_err().to_string();
+    // 8 mm by 8 mm: 20 million nodes are 1.79 µm apart.
+    assert!(told.contains("give a spacing of 0.0018 mm or more"), "{told}");
+}
+
+#[test]
+fn a_window_that_is_short_along_the_feed_is_told() {
+    let notes = |length: f64| {
+        let window = format!("[texture]\nat = [0, 0, 0]\nsize = [{length}, 2.5]\nspacing = 0.02\n");
+        made(&window, 1).unwrap().figures.notes
+    };
+    let short = notes(0.3);
+    assert!(short.iter().any(|note| note.contains("should have 0.500 mm, two turns")), "{short:?}");
+    assert!(notes(0.5).is_empty(), "{:?}", notes(0.5));
 }
