@@ -1,5 +1,6 @@
 //! `evencut verify`: what a path really leaves and removes.
 
+use evencut_core::units::per_second;
 use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args, ValueEnum};
@@ -342,7 +343,7 @@ impl Verify {
         options.tolerance = self.tolerance.unwrap_or(options.tolerance);
         options.depth = self.depth.unwrap_or(options.depth);
         options.allowance = self.allowance.unwrap_or(options.allowance);
-        options.mrr_limit = self.mrr_limit.map(|limit| limit / 60.0).or(options.mrr_limit);
+        options.mrr_limit = self.mrr_limit.map(per_second).or(options.mrr_limit);
         options.spacing = self.spacing.unwrap_or(options.spacing);
         if self.wall {
             let stock = if options.tells_rate {

@@ -10,6 +10,7 @@ pub mod geometry;
 pub mod linalg;
 pub mod mesh;
 pub mod parallel;
+pub mod units;
 
 pub mod machine;
 pub mod strip_width;

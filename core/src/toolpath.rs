@@ -1,6 +1,7 @@
 //! The waist: the path that is delivered, as typed points with feed, axis and purpose.
 
 use crate::geometry::{DVec2, DVec3, Shown};
+use crate::units::{per_minute, per_second};
 use std::ops::{Index, IndexMut};
 use thiserror::Error;
 
@@ -194,8 +195,12 @@ impl Toolpath {
                     push_fixed(&mut out, value, decimals);
                 }
             }
-            let rest =
-                [(60.0 * p.feed, 4), (60.0 * p.mrr, 4), (p.alpha.to_degrees(), 4), (p.time, 6)];
+            let rest = [
+                (per_minute(p.feed), 4),
+                (per_minute(p.mrr), 4),
+                (p.alpha.to_degrees(), 4),
+                (p.time, 6),
+            ];
             for (value, decimals) in rest {
                 out.push(',');
                 push_fixed(&mut out, value, decimals);
@@ -269,8 +274,8 @@ fn read_row(row: &str, line: usize) -> Result<PathPoint, CsvError> {
         axis: unit(6)?,
         normal: unit(9)?,
         flat: None,
-        feed: number(12)? / 60.0,
-        mrr: number(13)? / 60.0,
+        feed: per_second(number(12)?),
+        mrr: per_second(number(13)?),
         alpha: number(14)?.to_radians(),
         time: number(15)?,
     })

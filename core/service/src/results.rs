@@ -30,6 +30,7 @@ use evencut_core::report::{
 };
 use evencut_core::surface::{self, Surface};
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
+use evencut_core::units::per_minute;
 use evencut_core::verify::{
     Facets, Rise, Sphere, Verification, VerifyError, VerifyOptions, Walls, verify,
 };
@@ -644,8 +645,8 @@ fn report_on(
                 ForceControl::Trochoid => "trochoid".into(),
                 ForceControl::Feed => "feed".into(),
             },
-            limit_mm3_per_min: 60.0 * limit,
-            straight_pass_mm3_per_min: 60.0 * job.nominal_mrr(),
+            limit_mm3_per_min: per_minute(limit),
+            straight_pass_mm3_per_min: per_minute(job.nominal_mrr()),
             over_limit_intervals: planned.plain.as_ref().map(|path| intervals_above(path, limit)),
             trochoid_loops: planned.loops as u64,
         },

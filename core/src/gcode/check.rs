@@ -7,6 +7,7 @@ use super::interpret::read;
 use super::options::ReadOptions;
 use super::program::{Finding, FindingKind, GcodeProgram, Move};
 use crate::machine::Travel;
+use crate::units::{per_minute, per_second};
 
 /// Positions are programmed with four decimals at best; mm, and with as many of a degree.
 const ROUNDING: f64 = 1e-4;
@@ -141,7 +142,11 @@ impl Checker<'_> {
         let Some(most) = self.options.max_feed else { return findings };
         let fast = |i: usize, m: &Move| self.fast(i, m, most);
         findings.extend(self.findings(FindingKind::FastFeed, fast, |feed| {
-            format!("feed of {:.1} mm/min; the machine's is {:.1}", 60.0 * feed, 60.0 * most)
+            format!(
+                "feed of {:.1} mm/min; the machine's is {:.1}",
+                per_minute(feed),
+                per_minute(most)
+            )
         }));
         findings
     }
@@ -150,7 +155,7 @@ impl Checker<'_> {
         if m.rapid {
             return Verdict::Beside;
         }
-        let programmed = m.feed.filter(|_| !m.inverse_time).map_or(0.0, |feed| feed / 60.0);
+        let programmed = m.feed.filter(|_| !m.inverse_time).map_or(0.0, per_second);
         let (share, length) = FEED_ROUNDING;
         let travel = self.tip_travel(index);
         let measured = if m.duration > 0.0 { travel / m.duration } else { 0.0 };

@@ -10,6 +10,7 @@ use super::options::{ReadOptions, validate};
 use super::program::{Finding, FindingKind, GcodeProgram, Move};
 use crate::geometry::{DVec2, DVec3};
 use crate::toolpath::{MoveKind, PathPoint};
+use crate::units::{MINUTE, per_second};
 
 /// Positions beyond this either way are taken for damage; mm and degrees.
 const LARGEST: f64 = 1e6;
@@ -348,12 +349,12 @@ impl<'a> Reader<'a> {
         }
         let Some([word, feed]) = self.modal.feed.filter(|feed| feed[1] > 0.0) else { return 0.0 };
         if self.modal.inverse_time {
-            60.0 / feed
+            MINUTE / feed
         } else if length > 0.0 {
-            60.0 * length / feed
+            MINUTE * length / feed
         } else {
             // Degrees per minute where only tables turn.
-            60.0 * segment.turn().to_degrees() / word
+            MINUTE * segment.turn().to_degrees() / word
         }
     }
 
@@ -369,7 +370,7 @@ impl<'a> Reader<'a> {
             return self.options.rapid_feed;
         }
         let feed = self.modal.feed.filter(|_| !self.modal.inverse_time);
-        feed.map_or(0.0, |feed| feed[1].max(0.0) / 60.0)
+        feed.map_or(0.0, |feed| per_second(feed[1].max(0.0)))
     }
 
     /// The chords of a move.

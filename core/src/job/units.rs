@@ -1,5 +1,7 @@
 //! Units of job files and of the inside, and the way back that loses no bit.
 
+use crate::units::{per_minute, per_second};
+
 /// mm in an inch.
 pub(super) const INCH: f64 = 25.4;
 
@@ -8,19 +10,14 @@ pub(super) fn radians(degrees: f64) -> f64 {
     degrees * (std::f64::consts::PI / 180.0)
 }
 
-/// Per second from per minute.
-pub(super) fn per_second(per_minute: f64) -> f64 {
-    per_minute / 60.0
-}
-
 /// deg that [`radians`] takes to exactly `angle`.
 pub(super) fn to_degrees(angle: f64) -> f64 {
     invert(angle, angle * (180.0 / std::f64::consts::PI), radians)
 }
 
-/// Per minute that [`per_second`] takes to exactly `rate`.
+/// Per minute that [`per_second`](crate::units::per_second) takes to exactly `rate`.
 pub(super) fn to_per_minute(rate: f64) -> f64 {
-    invert(rate, rate * 60.0, per_second)
+    invert(rate, per_minute(rate), per_second)
 }
 
 /// The shortest decimal that `forward` takes to exactly `target`, looked for around `guess`.

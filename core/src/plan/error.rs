@@ -7,6 +7,7 @@ use crate::link::DeliverError;
 use crate::mesh::ReadError;
 use crate::step::SmoothError;
 use crate::surface::SurfaceError;
+use crate::units::per_minute;
 use thiserror::Error;
 
 /// Farthest distance of a part from the rotary centre, in diagonals of its box.
@@ -100,7 +101,7 @@ pub enum PlanError {
         "force: near ({:.3}, {:.3}, {:.3}) mm the limit of {:.2} mm³/min leaves a feed of {:.3} mm/min, \
          {:.1} mm³/min at the full feed; a feed below {} % of cut.feed is not planned: raise \
          the limit ([force]), or reduce cut.axial_depth, or cut.scallop or cut.stepover",
-        place.x, place.y, place.z, 60.0 * limit, 60.0 * feed, 60.0 * rate, 100.0 * SLOWEST
+        place.x, place.y, place.z, per_minute(*limit), per_minute(*feed), per_minute(*rate), 100.0 * SLOWEST
     )]
     LimitUnreachable {
         /// Where, mm.

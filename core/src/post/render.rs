@@ -8,6 +8,7 @@ use crate::geometry::DVec3;
 use crate::machine::{Axes, Leg, Rotary, Tables};
 use crate::tool::ToolKind;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath, push_fixed};
+use crate::units::{MINUTE, per_minute};
 
 /// How far below the rapid plane a rapid may be through rounding, mm.
 const ROUNDING: f64 = 1e-6;
@@ -143,7 +144,7 @@ fn filled(block: &str, options: &ProgramOptions, dialect: &Dialect) -> String {
     block
         .replace("{tolerance}", &number(options.tolerance, 4))
         .replace("{tool}", &options.tool_number.to_string())
-        .replace("{speed}", &number(60.0 * options.spindle, 0))
+        .replace("{speed}", &number(per_minute(options.spindle), 0))
         .replace("{feed_mode}", feed_mode)
 }
 
@@ -289,9 +290,9 @@ impl Writer<'_> {
         let mut feed = String::new();
         match speed {
             Speed::Rapid => {}
-            Speed::Feed(feed_rate) => push_fixed(&mut feed, 60.0 * feed_rate, feeds),
+            Speed::Feed(feed_rate) => push_fixed(&mut feed, per_minute(feed_rate), feeds),
             // Each block is timed by itself; a move too short to time takes a tenth of a ms.
-            Speed::Time(time) => push_fixed(&mut feed, 60.0 / time.max(1e-4), feeds),
+            Speed::Time(time) => push_fixed(&mut feed, MINUTE / time.max(1e-4), feeds),
         }
         let always = matches!(speed, Speed::Time(_));
         if feeding && (always || feed != self.modal.feed) {

@@ -11,6 +11,7 @@ use super::svg::{Anchor, Svg};
 use super::view::{Canvas, Shape, View, triad};
 use crate::geometry::{DVec2, DVec3};
 use crate::toolpath::Toolpath;
+use crate::units::per_minute;
 use crate::verify::{Facets, Figures, MRR_NOISE, Outcome, Rate, Spot, Verification};
 
 const MARGIN: f64 = 30.0;
@@ -30,7 +31,6 @@ const APART_PX: f64 = 60.0;
 /// What sums of durations may be off, s.
 const CLOCK: f64 = 1e-6;
 /// mm³/s in mm³/min.
-const PER_MINUTE: f64 = 60.0;
 /// mm in µm.
 const MICRO: f64 = 1e3;
 
@@ -307,20 +307,20 @@ pub(super) fn rate_scale(has_rest: bool, measured: &Rate, limit: Option<f64>) ->
     if has_rest {
         others.push((PLAIN, "not machined"));
     }
-    let per_minute = limit.map(|l| PER_MINUTE * l);
-    let slack = (MRR_NOISE - 1.0) * per_minute.unwrap_or(0.0);
+    let in_minutes = limit.map(per_minute);
+    let slack = (MRR_NOISE - 1.0) * in_minutes.unwrap_or(0.0);
     let peak = measured.peak.map_or(0.0, |p| p.measured);
     Scale {
         title: "Measured removal rate",
         unit: "mm³/min",
         others,
-        ..Scale::new(per_minute, slack, PER_MINUTE * peak)
+        ..Scale::new(in_minutes, slack, per_minute(peak))
     }
 }
 
 pub(super) fn rate_mark(rate: Option<f64>, scale: &Scale) -> Mark {
     let Some(rate) = rate else { return Mark { rank: Rank::Apart, value: 0.0, tone: MISSING } };
-    let tone = scale.tone(PER_MINUTE * rate);
+    let tone = scale.tone(per_minute(rate));
     let rank = if tone == OVER { Rank::Above } else { Rank::Within };
     Mark { rank, value: rate as f32, tone }
 }
@@ -339,19 +339,19 @@ pub(super) fn opening_rate(sample: &Outcome, path: &Toolpath, measured: &Rate) -
 
 fn rate_lines(measured: &Rate, limit: Option<f64>) -> [String; 2] {
     let peak = measured.peak.map_or(0.0, |p| p.measured);
-    let mut first = format!("peak {} mm³/min (tool tip at 1)", rate(PER_MINUTE * peak));
+    let mut first = format!("peak {} mm³/min (tool tip at 1)", rate(per_minute(peak)));
     if let Some(limit) = limit.filter(|&l| l > 0.0) {
-        let minute = rate(PER_MINUTE * limit);
+        let minute = rate(per_minute(limit));
         first += &format!(", {:.2} of the limit of {minute} mm³/min", peak / limit);
     }
     first += &format!("; removed {:.1} cm³", 1e-3 * measured.volume);
-    let rms = rate(PER_MINUTE * measured.rms_difference);
+    let rms = rate(per_minute(measured.rms_difference));
     [first, format!("differs from the rate that the path states by {rms} mm³/min (RMS)")]
 }
 
 fn rate_places(measured: &Rate, scale: &Scale) -> Vec<Place> {
     let place = |peak: &crate::verify::Window| {
-        let value = PER_MINUTE * peak.measured;
+        let value = per_minute(peak.measured);
         let ink = if scale.is_over(value) { colour::OVER_LIMIT } else { colour::INK };
         Place { at: peak.place, value: rate(value), ink }
     };

@@ -15,12 +15,12 @@ use crate::geometry::DVec3;
 use crate::report::Profile;
 use crate::surface::Surface;
 use crate::toolpath::{PathPoint, Toolpath};
+use crate::units::{MINUTE, per_minute};
 use crate::verify::{Facets, Outcome, Verification};
 
 /// Rows of the table of samples at most; more would show no more on a screen.
 const MOST_SAMPLES: f64 = 200_000.0;
 /// mm³/s in mm³/min, mm/s in mm/min.
-const PER_MINUTE: f64 = 60.0;
 /// Says that there is nothing.
 const NOTHING: [f32; 3] = [f32::NAN; 3];
 
@@ -157,12 +157,12 @@ impl Linked {
             removal: drawn.verification.map(|_| heat_map::rate_placement(design, drawn.rest)),
             chart: mrr_chart::placement(&before, &after, drawn.limit.unwrap_or(0.0)),
             path: path_table(drawn.path, drawn.contacts),
-            plain: [single(&before.time, 1.0), single(&before.mrr, PER_MINUTE)],
+            plain: [single(&before.time, 1.0), single(&before.mrr, MINUTE)],
             samples: heat.as_ref().map_or_else(SampleTable::default, |heat| heat.table(drawn)),
             residual_colours,
             rate_colours,
             mesh: mesh_table(design, drawn.rest),
-            limit: drawn.limit.map(|limit| PER_MINUTE * limit),
+            limit: drawn.limit.map(per_minute),
             scallop_limit: 1e3 * drawn.scallop,
             colours: super::path_layers::colours().map(|c| c.0).to_vec(),
         }
@@ -190,8 +190,8 @@ fn path_table(path: &Toolpath, contacts: &[Option<DVec3>]) -> PathTable {
         axis: vector(|p| p.axis),
         contact: contacts.iter().flat_map(contact).collect(),
         flat: points.iter().flat_map(flat).collect(),
-        feed: number(|p| PER_MINUTE * p.feed),
-        rate: number(|p| PER_MINUTE * p.mrr),
+        feed: number(|p| per_minute(p.feed)),
+        rate: number(|p| per_minute(p.mrr)),
         engagement: number(|p| p.alpha.to_degrees()),
     }
 }
@@ -234,7 +234,7 @@ impl<'a> Heat<'a> {
         let height = heat_map::residual_mark(sample, &self.residual, self.tolerance);
         table.place.extend(sample.position);
         table.residual.push(1e3 * sample.residual);
-        table.rate.push(rate.map_or(f32::NAN, |r| (PER_MINUTE * r) as f32));
+        table.rate.push(rate.map_or(f32::NAN, |r| (per_minute(r)) as f32));
         table.residual_tone.push(height.map_or(PLAIN, |mark| mark.tone));
         table.rate_tone.push(heat_map::rate_mark(rate, &self.rate).tone);
         table.state.push(state(sample));

@@ -5,6 +5,7 @@ use super::path_layers::rate;
 use super::svg::{Anchor, Stroke, Svg, clock, round_step};
 use crate::geometry::DVec2;
 use crate::report::Profile;
+use crate::units::{per_minute, per_second};
 
 const SIZE: DVec2 = DVec2::new(960.0, 560.0);
 /// Upper left corners of the two panels, px.
@@ -64,7 +65,7 @@ pub(super) fn placement(before: &Profile, after: &Profile, limit: f64) -> ChartP
         panels: PANELS.map(|p| p.to_array()),
         size: PANEL.to_array(),
         duration: axes.duration,
-        top: 60.0 * axes.top,
+        top: per_minute(axes.top),
     }
 }
 
@@ -109,9 +110,9 @@ fn panel(svg: &mut Svg, axes: &Axes, corner: DVec2, profile: &Profile, limit: f6
     limit_line(svg, axes, corner, limit);
     let heading = format!(
         "{name}: peak {} mm³/min ({:.2} of the limit), mean while cutting {} mm³/min, {}",
-        rate(60.0 * profile.peak()),
+        rate(per_minute(profile.peak())),
         if limit > 0.0 { profile.peak() / limit } else { 0.0 },
-        rate(60.0 * profile.mean_while_cutting()),
+        rate(per_minute(profile.mean_while_cutting())),
         clock(profile.duration()),
     );
     svg.text(corner - DVec2::new(0.0, 9.0), Anchor::Start, 13.0, &heading);
@@ -120,11 +121,11 @@ fn panel(svg: &mut Svg, axes: &Axes, corner: DVec2, profile: &Profile, limit: f6
 
 /// Axes with round ticks.
 fn grid(svg: &mut Svg, axes: &Axes, corner: DVec2) {
-    let top = 60.0 * axes.top;
+    let top = per_minute(axes.top);
     let step = round_step(top, 5.0);
     for i in 0..=(top / step).floor() as usize {
         let value = step * i as f64;
-        let at = axes.place(corner, 0.0, value / 60.0);
+        let at = axes.place(corner, 0.0, per_second(value));
         svg.line(at, at + DVec2::new(PANEL.x, 0.0), Stroke::solid(colour::FAINT, 1.0));
         svg.text(at + DVec2::new(-8.0, 4.0), Anchor::End, 12.0, &rate(value));
     }
@@ -225,7 +226,7 @@ fn limit_line(svg: &mut Svg, axes: &Axes, corner: DVec2, limit: f64) {
     let to = from + DVec2::new(PANEL.x, 0.0);
     svg.line(from, to, Stroke::dashed(colour::INK, 1.3));
     svg.text(to + DVec2::new(6.0, -2.0), Anchor::Start, 12.0, "limit");
-    svg.text(to + DVec2::new(6.0, 12.0), Anchor::Start, 12.0, &rate(60.0 * limit));
+    svg.text(to + DVec2::new(6.0, 12.0), Anchor::Start, 12.0, &rate(per_minute(limit)));
 }
 
 /// A small triangle over the highest rate with its value.
@@ -240,7 +241,7 @@ fn peak_mark(svg: &mut Svg, axes: &Axes, corner: DVec2, profile: &Profile) {
     svg.region(&[vec![tip, tip + wing, tip + DVec2::new(-wing.x, wing.y)]], colour::INK, None);
     let near_end = at.x > corner.x + PANEL.x - 80.0;
     let (anchor, shift) = if near_end { (Anchor::End, -8.0) } else { (Anchor::Start, 8.0) };
-    let label = format!("peak {}", rate(60.0 * peak));
+    let label = format!("peak {}", rate(per_minute(peak)));
     svg.text(tip + DVec2::new(shift, -1.0), anchor, 11.0, &label);
 }
 

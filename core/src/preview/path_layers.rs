@@ -4,6 +4,7 @@ use super::colour::{self, Rgb};
 use super::svg::{Anchor, Stroke, Svg, clock};
 use crate::geometry::DVec2;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
+use crate::units::per_minute;
 use std::fmt::Write;
 
 /// Colours between nothing and the end of the scale: more grow the file, fewer show bands.
@@ -210,8 +211,8 @@ pub fn legend(svg: &mut Svg, at: DVec2, tint: Tint) {
 
 fn label(tint: Tint, share: f64) -> String {
     match tint {
-        Tint::Rate(limit) if share == 1.0 => format!("{} limit", rate(60.0 * limit)),
-        Tint::Rate(limit) => rate(60.0 * limit * share),
+        Tint::Rate(limit) if share == 1.0 => format!("{} limit", rate(per_minute(limit))),
+        Tint::Rate(limit) => rate(per_minute(limit) * share),
         Tint::Time(end) if share == 1.0 => format!("{} end", clock(end)),
         Tint::Time(end) => clock(end * share),
     }

@@ -2,6 +2,7 @@
 
 use super::profile::Profile;
 use crate::toolpath::{MoveKind, Toolpath};
+use crate::units::per_minute;
 use serde::Serialize;
 
 /// A value for each kind of move and their sum.
@@ -87,8 +88,8 @@ impl RateFigures {
         let profile = Profile::of(path);
         let peak = profile.peak();
         Self {
-            peak_mm3_per_min: 60.0 * peak,
-            mean_mm3_per_min: 60.0 * profile.mean_while_cutting(),
+            peak_mm3_per_min: per_minute(peak),
+            mean_mm3_per_min: per_minute(profile.mean_while_cutting()),
             variation: profile.variation_while_cutting(),
             peak_over_limit: peak / limit,
         }
@@ -104,7 +105,7 @@ impl PathFigures {
             time.add(pair[1].kind, pair[1].time - pair[0].time);
         }
         Self {
-            feed_mm_per_min: 60.0 * feed,
+            feed_mm_per_min: per_minute(feed),
             length_mm: length,
             time_s: time,
             machine_time_s: machine_time,

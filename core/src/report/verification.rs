@@ -3,6 +3,7 @@
 use super::json;
 use super::record::{FileRecord, Versions};
 use crate::geometry::DVec3;
+use crate::units::per_minute;
 use crate::verify::{
     Band, Broken, Crests, Fault, Spot, Verification, VerifyOptions, WallFigures, Window,
 };
@@ -592,20 +593,20 @@ fn mrr(v: &Verification, options: &VerifyOptions, lines: &Lines) -> Option<MrrFi
     let predicts = predicted > 0.0;
     let difference = |w: Window| w.predicted - w.measured;
     Some(MrrFigures {
-        limit_mm3_per_min: limit.map(|l| 60.0 * l),
-        peak_mm3_per_min: 60.0 * peak.measured,
+        limit_mm3_per_min: limit.map(per_minute),
+        peak_mm3_per_min: per_minute(peak.measured),
         peak_at_mm: Some(peak.place.to_array()),
         peak_line: lines.of(peak.of),
         peak_time_s: 0.5 * (peak.time[0] + peak.time[1]),
         peak_over_limit: limit.map(|l| peak.measured / l),
         removed_mm3: rate.volume,
-        predicted_peak_mm3_per_min: predicts.then_some(60.0 * predicted),
-        rms_difference_mm3_per_min: predicts.then_some(60.0 * rate.rms_difference),
+        predicted_peak_mm3_per_min: predicts.then_some(per_minute(predicted)),
+        rms_difference_mm3_per_min: predicts.then_some(per_minute(rate.rms_difference)),
         rms_difference_over_limit: limit.filter(|_| predicts).map(|l| rate.rms_difference / l),
         largest_difference_mm3_per_min: rate
             .largest_difference
             .filter(|_| predicts)
-            .map(|w| 60.0 * difference(w)),
+            .map(|w| per_minute(difference(w))),
         largest_difference_at_mm: place(
             rate.largest_difference.filter(|_| predicts).map(|w| w.place),
         ),
@@ -666,7 +667,7 @@ fn described(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String 
         }
         Broken::RemovalRate { worst, limit } => format!(
             "removal rate of {:.0} mm³/min, {:.3} of the limit, at {}{}",
-            60.0 * worst.measured,
+            per_minute(worst.measured),
             worst.measured / limit,
             at(worst.place),
             line(worst.of)

@@ -14,6 +14,7 @@ use evencut_core::preview::{TexturePanel, texture_panels};
 use evencut_core::report::TextureFigures;
 use evencut_core::texture::export::Matrix;
 use evencut_core::tool::ToolKind;
+use evencut_core::units::per_minute;
 use thiserror::Error;
 
 /// Header of the table as comma-separated values.
@@ -99,7 +100,7 @@ impl Choice {
         if let Some(per_tooth) = self.feed_per_tooth {
             let feed = per_tooth * job.cut.spindle * f64::from(job.flutes);
             if feed > job.machine.max_feed {
-                let [feed, most] = [feed, job.machine.max_feed].map(|f| 60.0 * f);
+                let [feed, most] = [feed, job.machine.max_feed].map(per_minute);
                 return Err(ChoiceError::TooFast { feed, most });
             }
             job.cut.feed = feed;
@@ -162,7 +163,7 @@ pub fn to_text(rows: &[Row]) -> String {
             out,
             "{:>6}{per_tooth:>10.4}{:>10.0}",
             format!("{tilt:.1}°"),
-            60.0 * job.cut.feed
+            per_minute(job.cut.feed)
         );
         let _ = match made {
             Ok(made) => writeln!(out, "{}", text_row(made)),
@@ -210,7 +211,7 @@ pub fn to_csv(rows: &[Row]) -> String {
     let mut out = format!("{CSV_HEADER}\n");
     for Row { job, made } in rows {
         let (tilt, per_tooth) = choice_of(job);
-        let choice = format!("{tilt:.3},{per_tooth:.6},{:.3}", 60.0 * job.cut.feed);
+        let choice = format!("{tilt:.3},{per_tooth:.6},{:.3}", per_minute(job.cut.feed));
         let fields = match made {
             Ok(made) => {
                 let TextureFigures { areal: a, along, across, .. } = &made.figures;

@@ -26,6 +26,7 @@ use evencut_core::texture::sweep::{Cutter, EdgePart, Search, SweepOptions, Work,
 use evencut_core::texture::window::Window;
 use evencut_core::tool::ToolKind;
 use evencut_core::toolpath::Toolpath;
+use evencut_core::units::per_minute;
 use serde::Serialize;
 
 /// Difference of the lengths of `constant` cells, as a part of them.
@@ -97,7 +98,7 @@ pub fn texture_of_path(
 /// The window of a job, before anything is done for it.
 pub(crate) fn window_of(job: &Job) -> Result<&TextureOptions, TextureError> {
     let options = job.texture.as_ref().ok_or(TextureError::NoWindow)?;
-    let (spindle, feed) = (60.0 * job.cut.spindle, 60.0 * job.cut.feed);
+    let (spindle, feed) = (per_minute(job.cut.spindle), per_minute(job.cut.feed));
     // A NaN does not turn either.
     if !(spindle > 0.0 && feed > 0.0) {
         return Err(TextureError::Still { spindle, feed });
@@ -258,7 +259,7 @@ impl Simulated {
             cutting: CuttingFigures {
                 feed_per_tooth_mm: feed_per_tooth_of(job),
                 side_step_mm: job.nominal_side_step(),
-                spindle_rpm: 60.0 * job.cut.spindle,
+                spindle_rpm: per_minute(job.cut.spindle),
                 flutes: job.flutes,
                 least_concave_radius_mm: self.least_concave_radius,
             },

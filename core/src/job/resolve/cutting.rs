@@ -3,9 +3,10 @@
 use super::resolver::Resolver;
 use crate::job::cut::{Cut, CutDirection, Inaccessible, Stepover};
 use crate::job::force::TrochoidOptions;
-use crate::job::units::{per_second, radians, to_per_minute};
+use crate::job::units::{radians, to_per_minute};
 use crate::machine::{Axes, Machine};
 use crate::tool::{Tool, ToolKind};
+use crate::units::per_second;
 
 /// Cutting speed that the default spindle speed is made of, mm/min.
 const CUTTING_SPEED: f64 = 150_000.0;

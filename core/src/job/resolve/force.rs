@@ -3,7 +3,7 @@
 use super::resolver::Resolver;
 use crate::job::force::{FeedComponent, Force, ForceControl, MrrLimit};
 use crate::job::path::Pattern;
-use crate::job::units::per_second;
+use crate::units::per_second;
 
 impl Resolver<'_> {
     pub(super) fn force(&mut self) -> Force {

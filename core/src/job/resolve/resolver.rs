@@ -4,7 +4,7 @@ use crate::geometry::DVec3;
 use crate::job::document::Places;
 use crate::job::fault::Fault;
 use crate::job::file::JobFile;
-use crate::job::units::per_second;
+use crate::units::per_second;
 
 /// A job file on its way to a job, and what is noted on the way.
 pub(super) struct Resolver<'a> {

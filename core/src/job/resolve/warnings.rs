@@ -4,6 +4,7 @@ use super::resolver::Resolver;
 use crate::job::complete::Job;
 use crate::job::cut::Stepover;
 use crate::job::force::{ForceControl, MrrLimit};
+use crate::units::per_minute;
 
 impl Resolver<'_> {
     /// Warnings about a complete job.
@@ -30,7 +31,7 @@ impl Resolver<'_> {
             let help = "the cusps stand on the triangles: give half the tolerance or less";
             self.warn("surface.chord", message, help);
         }
-        let (limit, straight) = (60.0 * job.mrr_limit(), 60.0 * job.nominal_mrr());
+        let (limit, straight) = (per_minute(job.mrr_limit()), per_minute(job.nominal_mrr()));
         if limit < straight && job.force.control != ForceControl::Off {
             let key = match job.force.limit {
                 MrrLimit::Absolute(_) => "force.mrr_limit",
