@@ -7,11 +7,50 @@ pub fn words(stage: Stage) -> &'static str {
     match stage {
         Stage::Surface => "reading the surface",
         Stage::Flatten => "laying the surface flat",
-        Stage::Rings => "laying rings",
+        Stage::Rings => "laying passes",
         Stage::Cut => "cutting within the limit",
         Stage::Locate => "locating the cutter",
         Stage::Verify => "simulating the path",
         Stage::Texture => "simulating what the teeth leave",
         Stage::Write => "writing the results",
+    }
+}
+
+/// The part of the whole work that is done, roughly, where so much of a stage is.
+///
+/// Stages may come again for what earlier passes left: the greatest so far counts.
+pub fn done(stage: Stage, part: f64) -> f64 {
+    let [from, to] = match stage {
+        Stage::Surface => [0.0, 0.02],
+        Stage::Flatten => [0.02, 0.04],
+        Stage::Rings => [0.04, 0.12],
+        Stage::Cut => [0.12, 0.18],
+        Stage::Locate => [0.18, 0.58],
+        Stage::Verify => [0.58, 0.92],
+        Stage::Texture => [0.92, 0.98],
+        Stage::Write => [0.98, 1.0],
+    };
+    from + part.clamp(0.0, 1.0) * (to - from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_stage_goes_on_where_the_one_before_ends() {
+        let stages = [
+            Stage::Surface,
+            Stage::Flatten,
+            Stage::Rings,
+            Stage::Cut,
+            Stage::Locate,
+            Stage::Verify,
+            Stage::Texture,
+            Stage::Write,
+        ];
+        assert_eq!(done(Stage::Surface, -1.0), 0.0);
+        assert_eq!(done(Stage::Write, 2.0), 1.0);
+        assert!(stages.windows(2).all(|pair| done(pair[0], 1.0) == done(pair[1], 0.0)));
     }
 }

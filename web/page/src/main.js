@@ -11,16 +11,6 @@ const REST = 150;
 const LARGEST = { surface: 1e9, job: 1e6 };
 /** The example that the page begins with. */
 const FIRST = "mould";
-/** Parts of the work that lie behind the start of each stage, roughly. */
-const STAGES = {
-  "reading the surface": [0, 0.02],
-  "laying the surface flat": [0.02, 0.04],
-  "laying rings": [0.04, 0.12],
-  "cutting within the limit": [0.12, 0.18],
-  "locating the cutter": [0.18, 0.58],
-  "simulating the path": [0.58, 0.96],
-  "writing the results": [0.96, 1],
-};
 
 const engine = new Engine();
 const surfaces = new Surfaces();
@@ -251,11 +241,10 @@ function cancel() {
   say("Cancelled");
 }
 
-function progress({ stage, part }) {
-  const [from, to] = STAGES[stage] ?? [0, 1];
+function progress({ stage, done }) {
   $("stage").textContent = stage[0].toUpperCase() + stage.slice(1);
   // Stages may come again for what earlier passes left: the bar does not go back.
-  $("progress").value = Math.max($("progress").value, from + Math.min(Math.max(part, 0), 1) * (to - from));
+  $("progress").value = Math.max($("progress").value, done);
 }
 
 function elapsed(start) {

@@ -29,11 +29,11 @@ const calls = {
 function planned(id, name, source, surface, wall) {
   let last = 0;
   const start = performance.now();
-  const report = (stage, part) => {
+  const report = (stage, part, done) => {
     const now = performance.now();
     if (part > 0 && now - last < PAUSE) return;
     last = now;
-    postMessage({ id, progress: { stage, part } });
+    postMessage({ id, progress: { stage, done } });
   };
   const seconds = () => (performance.now() - start) / 1000;
   const show = (made) => {

@@ -8,7 +8,7 @@ use evencut_service::failure;
 use evencut_service::results::{
     Early, Input, OutputFile, Results, ResultsOptions, Watch, linked_results,
 };
-use evencut_service::stages::words;
+use evencut_service::stages::{done, words};
 use js_sys::{Function, Uint8Array};
 use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -31,7 +31,7 @@ pub struct Plan {
 ///
 /// `name`: the job file's; `surface`: content of the surface file that it names, if it names one; `wall`: that of the
 /// mesh beside it.
-/// `progress` is called with a stage in words and the part of it that is done; `show` with the
+/// `progress` is called with a stage in words, the part of it and that of all the work that is done; `show` with the
 /// [`Plan`] as far as it is there: once the path is laid, and once it is planned but not judged.
 ///
 /// # Errors
@@ -58,7 +58,8 @@ pub fn plan(
     let files = Files { surface: surface.as_deref(), wall: wall.as_deref() };
     // A page that cannot show what is there so far still wants the plan.
     let mut report = |stage, part: f64| {
-        let _ = progress.call2(&JsValue::NULL, &words(stage).into(), &part.into());
+        let done = done(stage, part);
+        let _ = progress.call3(&JsValue::NULL, &words(stage).into(), &part.into(), &done.into());
     };
     let mut show = |early: Early| {
         let Early { files, linked, report } = early;
