@@ -10,8 +10,8 @@ use evencut_core::job::{
 use evencut_core::level_set::{
     ClosingOptions, FieldTerrain, PassField, PassMesh, close, passes, ring_levels, strip_metric,
 };
+use evencut_core::outline::Outline;
 use evencut_core::plan::{Files, plan};
-use evencut_core::region::Region;
 use evencut_core::surface::{AnalyticSurface, Surface, build};
 use std::hint::black_box;
 
@@ -83,7 +83,7 @@ fn stages(c: &mut Criterion) {
             });
         }
     }
-    let region = Region::of_chart(&surface, &chart);
+    let region = Outline::of_chart(&surface, &chart);
     let (low, high) = region.bounds();
     let middle = 0.5 * (low + high);
     c.bench_function("engagement, 40 passes of 400 moves measured and swept", |b| {

@@ -27,7 +27,7 @@ pub mod step;
 
 pub mod flatten;
 
-pub mod region;
+pub mod outline;
 pub mod regions;
 
 pub mod toolpath;
@@ -50,7 +50,7 @@ pub mod removal;
 
 pub mod lift;
 
-pub mod feed;
+pub mod machine_time;
 
 pub mod link;
 

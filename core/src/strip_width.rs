@@ -11,7 +11,7 @@
 //! - *Lag*: the setback at a distance across the feed. The sides of the strip are swept up to a boundary only
 //!   when the contact is beyond it by the lag of the strip's edge.
 //!
-//! Second order, `w = sqrt(8 h / (k_tool + k))` (Kim 2001, eq. of the strip width; spec 02). Exactly,
+//! Second order, `w = sqrt(8 h / (k_tool + k))` (Kim 2001, eq. of the strip width). Exactly,
 //! the cusp stands where the profile has risen to the height `h` over the section; the width is the
 //! arc of the section between two such places.
 

@@ -24,12 +24,12 @@ const PLANNER: [&str; 17] = [
     "level_set",
     "lift",
     "link",
-    "mending",
+    "outline",
     "pattern",
     "plan",
-    "region",
     "regions",
     "removal",
+    "rest",
     "strips",
     "trochoid",
     "walls",
@@ -67,6 +67,34 @@ fn who_reads_a_finished_path_knows_neither_planner_nor_job() {
         let is_allowed = from != "verify" || JUDGE_KNOWS.contains(&to.as_str());
         assert!(is_allowed, "the judge knows {to}: {files:?}");
     }
+}
+
+#[test]
+fn the_rooms_that_these_tests_name_exist() {
+    let rooms: BTreeSet<String> = arrows().into_keys().filter_map(|m| m.first().cloned()).collect();
+    for name in PLANNER.iter().chain(&READERS).chain(&JUDGE_KNOWS) {
+        assert!(rooms.contains(*name), "{name} is no room");
+    }
+}
+
+/// What every room imports, as ARCHITECTURE.md says it; with `UPDATE_GOLDEN` set, the file is written.
+#[test]
+fn the_imports_in_the_documentation_are_those_of_the_rooms() {
+    let mut rooms: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for (from, to) in arrows_of_rooms().into_keys() {
+        rooms.entry(from).or_default().push(to);
+    }
+    let lines = rooms.iter().map(|(from, to)| format!("{from}: {}\n", to.join(", ")));
+    let list: String = lines.collect();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../ARCHITECTURE.md");
+    let text = fs::read_to_string(&path).unwrap();
+    let (before, rest) = text.split_once("```imports\n").unwrap();
+    let (found, after) = rest.split_once("```").unwrap();
+    if std::env::var_os("UPDATE_GOLDEN").is_some() {
+        fs::write(&path, format!("{before}```imports\n{list}```{after}")).unwrap();
+        return;
+    }
+    assert!(found == list, "run with UPDATE_GOLDEN=1 and read the difference\n--- is\n{list}");
 }
 
 #[test]

@@ -4,11 +4,11 @@
     reason = "a witness that shares no functions with the product"
 )]
 
-use evencut_core::feed::{fill_time, machine_time};
 use evencut_core::gcode::{CheckOptions, Fault, FindingKind, GcodeError, ReadOptions, check, read};
 use evencut_core::geometry::DVec3;
 use evencut_core::job::Post;
 use evencut_core::machine::{Axes, Machine};
+use evencut_core::machine_time::{fill_time, machine_time};
 use evencut_core::post::{PostError, ProgramOptions, program};
 use evencut_core::tool::Tool;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};

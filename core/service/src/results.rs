@@ -9,7 +9,6 @@ mod topology;
 pub use error::ResultsError;
 pub use files::{Input, OutputFile};
 
-use evencut_core::feed::machine_time;
 use evencut_core::flatten::{Chart, Locator};
 use evencut_core::gcode::{self, GcodeError};
 use evencut_core::geometry::DVec3;
@@ -17,6 +16,7 @@ use evencut_core::job::{
     Boundary, FlattenMethod, ForceControl, Job, Pattern, Picture, SurfaceSource,
 };
 use evencut_core::machine::{Axes, Machine};
+use evencut_core::machine_time::machine_time;
 use evencut_core::plan::{Files, PlanError, Planned, Sketch, Stage, plan_showing};
 use evencut_core::post::{ProgramOptions, program};
 use evencut_core::preview::{
@@ -670,7 +670,7 @@ fn slowed(plain: &Toolpath, factor: f64, job: &Job) -> Toolpath {
             p.mrr *= factor;
         }
     }
-    evencut_core::feed::fill_time(&mut path, &job.tool, &job.machine);
+    evencut_core::machine_time::fill_time(&mut path, &job.tool, &job.machine);
     path
 }
 

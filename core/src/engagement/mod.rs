@@ -7,7 +7,8 @@
 //! With `alpha` the engaged angle and `V_fc` the mean feed component normal to the engaged arc,
 //! `MRR3 = R alpha V_fc H` and `alpha V_fc = V_f * integral of cos(theta) over the engaged arc`.
 //!
-//! Source: S-FORCE (spec 03, "The plane picture").
+//! Source: "Trajectory planning for constant-force milling of freeform surfaces based on conformal mapping",
+//! a Chinese patent application: the disc in the plane.
 
 mod arc;
 mod capsule;

@@ -8,7 +8,7 @@
 use super::arc::Engagement;
 use super::capsule::{Capsule, circle_segment};
 use crate::geometry::DVec2;
-use crate::region::Region;
+use crate::outline::Outline;
 
 /// A leaf that a capsule touches is split down to this part of the cutter radius. Larger: longer
 /// lists in each leaf; smaller: more leaves on the front.
@@ -107,7 +107,7 @@ pub struct Stock {
 
 impl Stock {
     /// The uncut region.
-    pub fn new(region: &Region) -> Self {
+    pub fn new(region: &Outline) -> Self {
         let (low, high) = region.bounds();
         // Off-centre and oversize by odd factors, so that square centres avoid round coordinates.
         let half = 0.5 * (high - low).max_element() * 1.071_324_9;

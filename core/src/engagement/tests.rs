@@ -2,14 +2,14 @@
 
 use super::*;
 use crate::geometry::{DVec2, math};
-use crate::region::Region;
+use crate::outline::Outline;
 
 fn rectangle(x0: f64, y0: f64, x1: f64, y1: f64) -> Vec<DVec2> {
     [(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(|(x, y)| DVec2::new(x, y)).to_vec()
 }
 
 fn big_plate() -> Stock {
-    Stock::new(&Region::from_loops(vec![rectangle(-100.0, -100.0, 100.0, 100.0)]))
+    Stock::new(&Outline::from_loops(vec![rectangle(-100.0, -100.0, 100.0, 100.0)]))
 }
 
 fn sweep_polyline(stock: &mut Stock, radius: f64, points: &[(f64, f64)]) {
@@ -71,7 +71,7 @@ fn outside_of_the_region_is_air() {
 #[test]
 fn square_pocket_second_lap() {
     let (radius, step) = (5.0, 2.0);
-    let mut stock = Stock::new(&Region::from_loops(vec![rectangle(0.0, 0.0, 60.0, 60.0)]));
+    let mut stock = Stock::new(&Outline::from_loops(vec![rectangle(0.0, 0.0, 60.0, 60.0)]));
     let lap = |d: f64| [(d, d), (60.0 - d, d), (60.0 - d, 60.0 - d), (d, 60.0 - d), (d, d)];
     sweep_polyline(&mut stock, radius, &lap(radius));
     let y = radius + step;
@@ -96,7 +96,7 @@ fn inside_corner_engages_side_and_front() {
     // The cleared square [-20, 20]² is an island of air, so that its corners are sharp.
     let island: Vec<_> = rectangle(-20.0, -20.0, 20.0, 20.0).into_iter().rev().collect();
     let plate = rectangle(-100.0, -100.0, 100.0, 100.0);
-    let stock = Stock::new(&Region::from_loops(vec![plate, island]));
+    let stock = Stock::new(&Outline::from_loops(vec![plate, island]));
     // Going +x along y = 16 with stock above y = 20 and beyond x = 20.
     let center = DVec2::new(17.0, 15.0 + step);
     let e = stock.engagement(center, radius, DVec2::X);
@@ -136,7 +136,7 @@ fn annular_pocket_second_lap() {
 fn l_shaped_pocket_legs() {
     let (radius, step) = (4.0, 1.0);
     let outline = [(0.0, 0.0), (60.0, 0.0), (60.0, 30.0), (30.0, 30.0), (30.0, 60.0), (0.0, 60.0)];
-    let region = Region::from_loops(vec![outline.map(|(x, y)| DVec2::new(x, y)).to_vec()]);
+    let region = Outline::from_loops(vec![outline.map(|(x, y)| DVec2::new(x, y)).to_vec()]);
     let mut stock = Stock::new(&region);
     let lap = |d: f64| {
         [
@@ -181,7 +181,7 @@ fn rollback_restores_the_stock() {
 
 #[test]
 fn remaining_area_is_region_minus_swept() {
-    let mut stock = Stock::new(&Region::from_loops(vec![rectangle(0.0, 0.0, 40.0, 30.0)]));
+    let mut stock = Stock::new(&Outline::from_loops(vec![rectangle(0.0, 0.0, 40.0, 30.0)]));
     sweep_polyline(&mut stock, 5.0, &[(10.0, 15.0), (30.0, 15.0)]);
     let mut area = 0.0;
     stock.remaining(0.05, |_, a| area += a);

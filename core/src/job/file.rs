@@ -59,7 +59,8 @@ pub struct JobFile {
     /// Passes and links.
     #[serde(default)]
     pub path: PathTable,
-    /// The limit on the material removal rate: at most one of `mrr_limit` and `relative`.
+    /// The limit on the material removal rate, which stands for the cutting force as long as there is no model of that:
+    /// at most one of `mrr_limit` and `relative`.
     #[serde(default)]
     pub force: ForceTable,
     /// Trochoids, used with `force.control = "trochoid"`.

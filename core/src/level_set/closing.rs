@@ -14,8 +14,6 @@
 //! 2. Every cluster gets the shortest straight branch from the nearest ring that closes it, or, where
 //!    none does, one along its middle: to both ends and back, or once round a closed cluster.
 //! 3. The places are measured again, until nothing is left or a few rounds are over.
-//!
-//! Source: spec 02, "Level sets".
 
 mod branch;
 mod chooser;

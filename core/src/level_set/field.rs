@@ -493,7 +493,7 @@ pub(super) fn gradient([a, b, c]: [DVec2; 3], [u, v, w]: [f64; 3]) -> Option<DVe
 /// Shortest length that passes on the surface can have, mm: the integral of `1 / w_max`.
 ///
 /// # Source
-/// Kim 2001; spec 02, length floor.
+/// Kim 2001.
 pub fn length_floor(mesh: &PassMesh) -> f64 {
     let metric = |face| mesh.flat_metric(face);
     floor_of_faces(mesh.connectivity(), mesh.positions(), mesh.uv(), metric)

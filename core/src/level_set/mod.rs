@@ -7,7 +7,7 @@
 //! - *Branch*: a way out of a pass and back, where fronts meet and the passes alone would leave a place farther
 //!   than half a pass from any of them.
 //!
-//! Source: spec 02; Kimmel and Sethian 1998 for the distance on a triangle mesh.
+//! Source: Kim 2001 and 2007 for the metric; Kimmel and Sethian 1998 for the distance on a triangle mesh.
 
 mod bend;
 mod beyond;

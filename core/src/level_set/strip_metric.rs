@@ -20,7 +20,7 @@ pub fn even(side_step: f64) -> StripMetric {
 /// of a plane.
 ///
 /// # Source
-/// Kim 2007; spec 02.
+/// Kim 2007.
 pub fn of_scallop(shape: &ShapeOperator, weight: impl Fn(f64, f64) -> f64) -> StripMetric {
     let (k_min, k_max, along_max) = shape.principal();
     let normal = shape.normal();

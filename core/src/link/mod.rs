@@ -8,7 +8,6 @@
 //! | `cut` | rings with trochoids where the rate asks for them |
 //! | `excess` | where plain passes exceed the limit by the simulation |
 //! | `deliver` | flat path → `Toolpath` with leads and retracts |
-//! | `rest_passes` | passes over places that are left |
 //!
 //! *Reach*: on the surface when the straight way is inside of the region and the cut on it can be
 //! kept below the limit, else by retract, rapid and approach.
@@ -19,7 +18,6 @@ mod excess;
 mod group;
 mod lay;
 mod order;
-mod rest_passes;
 
 pub use cut::{CutOptions, cut_passes};
 pub use deliver::{DeliverError, DeliverOptions, Delivered, deliver};
@@ -28,4 +26,3 @@ pub use group::Group;
 pub(crate) use group::oriented;
 pub use lay::{LayOptions, lay};
 pub use order::Precedence;
-pub use rest_passes::{RestPassOptions, rest_passes};

@@ -14,7 +14,7 @@
 //!
 //! # Source
 //! Zou, Wang, Feng, "A new approach to generating iso-level tool paths: length-optimal tool path
-//! planning for freeform surfaces with preferred feed directions", CAD 2020; spec 02.
+//! planning for freeform surfaces with preferred feed directions", CAD 2020.
 
 use crate::geometry::{DVec2, DVec3};
 use crate::level_set::strip_metric::FlatMetric;

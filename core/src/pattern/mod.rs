@@ -2,7 +2,7 @@
 //!
 //! | pattern | field |
 //! |---|---|
-//! | `contour` | distance from the boundary |
+//! | `contour` | distance from the boundary (`contour`) |
 //! | `iso-scallop` | signed distance from a start curve (`start`) |
 //! | `iso-parametric` | surface parameter or conformal coordinate, paced |
 //! | `iso-planar` | distance from a vertical plane, paced |
@@ -11,9 +11,8 @@
 //! | `spiral` | the rings of `contour`, joined (`spiral`) |
 //!
 //! Where a pattern leaves a choice open, the one is taken whose level curves are the shortest.
-//!
-//! Source: spec 02, "Pass fields".
 
+mod contour;
 mod direction;
 mod mpf;
 mod spiral;
@@ -108,10 +107,9 @@ pub fn lay_out(
 ) -> Result<Laid, LevelSetError> {
     let sketch = Sketch { coarse, mesh, locator, options, setting };
     let field = match options.pattern {
-        Pattern::Contour | Pattern::Spiral => match setting.clearance {
-            None => PassField::from_boundary(mesh),
-            Some(clearance) => PassField::from_clearance(mesh, clearance, setting.radius)?,
-        },
+        Pattern::Contour | Pattern::Spiral => {
+            contour::from_boundary(mesh, setting.clearance, setting.radius)?
+        }
         // Every band is a region with its own start curve.
         Pattern::IsoScallop | Pattern::Mpf => sketch.iso_scallop()?,
         Pattern::IsoParametric => sketch.iso_parametric(parameters)?,

@@ -10,7 +10,7 @@
 //!
 //! # Source
 //! Chiou and Lee, "A machining potential field approach to tool path generation for multi-axis sculptured
-//! surface machining", Computer-Aided Design 34 (2002); spec 04.
+//! surface machining", Computer-Aided Design 34 (2002).
 
 use super::start::{Trace, long_side};
 use crate::flatten::Locator;

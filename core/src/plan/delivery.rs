@@ -4,19 +4,19 @@ use super::error::{PlanError, SLOWEST};
 use super::load::chord;
 use super::tilt::{axis_rule, tilted};
 use crate::cutter_location::{LiftedSpan, Obstacles, PassOptions, ToolAxis};
-use crate::feed::fill_time;
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
 use crate::geometry::DVec3;
 use crate::job::{Boundary, ForceControl, Inaccessible, Job};
 use crate::lift::Lift;
-use crate::link::{self, DeliverOptions, Delivered, RestPassOptions, deliver};
+use crate::link::{DeliverOptions, Delivered, deliver};
 use crate::machine::Axes;
+use crate::machine_time::fill_time;
 use crate::regions::JointTerrain;
 use crate::removal::{
     self, Access, Columns, Coverage, Cutter, Feeds, Layer, Limit, Place, TooSlow, rated,
 };
-use crate::rest::{Places, RestFinder, RestOptions};
+use crate::rest::{Places, RestFinder, RestOptions, RestPassOptions, rest_passes};
 use crate::surface::{Part, Surface};
 use crate::toolpath::Toolpath;
 use crate::walls::{Sweep, WallOptions, Walls};
@@ -182,7 +182,7 @@ impl Delivery<'_> {
     ) -> Result<Finished, PlanError> {
         let side_step = self.job.nominal_side_step();
         for _ in 0..REST_PASS_ROUNDS {
-            let rest_passes = RestPassOptions {
+            let options = RestPassOptions {
                 side_step,
                 beyond: 0.5 * side_step + self.job.tool.radius() - self.job.tool.corner_radius(),
                 height: self.job.cut.axial_depth,
@@ -191,7 +191,7 @@ impl Delivery<'_> {
                 region: finished.toolpath.points.last().map_or(0, |p| p.region),
             };
             let left = &finished.coverage.never_covered_flat;
-            let more = link::rest_passes(left, &self.terrain, &rest_passes);
+            let more = rest_passes(left, &self.terrain, &options);
             if more.is_empty() {
                 break;
             }

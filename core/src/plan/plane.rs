@@ -8,7 +8,7 @@ use crate::flatten::{Chart, Locator};
 use crate::job::{CutDirection, ForceControl, Job, Pattern, Stepover};
 use crate::level_set::FieldTerrain;
 use crate::link::{CutOptions, Excess, Group, LayOptions, cut_passes, lay};
-use crate::region::Region;
+use crate::outline::Outline;
 use crate::regions::{JointTerrain, Layout, RegionMesh};
 use crate::strips::strip;
 use crate::surface::{CurvatureField, Surface};
@@ -27,7 +27,7 @@ pub struct Plane<'a> {
     pub layouts: &'a [Layout],
     /// Over the fine mesh of every region mesh.
     pub fine: &'a [Locator<'a>],
-    pub region: &'a Region,
+    pub region: &'a Outline,
     /// Moves the passes of tilted cutters with a flat bottom.
     pub centring: Option<Centring<'a>>,
 }

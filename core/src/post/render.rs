@@ -3,9 +3,9 @@
 use super::dialect::Dialect;
 use super::error::PostError;
 use super::program::{Program, ProgramOptions};
-use crate::feed::commanded_time;
 use crate::geometry::DVec3;
 use crate::machine::{Axes, Leg, Rotary, Tables};
+use crate::machine_time::commanded_time;
 use crate::tool::ToolKind;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath, push_fixed};
 use crate::units::{MINUTE, per_minute};

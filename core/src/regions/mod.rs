@@ -15,8 +15,6 @@
 //!
 //! Path and cutter locations stay those of the one surface and its one chart: split mesh and surface are the
 //! same set of points.
-//!
-//! Source: spec 04 and 05.
 
 pub mod distortion;
 mod divided;

@@ -4,8 +4,6 @@
 //! - *Way*: from the last pass of a region to the nearest place of the first pass of the next.
 //!
 //! Walks of the graph of neighbours begin at every region once; the one with the shortest ways is taken.
-//!
-//! Source: spec 05, step 8.
 
 use super::division::{Region, Regions};
 use super::layout::Layout;

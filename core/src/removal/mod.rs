@@ -13,8 +13,6 @@
 //! cutter in `body`); feeds follow from what a window of pieces takes (`rates`); what is left at
 //! the end is the coverage (`coverage`), judged by the cusps that are meant to stay (`cusp`). Where only
 //! that is asked, most columns need not be swept (`remains`).
-//!
-//! Source: spec 09 (material columns), 03 (limit).
 
 mod body;
 mod columns;

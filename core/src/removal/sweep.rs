@@ -6,8 +6,8 @@
 
 use super::body::{Body, Cutter, Layer, Pose, Stroke};
 use super::columns::{Block, Bound, Columns};
-use crate::feed::feed_length;
 use crate::geometry::{DVec3, math};
+use crate::machine_time::feed_length;
 use crate::parallel;
 use crate::tool::Tool;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};

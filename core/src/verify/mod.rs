@@ -18,7 +18,7 @@
 //! Nothing here comes from planning: a path is points and axes, a surface is triangles. It judges
 //! paths made elsewhere alike.
 //!
-//! Source: spec 09. Columns along normals instead of one direction, as in the normal vector cutting
+//! Source: columns along normals instead of one direction, as in the normal vector cutting
 //! method: Jerard, Drysdale, Hauck, Schaudt, Magewick, "Methods for detecting errors in numerically
 //! controlled machining of sculptured surfaces", IEEE CG&A 9(1) (1989).
 

@@ -5,7 +5,7 @@ use crate::flatten::Chart;
 use crate::geometry::DVec3;
 use crate::level_set::LevelSetError;
 use crate::mesh::{Connectivity, VertexId};
-use crate::region::signed_area;
+use crate::outline::signed_area;
 use crate::surface::Surface;
 
 /// A flat plate of squares of side `h`, cut down to where `keep` holds at the centre.

@@ -5,7 +5,7 @@ use crate::engagement::{Cutting, Stock};
 use crate::flat_path::Terrain;
 use crate::job::FeedComponent;
 use crate::link::Precedence;
-use crate::region::Region;
+use crate::outline::Outline;
 
 /// A flat square plate with walls; rings are squares.
 struct Plate {
@@ -66,7 +66,7 @@ impl Plate {
     ) -> (Vec<FlatPoint>, Stock, usize) {
         let mut outline = self.corners(0.0);
         outline.reverse();
-        let stock = Stock::new(&Region::from_loops(vec![outline]));
+        let stock = Stock::new(&Outline::from_loops(vec![outline]));
         let cutting = Cutting {
             radius: self.radius,
             depth: 0.5,

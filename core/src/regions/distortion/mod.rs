@@ -18,8 +18,8 @@
 //! more evenly.
 //!
 //! # Source
-//! S-DISTORT, a Chinese patent application of 2022, "Method for generating region-wise contour-parallel
-//! tool paths on a curved surface"; spec 05.
+//! "Method for generating region-wise contour-parallel tool paths on a curved surface", a Chinese patent application of
+//! 2022.
 
 mod flattened;
 mod measure;

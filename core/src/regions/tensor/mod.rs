@@ -15,7 +15,7 @@
 //!
 //! # Source
 //! Xu, Li, Liu, J. Nanjing Univ. Aeronautics & Astronautics 48(6) 2016, 847-855; for ball ends Liu et
-//! al., Computer-Aided Design 66 (2015) 1-13; spec 04.
+//! al., Computer-Aided Design 66 (2015) 1-13.
 
 mod exact;
 mod field;

@@ -7,7 +7,7 @@
 //! radial.
 //!
 //! # Source
-//! Delmarcelle (1994); Xu, Li, Liu (2016); spec 04.
+//! Delmarcelle (1994); Xu, Li, Liu (2016).
 
 use crate::geometry::DVec2;
 use crate::geometry::math::{acos_clamped, atan, atan2, cbrt, cos, sin};

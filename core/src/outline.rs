@@ -1,4 +1,4 @@
-//! The flat region that is machined: one outer loop and its islands.
+//! The outline of the flat surface: one outer loop and its islands.
 
 use crate::flatten::Chart;
 use crate::geometry::{DVec2, cross2};
@@ -6,11 +6,11 @@ use crate::surface::Surface;
 
 /// Closed flat polygons with the region on their left: the outer loop first, then the islands.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Region {
+pub struct Outline {
     loops: Vec<Vec<DVec2>>,
 }
 
-impl Region {
+impl Outline {
     /// The whole of a chart.
     pub fn of_chart(surface: &Surface, chart: &Chart) -> Self {
         let uv = chart.uv();

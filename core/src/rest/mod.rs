@@ -1,4 +1,5 @@
-//! Places that a delivered path leaves too high, and branches over them.
+//! Rest: places that a delivered path leaves too high, branches of its passes over them, and rest passes of their own
+//! over what the material columns show as left (`passes`).
 //!
 //! Level curves know the strip of a cutter with a flat bottom to second order, and where it ends half a side
 //! step beside them. Where they turn sharply, meet the boundary at a small angle, or end beside others that run
@@ -25,8 +26,10 @@ use crate::tool::ToolKind;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use std::collections::BTreeSet;
 
+mod passes;
 mod samples;
 
+pub use passes::{RestPassOptions, rest_passes};
 pub use samples::Places;
 use samples::{Ball, LEVELS, Sample};
 

@@ -10,7 +10,8 @@
 //!    `C(t) = O(t) + R(t) (cos, sin)`, starting at the back, where all is cleared.
 //! 3. The bite from the closed form for the first try, then corrected by measurement.
 //!
-//! Source: S-FORCE (spec 03, "Variable-radius trochoid").
+//! Source: "Trajectory planning for constant-force milling of freeform surfaces based on conformal mapping",
+//! a Chinese patent application: trochoids of variable radius.
 
 use crate::engagement::Simulation;
 use crate::geometry::{DVec2, math};

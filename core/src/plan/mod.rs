@@ -7,7 +7,6 @@ mod plane;
 mod tilt;
 
 use crate::cutter_location::{CheckMesh, LiftedSpan};
-use crate::feed::fill_time;
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, FlattenError, Locator, Quality, abf, bff};
 use crate::geometry::DVec3;
@@ -15,9 +14,10 @@ use crate::job::{Boundary, Division, FlattenMethod, Job, Pattern, Start, Stepove
 use crate::level_set::{ClosingReport, PassMesh, StripMetric};
 use crate::lift::Lift;
 use crate::machine::Axes;
+use crate::machine_time::fill_time;
 use crate::mesh::{FaceId, VertexId};
+use crate::outline::Outline;
 use crate::pattern;
-use crate::region::Region;
 use crate::regions::tensor::{self, Topology};
 use crate::regions::{self, Divided, LayoutOptions, RegionMesh, Regions, Undivided};
 use crate::removal::{self, Coverage};
@@ -237,7 +237,7 @@ pub fn plan_showing(
     let layouts = regions::lay_out(&region_meshes, &fine, &layout_options)?;
     let place = |at| locator.locate(at).ok().map(|p| surface.position(p));
     let order = regions::in_order(regions.as_ref(), &layouts, job.regions.order, place);
-    let region = Region::of_chart(&surface, &chart);
+    let region = Outline::of_chart(&surface, &chart);
     let plane = Plane {
         job,
         region_meshes: &region_meshes,
