@@ -7,8 +7,8 @@ use thiserror::Error;
 pub enum LevelSetError {
     /// The mesh would have to be refined beyond reason.
     #[error(
-        "rings: a side step of {side_step:.4} mm would need more than {limit} triangles to carry \
-         the distance field; choose a larger cut.stepover or cut.scallop, or machine a smaller part"
+        "rings: a side step of {side_step:.4} mm would need a mesh of more than {limit} triangles \
+         for the distance field; choose a larger cut.stepover or cut.scallop, or machine a smaller part"
     )]
     TooFine {
         /// Typical side step asked for, mm.
@@ -32,14 +32,14 @@ pub enum LevelSetError {
     NoCurve,
     /// The surface is closed in the parameter asked for.
     #[error(
-        "passes: the surface is closed in that parameter, so that passes along the other one would \
-         jump; give the other path.along, or another path.pattern"
+        "passes: the surface is closed in that parameter, so passes along the other one would \
+         jump at the seam; choose the other path.along, or another path.pattern"
     )]
     ClosedParameter,
     /// Passes along a function would lie far too close.
     #[error(
-        "passes: {passes:.0} of them would be needed, since somewhere they would run apart by hardly \
-         any of their side step; choose another path.pattern, path.angle or path.along"
+        "passes: {passes:.0} passes would be needed, because in places they would be much closer \
+         together than the side step; choose another path.pattern, path.angle or path.along"
     )]
     Uneven {
         /// Passes needed.
@@ -48,7 +48,7 @@ pub enum LevelSetError {
     /// The cutter does not fit between the walls anywhere.
     #[error(
         "rings: path.boundary = \"wall\", and the cutter, of {radius:.3} mm radius, does not fit between the walls: \
-         at the widest place there is room for {widest:.3} mm; use a smaller cutter or path.boundary = \"open\""
+         at the widest place there is room for {widest:.3} mm radius; use a smaller cutter or path.boundary = \"open\""
     )]
     NoRoom {
         /// Cutter radius, mm.

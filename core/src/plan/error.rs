@@ -67,7 +67,7 @@ pub enum PlanError {
     /// The start curve lies far from the surface.
     #[error(
         "passes: point {number} of path.curve, ({:.3}, {:.3}, {:.3}) mm, lies {distance:.0} mm from the surface, \
-         which is {size:.0} mm large: give places on the surface, in the job's units and after \
+         which measures {size:.0} mm: give points on the surface, in the job's units and after \
          surface.rotate and surface.translate",
         point.x, point.y, point.z
     )]
@@ -131,8 +131,8 @@ pub enum PlanError {
     },
     /// The cutter comes down to the surface nowhere.
     #[error(
-        "cutter: it fits nowhere on this surface: at ({:.3}, {:.3}, {:.3}) mm the part or its walls hold it up by \
-         {raise:.3} mm; use a smaller cutter, or select what it can reach (surface.select)",
+        "cutter: it fits nowhere on this surface: even at ({:.3}, {:.3}, {:.3}) mm the part or its walls keep it \
+         {raise:.3} mm too high; use a smaller cutter, or select what it can reach (surface.select)",
         place.x, place.y, place.z
     )]
     FitsNowhere {
