@@ -30,32 +30,32 @@ pub struct Compare {
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = pattern)]
     patterns: Vec<Pattern>,
     /// Compare divisions into regions instead of patterns, all or some, separated by commas: single,
-    /// piecewise (one region, one stepover for the largest stretch of its map), distortion-piecewise,
+    /// piecewise (one region, one stepover for the largest stretch of its flat map), distortion-piecewise,
     /// distortion, tensor
     #[arg(
         long, value_name = "LIST", value_delimiter = ',', value_parser = regions,
         num_args = 0..=1, require_equals = true, conflicts_with = "patterns"
     )]
     regions: Option<Vec<RegionVariant>>,
-    /// Compare the texture of the job's window by tilts of the axis toward the feed, degrees, separated by commas
+    /// Compare the texture of the job's window for these lead angles of the tool axis, degrees, separated by commas
     #[arg(
         long, value_name = "LIST", value_delimiter = ',',
         conflicts_with_all = ["patterns", "regions"]
     )]
     tilts: Vec<f64>,
-    /// And by feeds per tooth, mm, separated by commas
+    /// Compare it for these feeds per tooth, mm, separated by commas
     #[arg(
         long, value_name = "LIST", value_delimiter = ',',
         conflicts_with_all = ["patterns", "regions"]
     )]
     feeds_per_tooth: Vec<f64>,
-    /// Threads to use [default: 1, so that seconds of computing can be compared]
+    /// Number of threads [default: 1, so that computing times can be compared]
     #[arg(long, value_name = "N")]
     threads: Option<std::num::NonZeroUsize>,
     /// Print comma-separated values instead of aligned text
     #[arg(long)]
     csv: bool,
-    /// Print a picture of bars as SVG instead of aligned text
+    /// Print a bar chart as SVG instead of aligned text
     #[arg(long, conflicts_with = "csv")]
     svg: bool,
 }
@@ -157,7 +157,7 @@ impl Compare {
             return Err(bad(format!("--tilts: {tilt} is not from 0 to {MOST_TILT} degrees")));
         }
         if let Some(feed) = self.feeds_per_tooth.iter().find(|f| !(f.is_finite() && **f > 0.0)) {
-            return Err(bad(format!("--feeds-per-tooth: {feed} is no positive number")));
+            return Err(bad(format!("--feeds-per-tooth: {feed} is not a positive number")));
         }
         let or_own = |some: &[f64]| match some {
             [] => vec![None],

@@ -17,7 +17,7 @@ pub struct Inspect {
     /// Surface file: stl, obj, ply, off, json, step or stp
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Factor on the file's lengths that makes them millimetres
+    /// Factor that converts the file's lengths to millimetres
     #[arg(long, default_value_t = 1.0, value_name = "S", value_parser = scale)]
     scale: f64,
     /// Print the figures as JSON

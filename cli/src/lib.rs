@@ -57,24 +57,24 @@ struct Arguments {
 enum Command {
     /// Plan a job and write its results
     #[command(long_about = "Plans a job and writes its results: program, toolpath, pictures, \
-                            report and the job with all defaults filled in. Results appear as a \
-                            whole or not at all; a run that fails leaves earlier ones as they \
-                            were. Prints the report's summary.")]
+                            report and the job with all defaults filled in. Results are written \
+                            completely or not at all; a run that fails leaves earlier ones \
+                            unchanged. Prints the report's summary.")]
     Plan(plan::Plan),
     /// Measure what a path leaves and removes
     #[command(
         long_about = "Simulates a path, made here or elsewhere, against the surface: scallop \
                             heights by slope, gouges, what no move reached, removal rate, rapids \
-                            through stock, faults of the program. Shares nothing with planning.\n\n    \
+                            through stock, faults of the program. Independent of planning.\n\n    \
                             evencut verify results/mould --job jobs/mould.toml\n    \
                             evencut verify part.ngc --surface part.stl --tool ball:10 --scallop 0.01"
     )]
     Verify(verify::Verify),
     /// Plan a job with several patterns and print a table
-    #[command(long_about = "Plans a job once for every pattern, judges every path by simulation \
+    #[command(long_about = "Plans a job once for every pattern, checks every path by simulation \
                             and prints a table: passes, length on the surface in mm and as a \
                             multiple of the shortest possible, length of all moves at feed, time on \
-                            the machine, seconds of computing, largest and P99 residual, deepest \
+                            the machine, computing time in s, largest and P99 residual, deepest \
                             gouge and heights of the cusps in µm, and whether every limit was kept. \
                             The removal rate is not limited.\n\n    \
                             evencut compare part.toml --patterns contour,iso-scallop,spiral")]
@@ -84,7 +84,7 @@ enum Command {
         long_about = "Plans a job and simulates what the teeth of its cutter leave in the window \
                             of its [texture] table: heights as CSV, ASCII matrix and X3P (ISO \
                             25178-72), a picture, and the parameters Sa, Sq, Sz, Ssk, Sku, Ra, Rz. \
-                            The path is not judged.\n\n    \
+                            The path is not verified.\n\n    \
                             evencut texture part.toml -o results/part-texture"
     )]
     Texture(texture::Texture),

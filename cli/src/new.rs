@@ -36,7 +36,9 @@ impl New {
         let text = relative(&self.surface, &job).map(|name| template(&name, &facts(&inspection)));
         if let Err(error) = text.and_then(|text| write(&job, &text)) {
             let hint = match error.kind() {
-                io::ErrorKind::AlreadyExists => "\n = it stays as it is; give another name with -o",
+                io::ErrorKind::AlreadyExists => {
+                    "\n = it was not overwritten; give another name with -o"
+                }
                 _ => "",
             };
             streams.message(&format!("error: {error}\n --> {}{hint}\n", input::shown(&job)));

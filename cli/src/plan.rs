@@ -20,16 +20,16 @@ pub struct Plan {
     /// Job file; `-` reads standard input
     #[arg(value_name = "JOB")]
     job: PathBuf,
-    /// Directory of the results, whose earlier results are replaced [default: results/JOB's name]
+    /// Output directory; earlier results in it are replaced [default: results/JOB's name]
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Threads to use, which change nothing but the time [default: all]
+    /// Number of threads; the results do not depend on it [default: all]
     #[arg(long, value_name = "N")]
     threads: Option<std::num::NonZeroUsize>,
     /// Print the report as JSON instead of its summary
     #[arg(long)]
     json: bool,
-    /// Do not simulate the path to measure what it leaves and removes
+    /// Do not simulate the path to verify what it leaves and removes
     #[arg(long)]
     no_verify: bool,
     /// Print errors only (and the report, with --json)

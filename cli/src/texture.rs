@@ -32,10 +32,10 @@ const RESULTS: [&str; 2] = ["job.resolved.toml", "toolpath.csv"];
 /// Arguments of `evencut texture`.
 #[derive(Args)]
 pub struct Texture {
-    /// Job file, which is planned; `-` reads standard input. Or a directory of results, whose path is taken as it is
+    /// Job file to plan (`-` reads standard input), or a directory of results, whose toolpath.csv is used as it is
     #[arg(value_name = "JOB|RESULTS")]
     input: PathBuf,
-    /// Job of the results, where they are not near its surface [default: the one that is with them]
+    /// Job file of the results, needed if they are not near their surface file [default: their job.resolved.toml]
     #[arg(long, value_name = "JOB")]
     job: Option<PathBuf>,
     /// Place of the window, mm [default: the job's texture.at]
@@ -44,16 +44,16 @@ pub struct Texture {
     /// Its size along and across the feed, mm [default: the job's texture.size, or five side steps]
     #[arg(long, value_name = "MM,MM", value_delimiter = ',', allow_hyphen_values = true)]
     size: Option<Vec<f64>>,
-    /// All of the surface instead of a window
+    /// Simulate the whole surface instead of a window
     #[arg(long, conflicts_with = "size")]
     whole: bool,
-    /// Length of a cell of its grid, mm [default: the job's texture.spacing, or a tenth of the feed per tooth]
+    /// Grid spacing, mm [default: the job's texture.spacing, or a tenth of the feed per tooth]
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     spacing: Option<f64>,
-    /// Directory of the files, whose earlier ones are replaced [default: results/JOB's name-texture]
+    /// Output directory; earlier results in it are replaced [default: results/JOB's name-texture]
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Threads to use, which change nothing but the time [default: all]
+    /// Number of threads; the results do not depend on it [default: all]
     #[arg(long, value_name = "N")]
     threads: Option<std::num::NonZeroUsize>,
     /// Print errors only
@@ -94,7 +94,7 @@ impl Texture {
         output::check(&target).map_err(|error| of_output(&error))?;
         if let Some(plan) = RESULTS.iter().find(|name| target.join(name).exists()) {
             let message = format!(
-                "the directory holds a plan ({plan}), which would be lost: name another one with -o"
+                "the directory holds a plan ({plan}), which would be lost: name another directory with -o"
             );
             return Err(Failed::file(Exit::BadJob, message, &target));
         }
@@ -138,7 +138,7 @@ impl Texture {
             return match self.job {
                 None => Ok(None),
                 Some(_) => {
-                    let message = "--job goes with a directory of results, which this is not";
+                    let message = "--job is for a directory of results, and this is not one";
                     Err(Failed::file(Exit::BadJob, message, &self.input))
                 }
             };
@@ -163,7 +163,7 @@ impl Texture {
         match report.as_ref().and_then(|report| report.output(name)) {
             Some(file) if *file != FileRecord::of(name, bytes) => {
                 let remedy = if name == RESULTS[0] {
-                    "plan the job again, or name the one that you mean with --job"
+                    "plan the job again, or name the right job with --job"
                 } else {
                     "plan the job again"
                 };
@@ -189,7 +189,7 @@ impl Texture {
             let recorded = report.as_ref().and_then(|report| report.input(name));
             if recorded.is_some_and(|file| *file != FileRecord::of(name, bytes)) {
                 let message = "the plan was not made from this file: its SHA-256 is not that of report.json; plan the job \
-                               again, or name the job that is beside the right file with --job";
+                               again, or name with --job the job that is beside the right file";
                 return Err(Failed::file(Exit::BadSurface, message, path));
             }
         }
@@ -200,9 +200,8 @@ impl Texture {
     fn window(&self, job: &Job) -> Result<Option<TextureOptions>, Failed> {
         let numbers = |name: &str, given: &Option<Vec<f64>>, count: usize| match given {
             Some(numbers) if numbers.len() != count || numbers.iter().any(|x| !x.is_finite()) => {
-                let message = format!(
-                    "error: {name} takes {count} finite numbers with commas between them\n"
-                );
+                let message =
+                    format!("error: {name} takes {count} finite numbers separated by commas\n");
                 Err(Failed(Exit::BadJob, message))
             }
             given => Ok(given.clone()),

@@ -46,16 +46,16 @@ pub struct Verify {
     /// Job that the path belongs to: surface, cutter, limits and machine are taken from it
     #[arg(long, value_name = "JOB", conflicts_with_all = ["surface", "tool"])]
     job: Option<PathBuf>,
-    /// Mesh that the path machines: stl, obj, ply or off [default: that of the directory of results]
+    /// Mesh of the surface that the path machines: stl, obj, ply or off [default: that of the directory of results]
     #[arg(long, value_name = "FILE", requires = "tool")]
     surface: Option<PathBuf>,
-    /// Further mesh of the part, all of which must only not be cut into
+    /// Further mesh of the part: it is not machined and must not be cut into
     #[arg(long, value_name = "FILE")]
     part: Option<PathBuf>,
-    /// The boundary of what is machined is a wall: what stands outside of it must not be cut into
+    /// The boundary of the machined surface is a wall, which must not be cut into
     #[arg(long, requires = "surface", conflicts_with = "job")]
     wall: bool,
-    /// How far the wall stands above the edge of what is machined, mm [default: the cutter's diameter, or the
+    /// Height of the wall above the edge of the machined surface, mm [default: the cutter's diameter, or the
     /// height of the stock if that is more]
     #[arg(long, value_name = "MM", requires = "wall", allow_hyphen_values = true)]
     wall_height: Option<f64>,
@@ -68,7 +68,7 @@ pub struct Verify {
         allow_hyphen_values = true
     )]
     scale: f64,
-    /// Faces of the mesh within this angle of +Z are machined, the others must only not be cut into
+    /// Faces of the mesh within this angle of +Z are machined; the others must not be cut into
     #[arg(
         long,
         default_value_t = 89.9,
@@ -92,19 +92,19 @@ pub struct Verify {
     /// Axial depth of the stock, mm, for the removal rate [default: the job's]
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     depth: Option<f64>,
-    /// Allowance that is to stay on the surface, mm [default: the job's, or 0]
+    /// Allowance left on the surface, mm [default: the job's, or 0]
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     allowance: Option<f64>,
     /// Limit on the removal rate, mm³/min [default: the job's]
     #[arg(long, value_name = "MM3/MIN", allow_hyphen_values = true)]
     mrr_limit: Option<f64>,
-    /// Distance of samples, mm [default: a tenth of the job's side step, or R/40]
+    /// Distance between samples, mm [default: a tenth of the job's side step, or R/40]
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     spacing: Option<f64>,
     /// Directory for the report and pictures
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Threads to use, which change nothing but the time [default: all]
+    /// Number of threads; the results do not depend on it [default: all]
     #[arg(long, value_name = "N")]
     threads: Option<std::num::NonZeroUsize>,
     /// Print the report as JSON
@@ -211,7 +211,7 @@ impl Verify {
         if self.path.is_dir() && !file.exists() {
             let message = match program_in(&self.path) {
                 Some(name) => format!(
-                    "the directory holds no toolpath.csv, but {name}: name that file to judge it"
+                    "the directory holds no toolpath.csv, but {name}: name that file to verify it"
                 ),
                 None => "the directory holds no toolpath.csv; give a directory of results, a \
                          toolpath.csv or a program"
@@ -228,9 +228,9 @@ impl Verify {
                 "warning: {name} is not the file that {} was written with; {}\n",
                 input::shown(&report),
                 if self.path.is_dir() && name != "toolpath.csv" {
-                    "only toolpath.csv is judged here: name the program to judge it"
+                    "only toolpath.csv is verified here: name the program to verify it"
                 } else {
-                    "its inaccessible places may not be those of this path"
+                    "the inaccessible places in the report may not be those of this path"
                 }
             ));
         }
@@ -283,7 +283,7 @@ impl Verify {
     fn of_mesh(&self, file: &Path) -> Result<Subject, Failed> {
         // The arguments' rules ask for both.
         let Some(tool) = self.tool else {
-            return Err(Failed(Exit::BadJob, "error: --surface takes --tool, too\n".into()));
+            return Err(Failed(Exit::BadJob, "error: --surface also needs --tool\n".into()));
         };
         in_range("--scale", self.scale, SCALES)?;
         in_range("--within", self.within, (0.0, 180.0))?;
@@ -413,7 +413,7 @@ impl Verify {
         let figures = &verdict.report.verification;
         if figures.spacing_mm > asked * (1.0 + 1e-9) {
             streams.message(&format!(
-                "warning: samples {asked} mm apart would be too many; they are {:.4} mm apart\n",
+                "warning: a sample distance of {asked} mm needs too many samples; {:.4} mm is used instead\n",
                 figures.spacing_mm
             ));
         }

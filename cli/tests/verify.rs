@@ -214,9 +214,9 @@ fn a_path_of_another_size_or_place_is_hinted_at() {
     hint(STRIP, &["--scale", "0.03937"], "the surface may be in inches");
     hint(STRIP, &["--scale", "25.4"], "the path may be in inches");
     let moved = STRIP.replace("v 20", "v 120").replace("v 0", "v 100");
-    hint(&moved, &[], "mm beside the surface");
+    hint(&moved, &[], "mm away from the surface");
     let sunk = STRIP.replace(" 0\nv", " -9\nv").replace(" 0\nf 1", " -9\nf 1");
-    hint(&sunk, &[], "beside the surface");
+    hint(&sunk, &[], "away from the surface");
 }
 
 #[test]

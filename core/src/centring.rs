@@ -1,15 +1,14 @@
 //! Contacts beside the level curves, so that the strips lie where the level curves are.
 //!
-//! A tilted flat bottom leaves the edges of its strip behind the contact. On a twisted surface one of them
-//! stands higher there than the other, so that the contact is not in the middle of the strip. Level curves
-//! are where the middles of strips are to be: half a pass from the boundary and from each other, whichever
-//! way they are cut.
+//! The edges of the strip of a tilted flat bottom trail behind the contact. On a twisted surface one edge is higher
+//! there than the other, so that the contact is not in the middle of the strip. Level curves mark the middles of
+//! strips: half a pass from the boundary and from each other, in whatever direction they are cut.
 //!
-//! 1. Points are added to open passes, at most a part of a side step apart.
-//! 2. Each is moved across the feed by as much as the middle of its strip is off the contact.
-//! 3. Ends at the boundary are moved along the pass until they are there again.
-//! 4. The cutter faces the way of the pass over a side step: it leans to the side by a part of the noise of
-//!    that way. On a branch it faces the way of its pass.
+//! 1. Points are added to open passes, at most a fraction of a side step apart.
+//! 2. Each point is moved across the feed by the distance between the contact and the middle of its strip.
+//! 3. Ends at the boundary are moved along the pass until they lie on it again.
+//! 4. The cutter faces the mean direction of the pass over a side step, since it would lean to the side by a fraction
+//!    of the noise of that direction. On a branch it faces as on its pass.
 
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
@@ -18,15 +17,16 @@ use crate::strip_width::Strip;
 use crate::surface::{CurvatureField, Surface};
 use crate::toolpath::MoveKind;
 
-/// Part of the way to the boundary that a point is moved at most. More: rounding leads it outside.
+/// Fraction of the distance to the boundary by which a point is moved at most. More: rounding moves it outside.
 const WITHIN: f64 = 0.98;
-/// Farthest that an end is moved along its pass, steps.
+/// Greatest distance by which an end is moved along its pass, steps.
 const LONGEST: f64 = 6.0;
 
-/// Points before and after one by which its direction is measured. Fewer: noise; more: sharp turns are cut.
+/// Number of points before and after one from which its direction is measured. Fewer: noise; more: sharp turns are
+/// smoothed.
 const BESIDE: usize = 2;
 
-/// What tells how passes are to be moved.
+/// The data needed to move passes.
 #[derive(Copy, Clone, Debug)]
 pub struct Centring<'a> {
     /// The surface.
@@ -35,7 +35,7 @@ pub struct Centring<'a> {
     pub chart: &'a Chart,
     /// Over its flat faces.
     pub locator: &'a Locator<'a>,
-    /// How it bends.
+    /// Its curvature.
     pub curvature: &'a CurvatureField,
     /// The cutter and the cusps it leaves.
     pub strip: Strip,
@@ -52,12 +52,12 @@ struct Vertex {
     moved: DVec2,
     /// Flat unit direction of the pass there.
     heading: DVec2,
-    /// Whether the pass had it before.
+    /// Whether it is a point of the original pass.
     is_old: bool,
 }
 
 impl Centring<'_> {
-    /// The path with its open passes moved; branches stay, but where they leave.
+    /// The path with its open passes moved; branches are kept, except where they leave.
     pub fn centred(&self, points: &[FlatPoint]) -> Vec<FlatPoint> {
         points.chunk_by(|a, b| a.pass == b.pass).flat_map(|pass| self.pass(pass)).collect()
     }
@@ -86,7 +86,7 @@ impl Centring<'_> {
         self.along(points, &vertices)
     }
 
-    /// The points of a pass and those between, moved across.
+    /// The points of a pass, with the added ones, moved across.
     fn moved(&self, line: &[DVec2]) -> Vec<Vertex> {
         let mut dense: Vec<(DVec2, bool)> = Vec::new();
         for w in line.windows(2) {
@@ -106,15 +106,15 @@ impl Centring<'_> {
         (0..dense.len()).map(vertex).collect()
     }
 
-    /// By how much a contact at a flat place, cut in a flat unit direction, is moved so that its strip is there.
+    /// By how much a contact at a flat place, cut in a flat unit direction, is moved so that its strip lies there.
     fn aside(&self, at: DVec2, way: DVec2) -> Option<DVec2> {
         let (ahead, [along, twist, across]) = self.bends(at, way)?;
         let middle = self.strip.middle(across, along, twist);
         Some(way.perp() * (-middle / ahead.length()))
     }
 
-    /// The image in space of a flat direction at a place, and the curvature along it, mixed with the one to its
-    /// left, and in that, 1/mm.
+    /// The image in space of a flat direction at a place; and the curvature along it, mixed with its left normal, and
+    /// along that normal, 1/mm.
     fn bends(&self, at: DVec2, way: DVec2) -> Option<(DVec3, [f64; 3])> {
         let point = self.locator.locate(at).ok()?;
         let ahead = self.in_space(point.face, way)?;
@@ -124,7 +124,7 @@ impl Centring<'_> {
         Some((ahead, shape.in_frame([feed, left]).k))
     }
 
-    /// Moves the first of the points along the pass to the boundary; those beyond that are left out.
+    /// Moves the first of the points along the pass to the boundary; points beyond it are dropped.
     fn meet_boundary(&self, vertices: &mut Vec<Vertex>) {
         let is_inside = |v: &Vertex| self.locator.locate(v.moved).is_ok();
         let Some(first) = vertices.iter().position(is_inside).filter(|k| k + 1 < vertices.len())
@@ -149,7 +149,7 @@ impl Centring<'_> {
         }
     }
 
-    /// The points of a pass, moved, with those between.
+    /// The moved points of a pass, with the added ones.
     fn along(&self, points: &[FlatPoint], vertices: &[Vertex]) -> Vec<FlatPoint> {
         let mut out: Vec<FlatPoint> = Vec::new();
         let mut rest = vertices.iter().peekable();
@@ -173,7 +173,7 @@ impl Centring<'_> {
         out
     }
 
-    /// The end of the straight flat way from a place of the chart, or where it is still on the chart.
+    /// The end of the straight flat line from a place of the chart, or the last point of it on the chart.
     fn within(&self, from: DVec2, to: DVec2) -> DVec2 {
         let Ok(start) = self.locator.locate(from) else { return from };
         match self.locator.walk(start.face, from, to, |_, _| {}) {
@@ -199,7 +199,7 @@ impl Centring<'_> {
     }
 }
 
-/// Whether a point is one of its pass's own, not of a way to it or of a branch.
+/// Whether a point belongs to its pass itself, not to a link or to a branch.
 fn is_on_pass(point: &&FlatPoint) -> bool {
     point.heading.is_none() && point.height == 0.0
 }

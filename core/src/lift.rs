@@ -11,12 +11,12 @@ use crate::geometry::{DVec2, DVec3};
 use crate::mesh::{FaceId, HalfEdgeId};
 use crate::surface::{Surface, SurfacePoint};
 
-/// Contacts nearer than this are one, mm.
+/// Contacts closer than this are merged, mm.
 const SAME: f64 = 1e-6;
 /// Distance of contacts beyond the chart, cutter radii.
 const OVERRUN_STEP: f64 = 0.05;
 
-/// A contact with what it stands for in the plane.
+/// A contact with its place in the plane.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct LiftedPoint {
     /// Flat point.
@@ -25,7 +25,7 @@ pub struct LiftedPoint {
     pub source: usize,
 }
 
-/// Contacts of a run of moves and, for each, where it comes from.
+/// Contacts of a run of moves, each with its source.
 #[derive(Clone, Debug, Default)]
 pub struct Lifted {
     /// Contacts; `key` is the index here.
@@ -34,13 +34,13 @@ pub struct Lifted {
     pub points: Vec<LiftedPoint>,
 }
 
-/// Lifts flat paths onto one surface.
+/// Maps flat paths onto one surface.
 pub struct Lift<'a> {
     surface: &'a Surface,
     chart: &'a Chart,
     locator: &'a Locator<'a>,
     tool_radius: f64,
-    /// Whether overruns follow how the surface bends more or less, too.
+    /// Whether overruns also follow the change of the curvature.
     goes_far: bool,
 }
 
@@ -55,15 +55,15 @@ impl<'a> Lift<'a> {
         Self { surface, chart, locator, tool_radius, goes_far: false }
     }
 
-    /// The same for overruns so long that the change of the curvature counts.
+    /// As above, for overruns so long that the change of the curvature matters.
     pub fn going_far(self, goes_far: bool) -> Self {
         Self { goes_far, ..self }
     }
 
-    /// Lifts a run of moves; `first` is the index of `run[0]` in the whole path.
+    /// Maps a run of moves onto the surface; `first` is the index of `run[0]` in the whole path.
     ///
-    /// Where a move cuts a corner of the boundary, the contact goes straight in space from where it
-    /// was last on the chart to where it is back.
+    /// Where a move cuts a corner of the boundary, the contact goes straight in space from where it leaves the chart
+    /// to where it returns.
     ///
     /// # Errors
     /// [`OutsideChart`] when the first or the last point lies outside of the chart.
@@ -100,7 +100,7 @@ impl<'a> Lift<'a> {
         self.locator.locate(at)
     }
 
-    /// Pushes the crossings of one move and its end; returns where it ends.
+    /// Appends the crossings of one move and its end; returns where it ends.
     fn walk(
         &self,
         out: &mut Lifted,
@@ -195,8 +195,8 @@ fn heading(from: &FlatPoint, to: &FlatPoint, part: f64) -> Option<DVec2> {
     }
 }
 
-/// The contacts with the ways beyond the chart and back that the run's points ask for: along the feed at
-/// the last contact of a point, bent as the surface is before it.
+/// The contacts with the overruns beyond the chart that the run's points require: along the feed at the last contact
+/// of a point, curved as the surface is before it.
 fn overrun(
     lifted: Lifted,
     run: &[FlatPoint],
@@ -241,11 +241,11 @@ fn overrun(
     out
 }
 
-/// How a pass goes on beyond its end: on the parabola that it follows before it, in the tangent plane and,
-/// as the surface, out of it.
+/// The continuation of a pass beyond its end: on the parabola that it follows before the end, in the tangent plane
+/// and, like the surface, out of it.
 struct Beyond {
     end: Contact,
-    /// Its way in the tangent plane.
+    /// Its direction in the tangent plane.
     line: Parabola,
     /// Change of the normal along the way, per mm.
     turn: DVec3,
@@ -256,8 +256,8 @@ struct Beyond {
 }
 
 impl Beyond {
-    /// `inward`: the other contacts of the pass, the nearest first; `by`: length of the overrun, mm, negative
-    /// before the start of the pass.
+    /// `inward`: the other contacts of the pass, the nearest first; `by`: length of the overrun, mm, negative before
+    /// the start of the pass.
     fn new(end: &Contact, inward: &[&Contact], by: f64) -> Self {
         let far = by.abs();
         let inward = &without_branches(end, inward, 2.0 * far)[..];
@@ -274,9 +274,9 @@ impl Beyond {
         Self { end: *end, line, turn, change: DVec3::ZERO, sign: by.signum() }
     }
 
-    /// The same straight on, as gaps beside it are measured, with the normal on a parabola through that of the
-    /// end and those once and twice as far before it as the overrun goes beyond it; as it is where the curvature
-    /// would more than double.
+    /// As above, but straight, as gaps beside it are measured; the normal follows a parabola through those of the end
+    /// and of the points once and twice as far before it as the overrun is long; it is left unchanged where the
+    /// curvature would more than double.
     fn with_change(self, inward: &[&Contact]) -> Self {
         let far = self.line.way.length();
         let straight = Self { line: Parabola::straight(self.line.way, far), ..self };
@@ -296,7 +296,7 @@ impl Beyond {
         if is_sound { Self { turn, change, ..straight } } else { straight }
     }
 
-    /// The contact at a part of the overrun.
+    /// The contact at a fraction of the overrun.
     fn at(&self, part: f64) -> Contact {
         let Self { end, line, turn, change, sign } = *self;
         let aside = line.at(part);
@@ -311,7 +311,7 @@ impl Beyond {
     }
 }
 
-/// The contacts back to so far from the end, mm, without the ways out and back between.
+/// The contacts back to a given distance from the end, mm, without the overruns between.
 fn without_branches<'a>(end: &Contact, inward: &[&'a Contact], back: f64) -> Vec<&'a Contact> {
     let mut line: Vec<&Contact> = Vec::new();
     for &contact in inward {
@@ -328,7 +328,7 @@ fn without_branches<'a>(end: &Contact, inward: &[&'a Contact], back: f64) -> Vec
     line
 }
 
-/// The place so far back along a pass, mm; `None` where it is shorter.
+/// The point at a given distance back along a pass, mm; `None` where the pass is shorter.
 fn at_way(end: &Contact, inward: &[&Contact], way: f64) -> Option<DVec3> {
     let (mut from, mut left) = (end.position, way);
     for contact in inward {

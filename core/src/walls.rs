@@ -1,12 +1,12 @@
-//! What stands beside the surface where its boundary is a wall.
+//! Walls beside the surface, where its boundary is a wall.
 //!
 //! - *Own wall*: a face of the part that meets the boundary and rises there.
-//! - *Swept wall*: elsewhere the boundary's edge moved up along the tool axis or along the surface's normal.
-//! - *Mesh beside*: what the job says stands there, wherever its boundary.
+//! - *Swept wall*: elsewhere, the boundary edge moved up along the tool axis or along the surface's normal.
+//! - *Mesh beside*: the mesh that the job names as standing there, independent of the boundary.
 //!
-//! Steps: (1) each side of the boundary has an own wall or gets a swept one. (2) Own walls go on over the part's
-//! steep faces. (3) Both are ruled: swept ones as they were swept, own ones straight up their facets, as are the
-//! steep ones of a mesh beside.
+//! Steps: (1) each edge of the boundary has an own wall or gets a swept one. (2) Own walls continue over the part's
+//! steep faces. (3) All are represented by rulings: swept ones in their sweep direction, own ones straight up their
+//! facets, as are the steep facets of a mesh beside.
 
 use crate::cutter_location::{
     CheckMesh, Obstacles, PassOptions, Ruling, Stand, ToolAxis, tip, tool_axis,
@@ -19,13 +19,13 @@ use crate::parallel;
 use crate::surface::{Part, Surface};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Sine of the angle to the surface from which on a face beside it is a wall: 45 degrees.
+/// Sine of the angle to the surface from which on an adjacent face is a wall: 45 degrees.
 const STEEP: f64 = core::f64::consts::FRAC_1_SQRT_2;
-/// Rulings at most. More: memory; fewer: a cutter may enter the wall between two by more than an eighth of the
-/// tolerance, which its facets then tell.
+/// Greatest number of rulings. More: memory; fewer: between two rulings a cutter may enter the wall by more than an
+/// eighth of the tolerance, which the check against its facets then shows.
 const MOST_RULINGS: f64 = 2e6;
 
-/// Which way walls go up.
+/// Direction in which walls rise.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub enum Sweep {
     /// Along this unit axis.
@@ -34,21 +34,21 @@ pub enum Sweep {
     Normal,
 }
 
-/// How walls stand.
+/// Walls of a job.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct WallOptions {
-    /// Which way they go up.
+    /// The direction in which they rise.
     pub sweep: Sweep,
     /// How high swept walls stand above the boundary, mm.
     pub height: f64,
     /// Allowance on the part's own walls, mm.
     pub allowance: f64,
-    /// Distance of rulings, mm.
+    /// Distance between rulings, mm.
     pub spacing: f64,
 }
 
 impl WallOptions {
-    /// For a cutter of that radius, which may enter walls by so much, mm.
+    /// Distance between rulings for a cutter of that radius that may enter walls by `tolerance`, mm.
     pub fn spacing(radius: f64, tolerance: f64) -> f64 {
         (radius * tolerance).sqrt()
     }
@@ -57,7 +57,7 @@ impl WallOptions {
 /// Walls beside a surface.
 #[derive(Clone, Debug, Default)]
 pub struct Walls {
-    /// `#V` positions of the swept ones and of meshes beside, mm.
+    /// `#V` positions of the swept walls and of meshes beside, mm.
     positions: Vec<DVec3>,
     /// Their facets, `#F` triples.
     faces: Vec<[u32; 3]>,
@@ -99,8 +99,8 @@ impl Walls {
         out
     }
 
-    /// Adds all of a mesh that stands beside a surface. Only what is within `near` mm of the surface, as the tool
-    /// sees it, is ruled.
+    /// Adds all of a mesh that stands beside a surface. Rulings are made only within `near` mm of the surface, as
+    /// seen by the tool.
     pub fn add(&mut self, mesh: &Part, surface: &Surface, options: &WallOptions, near: f64) {
         let first = self.positions.len() as u32;
         self.positions.extend(&mesh.positions);
@@ -137,7 +137,7 @@ impl Walls {
         ruled.into_iter().for_each(|corners| self.rule_facet(corners, up, &options, false));
     }
 
-    /// Corners of the swept ones and of meshes beside, mm.
+    /// Corners of the swept walls and of meshes beside, mm.
     pub fn corners(&self) -> &[DVec3] {
         &self.positions
     }
@@ -244,7 +244,7 @@ fn face_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a).normalize_or_zero()
 }
 
-/// Which way the wall goes up at the ends of sides.
+/// The direction in which the wall rises at the ends of boundary edges.
 fn directions(surface: &Surface, sides: &[Side], sweep: Sweep) -> BTreeMap<VertexId, DVec3> {
     let at = |v: VertexId| match sweep {
         Sweep::Axis(axis) => axis,
@@ -253,7 +253,7 @@ fn directions(surface: &Surface, sides: &[Side], sweep: Sweep) -> BTreeMap<Verte
     sides.iter().flat_map(|s| s.ends).map(|v| (v, at(v))).collect()
 }
 
-/// Mean of the normals of the faces around a vertex by their area, unit.
+/// Mean of the normals of the faces around a vertex, weighted by area, unit.
 fn mean_normal(surface: &Surface, vertex: VertexId) -> DVec3 {
     let connectivity = surface.connectivity();
     let mut sum = DVec3::ZERO;
@@ -322,7 +322,7 @@ impl<'a> SteepFaces<'a> {
         self.beside.get(&key(a, b))?.iter().find(rises).copied()
     }
 
-    /// Faces and what is up there, with all steep ones that hang together with them.
+    /// The given faces with their upward directions, and all steep faces connected to them.
     fn spread(&self, from: Vec<(usize, DVec3)>) -> Vec<(usize, DVec3)> {
         let mut known: BTreeSet<usize> = BTreeSet::new();
         let mut open = from;
@@ -350,13 +350,14 @@ fn key(a: DVec3, b: DVec3) -> [Bits; 2] {
     if a <= b { [a, b] } else { [b, a] }
 }
 
-/// Part of the edges of a mesh by which the outermost pass is laid beyond where the cutter touches a wall. The cutter
-/// is moved off the wall later, exactly; what is laid inside stays there: less, and the pass cuts corners.
+/// Fraction of the mesh's edge length by which the outermost pass is laid beyond the line where the cutter touches a
+/// wall. The cutter is moved off the wall exactly later on; a pass laid inside stays there: with less, the pass cuts
+/// corners.
 const BEYOND: f64 = 0.35;
-/// The same by which it stays inside of the edge of the surface.
+/// The same fraction by which it stays inside the edge of the surface.
 const INSIDE: f64 = 0.01;
 
-/// How far the cutter is clear of walls where it touches a surface.
+/// Clearance between cutter and walls where the cutter touches a surface.
 #[derive(Copy, Clone)]
 pub struct Clearance<'a> {
     /// The surface.
@@ -365,13 +366,13 @@ pub struct Clearance<'a> {
     pub chart: &'a Locator<'a>,
     /// The walls.
     pub obstacles: &'a Obstacles,
-    /// How the cutter stands.
+    /// How the cutter is located.
     pub pass: PassOptions,
 }
 
 impl Clearance<'_> {
-    /// At the `#V` vertices of a mesh over the chart, mm: negative where the cutter stands in a wall by more than a
-    /// part of the mesh's edges, at most the cutter radius.
+    /// At the `#V` vertices of a mesh over the chart, mm: negative where the cutter is in a wall by more than a
+    /// fraction of the mesh's edge length, at most the cutter radius.
     pub fn of_mesh(&self, mesh: &PassMesh, threads: usize) -> Vec<f64> {
         let vertices: Vec<VertexId> = (0..mesh.uv().len() as u32).map(VertexId).collect();
         parallel::map(threads, &vertices, |&v| {

@@ -236,7 +236,7 @@ describe("what stays", () => {
     await page.locator("#edited:visible").waitFor();
     await drop(page, [{ name: "other.toml", bytes: ownJob }]);
     await named(page, "other.toml");
-    await notice(page, "mine.toml had edits and gave way");
+    await notice(page, "mine.toml had edits and was replaced");
     await page.getByRole("button", { name: "Back to mine.toml" }).click();
     await named(page, "mine.toml");
     await page.locator("#editor", { hasText: "long thought" }).waitFor();
@@ -329,7 +329,7 @@ describe("unusual files", () => {
       Object.defineProperty(event.dataTransfer, "files", { value: [file] });
       document.body.dispatchEvent(event);
     });
-    await notice(page, "huge.stl: 3000.0 MB are too much for a browser tab");
+    await notice(page, "huge.stl: 3000.0 MB is too large for a browser tab");
     assert.deepEqual(complaints, []);
     await context.close();
   });

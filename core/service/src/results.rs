@@ -735,13 +735,13 @@ fn warnings(
     if c.never_covered > 1e-3 * c.area {
         out.push(warning(
             "passes",
-            format!("by the plan, {:.2} mm² stay higher than they should", c.never_covered),
+            format!("by the plan, {:.2} mm² stay higher than the cusps should be", c.never_covered),
             "choose a smaller cut.stepover or cut.scallop",
         ));
     }
     if c.inaccessible > 0.0 {
         let message = format!(
-            "{:.2} mm² lie in corners or beside what the cutter must keep clear of, where it cannot go",
+            "{:.2} mm² are inaccessible: in corners, or beside walls and faces that the cutter must not touch",
             c.inaccessible
         );
         out.push(warning("passes", message, "finish them with a smaller cutter"));
@@ -763,14 +763,14 @@ fn warnings(
                 worst.place.z,
                 worst.raise
             ),
-            "use a smaller cutter or corner radius there; with cut.allowance, also less of it",
+            "use a smaller cutter or corner radius there, or a smaller cut.allowance if there is one",
         ));
     }
     let q = &planned.quality;
     if q.max_s > WIDEST_SCALE * q.min_s {
         let message = format!(
             "the scale of the flat map runs from {:.3} to {:.3}; side steps and removal rates are \
-             poor where it changes within a cutter",
+             inaccurate where it changes across the width of the cutter",
             q.min_s, q.max_s
         );
         out.push(warning("flatten", message, "select a smaller, flatter piece (surface.select)"));
@@ -794,7 +794,7 @@ fn warn_of_force(
     {
         let message = format!(
             "the stock stands {top:.3} mm over the surface, whose smallest concave radius is {:.3} mm: where it \
-             leans over the cut, removal rates are not predicted well",
+             overhangs the cut, predicted removal rates are inaccurate",
             tightest.radius
         );
         out.push(warning(
@@ -827,7 +827,7 @@ fn warn_of_force(
         && delivered.machine_time_s.total > 1.01 * slowed.machine_time_s.total
     {
         let message = format!(
-            "the plain passes alone, slowed throughout, would take {:.0} s instead of {:.0} s",
+            "plain passes at one reduced feed, without trochoids, would take {:.0} s instead of {:.0} s",
             slowed.machine_time_s.total, delivered.machine_time_s.total
         );
         out.push(warning("force", message, "try force.control = \"feed\""));
@@ -845,12 +845,12 @@ fn warn_of_tables(out: &mut Vec<Warning>, job: &Job, planned: &Planned, delivere
     let on_machine = delivered.machine_time_s.total;
     if on_machine > SLOW_TABLES * without {
         let message = format!(
-            "the rotary tables make the path last {on_machine:.0} s on the machine, {without:.0} s without them"
+            "the rotary tables make the path slower: {on_machine:.0} s on the machine, {without:.0} s without them"
         );
         let remedy = if job.path.pattern.uses("traverse") {
-            "less cut.lead, path.traverse = \"one-way\", or faster tables (machine.max_rotary_speed)"
+            "reduce cut.lead, set path.traverse = \"one-way\", or use faster tables (machine.max_rotary_speed)"
         } else {
-            "less cut.lead, or faster tables (machine.max_rotary_speed)"
+            "reduce cut.lead, or use faster tables (machine.max_rotary_speed)"
         };
         out.push(warning("machine", message, remedy));
     }

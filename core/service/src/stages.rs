@@ -6,12 +6,12 @@ use evencut_core::plan::Stage;
 pub fn words(stage: Stage) -> &'static str {
     match stage {
         Stage::Surface => "reading the surface",
-        Stage::Flatten => "laying the surface flat",
-        Stage::Rings => "laying passes",
-        Stage::Cut => "cutting within the limit",
+        Stage::Flatten => "flattening the surface",
+        Stage::Rings => "laying out the passes",
+        Stage::Cut => "keeping to the limit on the removal rate",
         Stage::Locate => "locating the cutter",
         Stage::Verify => "simulating the path",
-        Stage::Texture => "simulating what the teeth leave",
+        Stage::Texture => "simulating the texture",
         Stage::Write => "writing the results",
     }
 }

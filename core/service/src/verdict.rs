@@ -50,7 +50,7 @@ pub enum VerdictError {
     )]
     UnknownFormat(String),
     /// The mesh names vertices that it does not have, or has ones that are not finite.
-    #[error("mesh: face {face} names a vertex that does not exist or is not finite")]
+    #[error("mesh: face {face} refers to a vertex that does not exist or is not finite")]
     BadFace {
         /// Index of the face.
         face: usize,
@@ -90,7 +90,7 @@ pub enum Mismatch {
     },
     /// They lie apart.
     #[error(
-        "the cutting moves lie {distance:.1} mm beside the surface; the path may belong to another \
+        "the cutting moves lie {distance:.1} mm away from the surface; the path may belong to another \
          job or another origin"
     )]
     Apart {
@@ -98,7 +98,7 @@ pub enum Mismatch {
         distance: f64,
     },
     /// They lie at the same place, but do not meet.
-    #[error("no move touches the surface; check the origin and the direction of Z")]
+    #[error("no move touches the surface; check the origin and the direction of the Z axis")]
     Untouched,
 }
 

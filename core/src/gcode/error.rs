@@ -50,7 +50,7 @@ pub enum Fault {
     )]
     Rotary(char, &'static str),
     /// A letter or a group of codes twice.
-    #[error("{0} stands beside another of its kind; a block may hold one")]
+    #[error("{0} conflicts with another word of its kind; a block may hold only one")]
     Twice(String),
     /// A word that nothing in the block uses.
     #[error("{0} means nothing in this block; remove it, or name the code that it belongs to")]
@@ -73,7 +73,7 @@ pub enum Fault {
     },
     /// The path goes on from a place that is not known.
     #[error(
-        "moves on from where line {since} went, which depends on the machine; give machine zero in the program's coordinates (the reading option machine_zero), or replace G28, G30 and G53 by plain moves"
+        "continues from the position that line {since} reached, which depends on the machine; give machine zero in the program's coordinates (the reading option machine_zero), or replace G28, G30 and G53 by plain moves"
     )]
     Lost {
         /// The line that left for it.

@@ -1,10 +1,10 @@
 //! What may be written at a place of a job file, and what stands there: for editors.
 //!
-//! Terms: a *statement* is a key, `=` and its value; its value may *open* arrays and inline tables, in which the place
-//! may lie. The text need not be a job, nor TOML: people are writing it.
+//! Terms: a *statement* is a key, `=` and its value; its value may *open* arrays and inline tables, in which the
+//! place may lie. The text need not be a valid job, or even valid TOML: it is still being written.
 //!
-//! 1. The tokens before the place tell which table, which key and which open brackets it is in (`Reading`).
-//! 2. The schema under these keys tells what may be written (`under`).
+//! 1. The tokens before the place show which table, which key and which open brackets it is in (`Reading`).
+//! 2. The schema under these keys says what may be written (`under`).
 
 use super::schema::described;
 use super::words::expectation;

@@ -1,8 +1,8 @@
-//! How a field bends along the sides of the mesh: second differences from quadratic fits.
+//! How a field bends along the edges of the mesh: second differences from quadratic fits.
 //!
-//! Fast marching takes a front for straight between two vertices. Where it is curved the field there
-//! is lower or higher than the chord by half the second difference times `t (1 - t)`; with that taken
-//! in, the error of the distance falls with the square of the edge length.
+//! Fast marching assumes a straight front between two vertices. Where the front is curved, the field there differs
+//! from the chord by half the second difference times `t (1 - t)`; with this correction the error of the distance
+//! falls with the square of the edge length.
 
 use super::refine::PassMesh;
 use crate::geometry::DVec2;
@@ -11,13 +11,13 @@ use nalgebra::{SMatrix, SVector};
 
 /// Neighbours below which the second ring is taken in too: a quadric has five unknown terms.
 const FEWEST: usize = 6;
-/// Part of the largest diagonal term that is added to all: keeps fits to few neighbours tame.
+/// Fraction of the largest diagonal term that is added to all diagonal terms: stabilises fits to few neighbours.
 const DAMPING: f64 = 1e-6;
 
 /// Second difference of a field along every side: one per half-edge.
 ///
-/// Of the two ends' estimates the smaller counts, and none where they disagree in sign: across a
-/// ridge of the field there is no second difference.
+/// Of the estimates at the two ends the smaller one counts, and none where their signs differ: across a ridge of the
+/// field there is no second difference.
 pub(super) fn second_differences(mesh: &PassMesh, values: &[f64]) -> Vec<f64> {
     let mut near = Vec::new();
     let count = values.len() as u32;
@@ -45,8 +45,8 @@ fn smaller(a: f64, b: f64) -> f64 {
     }
 }
 
-/// Second derivatives `xx, xy, yy` of the field at a vertex, per flat mm²; 0 where its neighbours do
-/// not tell.
+/// Second derivatives `xx, xy, yy` of the field at a vertex, per flat mm²; 0 where its neighbours do not determine
+/// them.
 fn hessian(mesh: &PassMesh, values: &[f64], v: VertexId, near: &mut Vec<VertexId>) -> [f64; 3] {
     near.clear();
     near.extend(mesh.neighbours(v));

@@ -1,21 +1,21 @@
-//! Curves that go on straight beyond the boundary.
+//! Curves that continue straight beyond the boundary.
 //!
-//! Fronts from the end of a curve are round: on the boundary beyond it passes turn within their own width.
-//! Passes of a curve that goes on straight in the plane meet the boundary straight; their field is known
-//! there by integration along it, `dphi = n dp / |n|` with the normal `n` of the straight way and its length
-//! in passes. No such value changes by more than a pass per pass, so that fronts from there are as good as
-//! any.
+//! Fronts from the end of a curve are round: on the boundary beyond it, passes turn within their own width. The
+//! passes of a curve that continues straight in the plane meet the boundary straight; their field is known there by
+//! integrating along the boundary, `dphi = n dp / |n|`, with the normal `n` of the straight continuation and its
+//! length in passes. No such value changes by more than one pass per pass, so fronts can start from these values as
+//! well as from any others.
 
 use super::refine::PassMesh;
 use crate::geometry::DVec2;
 use crate::geometry::polyline::distance_to_segment;
 use crate::mesh::{HalfEdgeId, VertexId};
 
-/// Farthest end of a curve from the boundary, passes, that is on it.
+/// A curve whose end is within this distance of the boundary, passes, ends on it.
 const ON_BOUNDARY: f64 = 0.05;
 
-/// Signed values of the vertices of the boundary that lie beside the straight ways on from both ends of a
-/// flat curve: positive on its left.
+/// Signed values at the boundary vertices beside the straight continuations at both ends of a flat curve: positive on
+/// its left.
 pub(super) fn beside_ways_on(mesh: &PassMesh, curve: &[DVec2]) -> Vec<(VertexId, f64)> {
     let [first, second, ..] = *curve else { return Vec::new() };
     let [.., before, last] = *curve else { return Vec::new() };
@@ -25,7 +25,7 @@ pub(super) fn beside_ways_on(mesh: &PassMesh, curve: &[DVec2]) -> Vec<(VertexId,
     end.into_iter().chain(start.into_iter().map(|(v, value)| (v, -value))).collect()
 }
 
-/// The way on from one end.
+/// The continuation beyond one end.
 struct WayOn<'a> {
     mesh: &'a PassMesh,
     end: DVec2,
@@ -50,7 +50,7 @@ impl<'a> WayOn<'a> {
         is_on.then_some(Self { mesh, end, way, side })
     }
 
-    /// The values along the boundary to both sides of the end, as far as it lies beyond the end.
+    /// The values along the boundary on both sides of the end, as far as the boundary lies beyond the end.
     fn values(&self) -> Vec<(VertexId, f64)> {
         let connectivity = self.mesh.connectivity();
         let is_on = |l: &&Vec<VertexId>| l.contains(&connectivity.ends(self.side).0);
@@ -87,14 +87,14 @@ impl<'a> WayOn<'a> {
         out
     }
 
-    /// Passes that a flat step beside a vertex counts across the way.
+    /// Number of passes across the continuation in a flat step beside a vertex.
     fn step(&self, v: VertexId, step: DVec2) -> Option<f64> {
         let face = self.mesh.connectivity().leaving(v)?.face();
         let normal = self.way.perp();
         Some(normal.dot(step) / self.mesh.flat_metric(face)?.slope(normal))
     }
 
-    /// The flat direction in which fronts from the way go, to its left.
+    /// The flat direction in which fronts leave the continuation on its left.
     fn across(&self, v: VertexId) -> Option<DVec2> {
         let face = self.mesh.connectivity().leaving(v)?.face();
         Some(self.mesh.flat_metric(face)?.across(self.way.perp()))

@@ -1,19 +1,19 @@
-//! Branches: what keeps every place within half a pass of a pass.
+//! Branches: they keep every place within half a pass of the nearest pass.
 //!
-//! Rings one pass apart leave no place farther than half a pass, except where fronts meet: at a
-//! ridge of the field rings have corners, and the places between two corners with the inner angle
-//! `a` are up to `1 / (1 + sin(a/2))` passes away, 0.59 at a right angle and 0.79 at 30 degrees;
-//! between the last rings it is up to a whole pass. The cusp grows with the square.
+//! Rings one pass apart leave no place farther away than half a pass, except where fronts meet: at a ridge of the
+//! field the rings have corners, and the places between two corners of inner angle `a` are up to `1 / (1 + sin(a/2))`
+//! passes away, 0.59 at a right angle and 0.79 at 30 degrees; between the last rings it is up to a whole pass. The
+//! cusp height grows with the square of this distance.
 //!
 //! - *Gap*: distance of a place from the nearest pass, in passes of the strip metric there.
 //! - *Cluster*: connected places whose gap is above the limit.
-//! - *Branch*: a way of a ring, out to a cluster and back. It leaves from the ring that is cut later,
-//!   so that it runs into cleared stock.
+//! - *Branch*: a detour of a ring, out to a cluster and back. It leaves from the ring that is cut later, so that it
+//!   runs into cleared stock.
 //!
 //! 1. Places near ridges are measured against all rings.
-//! 2. Every cluster gets the shortest straight branch from the nearest ring that closes it, or, where
-//!    none does, one along its middle: to both ends and back, or once round a closed cluster.
-//! 3. The places are measured again, until nothing is left or a few rounds are over.
+//! 2. Every cluster gets the shortest straight branch from the nearest ring that closes it, or, where none does, one
+//!    along its middle line: to both ends and back, or once round a closed cluster.
+//! 3. The gaps are measured again, until none is left or the rounds are used up.
 
 mod branch;
 mod chooser;
@@ -38,32 +38,32 @@ pub use options::ClosingOptions;
 use passes::Passes;
 use tree::Tree;
 
-/// Clusters whose widest gap is not above this are left, passes: the field is no better.
+/// Clusters whose widest gap is not above this are left open, passes: the field is no more accurate.
 const ACCEPTED: f64 = 0.506;
-/// Places beyond which gaps are reported and not closed: passes that leave so many do not fit the surface.
+/// With more places than this, gaps are reported and not closed: such passes do not fit the surface.
 const MOST_PLACES: usize = 4_000_000;
-/// Rounds of closing and measuring. More: branches of branches of a cluster are followed.
+/// Rounds of closing and measuring. More rounds close the gaps that branches themselves leave.
 const ROUNDS: usize = 6;
 
-/// What was closed and what is left.
+/// What was closed and what is left open.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ClosingReport {
     /// Number of branches.
     pub branches: usize,
-    /// How many of them close a core, where no ring lies further inside.
+    /// How many of them close a core, which has no ring inside it.
     pub cores: usize,
-    /// Their length on the surface, out and back, mm.
+    /// Length of the branches on the surface, out and back, mm.
     pub length: f64,
     /// Largest distance of a place from the nearest pass, passes.
     pub widest_gap: f64,
     /// Where that is, flat mm.
     pub widest_at: DVec2,
-    /// Area left farther than 0.506 passes from a pass, on the surface, mm².
+    /// Area on the surface farther than 0.506 passes from the nearest pass, mm².
     pub left: f64,
 }
 
 impl ClosingReport {
-    /// What was closed in several regions.
+    /// The sum over several regions.
     pub fn joined(reports: impl IntoIterator<Item = Self>) -> Self {
         let add = |sum: Self, next: Self| {
             let widest = if next.widest_gap > sum.widest_gap { next.clone() } else { sum.clone() };
@@ -79,7 +79,7 @@ impl ClosingReport {
     }
 }
 
-/// The places farther than half a pass from all of some flat segments, where a field tells that neighbouring
+/// The places farther than half a pass from all of the given flat segments, where the field shows that neighbouring
 /// passes may not be near.
 pub fn uncovered(
     mesh: &PassMesh,
@@ -90,7 +90,7 @@ pub fn uncovered(
     gaps(mesh, field, &Tree::new(lines), options).places
 }
 
-/// Gives the rings the branches that close the gaps between them.
+/// Adds to the rings the branches that close the gaps between them.
 pub fn close(
     rings: &mut [Pass],
     mesh: &PassMesh,
@@ -138,7 +138,7 @@ fn mean_pass(mesh: &PassMesh) -> f64 {
     if passes > 0.0 { (flat / passes).sqrt() } else { 1.0 }
 }
 
-/// Lowers the gaps by new branches and forgets the places that are within the limit; which were kept.
+/// Lowers the gaps by new branches and drops the places that are within the limit; returns which were kept.
 fn lower(places: &mut Vec<Place>, branches: &Tree) -> Vec<bool> {
     for place in places.iter_mut() {
         if let Some(hit) = branches.nearest(&place.metric, place.at, place.gap, |_| true) {

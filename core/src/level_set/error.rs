@@ -5,10 +5,10 @@ use thiserror::Error;
 /// Why no rings can be laid.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum LevelSetError {
-    /// The mesh would have to be refined beyond reason.
+    /// The mesh would need too many triangles.
     #[error(
-        "rings: a side step of {side_step:.4} mm would need more than {limit} triangles to carry \
-         the distance field; choose a larger cut.stepover or cut.scallop, or machine a smaller part"
+        "rings: a side step of {side_step:.4} mm would need a mesh of more than {limit} triangles \
+         for the distance field; choose a larger cut.stepover or cut.scallop, or machine a smaller part"
     )]
     TooFine {
         /// Typical side step asked for, mm.
@@ -16,7 +16,7 @@ pub enum LevelSetError {
         /// Largest number of triangles.
         limit: usize,
     },
-    /// The surface is too small to hold a ring.
+    /// The surface is too small for a ring.
     #[error(
         "rings: the surface is only {passes:.3} side steps wide from its boundary to its middle; \
          check the unit and surface.scale, or choose a smaller cut.stepover or cut.scallop"
@@ -25,30 +25,30 @@ pub enum LevelSetError {
         /// Largest distance from the boundary, passes.
         passes: f64,
     },
-    /// The start curve lies beside the surface.
+    /// The start curve does not cross the surface.
     #[error(
         "passes: the start curve crosses no face of the surface; give path.curve points near it"
     )]
     NoCurve,
-    /// The surface is closed in the parameter asked for.
+    /// The surface is closed in the requested parameter.
     #[error(
-        "passes: the surface is closed in that parameter, so that passes along the other one would \
-         jump; give the other path.along, or another path.pattern"
+        "passes: the surface is closed in that parameter, so passes along the other one would \
+         jump at the seam; choose the other path.along, or another path.pattern"
     )]
     ClosedParameter,
-    /// Passes along a function would lie far too close.
+    /// Passes along the level curves of this function would lie much too close together.
     #[error(
-        "passes: {passes:.0} of them would be needed, since somewhere they would run apart by hardly \
-         any of their side step; choose another path.pattern, path.angle or path.along"
+        "passes: {passes:.0} passes would be needed, because in places they would be much closer \
+         together than the side step; choose another path.pattern, path.angle or path.along"
     )]
     Uneven {
         /// Passes needed.
         passes: f64,
     },
-    /// The cutter does not fit between the walls anywhere.
+    /// The cutter fits nowhere between the walls.
     #[error(
         "rings: path.boundary = \"wall\", and the cutter, of {radius:.3} mm radius, does not fit between the walls: \
-         at the widest place there is room for {widest:.3} mm; use a smaller cutter or path.boundary = \"open\""
+         at the widest place there is room for {widest:.3} mm radius; use a smaller cutter or path.boundary = \"open\""
     )]
     NoRoom {
         /// Cutter radius, mm.

@@ -12,22 +12,22 @@ use crate::surface::Surface;
 
 /// Most passes that a paced field may ask for.
 const MOST_PASSES: f64 = 20_000.0;
-/// Intervals per pass in which a field is paced. More: slower; fewer: the tightest place of an
-/// interval counts for more than its pass.
+/// Intervals per pass in which a field is paced. More: slower; fewer: the tightest place of an interval affects more
+/// than its own pass.
 const INTERVALS: f64 = 4.0;
 /// A change of the field's gradient from one face to the next, per pass, that leaves gaps.
 const SHARP: f64 = 0.4;
-/// Level curves at least this part of a side step apart are even.
+/// Level curves at least this fraction of a side step apart count as even.
 const EVEN: f64 = 0.9;
 /// A vertex nearer to a curve than this, passes, is on it.
 const ON_CURVE: f64 = 1e-6;
 /// A field that grows by less than this per pass leaves gaps.
 const FLAT: f64 = 0.97;
-/// A stretch of a pass whose neighbour is farther by at most this part of the side step needs no branch.
+/// A part of a pass whose neighbour is farther away by at most this fraction of the side step needs no branch.
 const SLACK: f64 = 0.01;
-/// Length of a branch for each length of the stretch it closes.
+/// Length of a branch for each unit of length that it closes.
 const OUT_AND_BACK: f64 = 2.0;
-/// A function that grows by less than this part of the distance does not tell how far its zero is.
+/// A function that grows by less than this fraction of the distance does not show how far away its zero is.
 const HARDLY: f64 = 0.25;
 /// Most intervals.
 const MOST_INTERVALS: f64 = 4.0e5;
@@ -46,21 +46,22 @@ impl PassField {
         Self { values, inside: 0.0 }
     }
 
-    /// Distance in passes from some vertices that begin with values of their own; what lies below the
-    /// least of them is not there.
+    /// Distance in passes from some vertices that start with values of their own; what lies below the least of these
+    /// is not part of the field.
     pub fn from_values(mesh: &PassMesh, sources: &[(VertexId, f64)]) -> Self {
         let inside = sources.iter().map(|s| s.1).fold(0.0, f64::min);
         let values = Front::solve(mesh, sources, Accuracy::Full, |_| true);
         Self { values, inside }
     }
 
-    /// Distance in passes from the curve on which the cutter touches a wall; `clearance`: how far it is clear of
-    /// walls at the `#V` vertices, mm, of which only what is near to zero counts. `radius`: of the cutter, mm.
+    /// Distance in passes from the curve on which the cutter touches a wall; negative where the cutter is not clear
+    /// of it.
     ///
-    /// Negative where it is not clear.
+    /// `clearance`: clearance between cutter and walls at the `#V` vertices, mm, of which only values near zero
+    /// matter; `radius`: of the cutter, mm.
     ///
     /// # Errors
-    /// [`LevelSetError::NoRoom`] when it is clear at no vertex.
+    /// [`LevelSetError::NoRoom`] when there is no vertex at which the cutter is clear.
     pub fn from_clearance(
         mesh: &PassMesh,
         clearance: &[f64],
@@ -95,7 +96,7 @@ impl PassField {
         Ok(Self { values, inside: 0.0 })
     }
 
-    /// Distance in passes from some vertices, between neighbours of which the front starts straight.
+    /// Distance in passes from some vertices, between neighbours of which the front starts out straight.
     pub fn from_vertices(mesh: &PassMesh, vertices: &[VertexId], accuracy: Accuracy) -> Self {
         let sources: Vec<_> = vertices.iter().map(|&v| (v, 0.0)).collect();
         let values = Front::solve(mesh, &sources, accuracy, |_| true);
@@ -104,7 +105,7 @@ impl PassField {
 
     /// Signed distance in passes from a flat curve: positive on its left.
     ///
-    /// Where the curve does not part the surface in two, as beside a hole, the distance without sign.
+    /// Where the curve does not divide the surface in two, as beside a hole, the distance has no sign.
     ///
     /// # Errors
     /// [`LevelSetError::NoCurve`] when the curve crosses no face.
@@ -117,8 +118,8 @@ impl PassField {
         Self::from_beside(mesh, beside_curve(mesh, locator, curve), accuracy)
     }
 
-    /// As [`from_curve`](Self::from_curve), of the curve that goes on straight beyond the boundary: passes
-    /// do not turn where they meet it.
+    /// As [`from_curve`](Self::from_curve), for the curve continued straight beyond the boundary: passes do not turn
+    /// where they meet it.
     ///
     /// # Errors
     /// [`LevelSetError::NoCurve`] when the curve crosses no face.
@@ -137,7 +138,7 @@ impl PassField {
         Self::from_beside(mesh, near, accuracy)
     }
 
-    /// Signed distance in passes from what parts the vertices with these distances.
+    /// Signed distance in passes from the curve between the vertices with these distances.
     fn from_beside(
         mesh: &PassMesh,
         near: Vec<(VertexId, f64)>,
@@ -166,13 +167,12 @@ impl PassField {
         Ok(Self { values, inside: f64::NEG_INFINITY })
     }
 
-    /// Any function on the surface, one value per vertex, stretched so that it grows by at least 1 per
-    /// pass: by 1 at the tightest place of every pass, but for short stretches whose gaps are cheaper to
-    /// close by branches than by passes that are closer everywhere.
+    /// Any function on the surface, one value per vertex, stretched so that it grows by at least 1 per pass: by 1 at
+    /// the tightest place of every pass, except for short stretches whose gaps are cheaper to close by branches than
+    /// by closer passes everywhere.
     ///
     /// # Errors
-    /// [`LevelSetError::Uneven`] when that takes thousands of passes: somewhere the function hardly
-    /// changes.
+    /// [`LevelSetError::Uneven`] when that takes thousands of passes: in places the function hardly changes.
     pub fn paced(mesh: &PassMesh, raw: &[f64]) -> Result<Self, LevelSetError> {
         let low = raw.iter().copied().fold(f64::INFINITY, f64::min);
         let high = raw.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -209,19 +209,19 @@ impl PassField {
         Ok(Self { values: raw.iter().map(stretched).collect(), inside: f64::NEG_INFINITY })
     }
 
-    /// The same field with another origin and unit: `origin` becomes 0, `origin + unit` 1.
+    /// The same field rescaled: `origin` becomes 0, `origin + unit` becomes 1.
     pub fn rescaled(mut self, origin: f64, unit: f64) -> Self {
         self.values.iter_mut().for_each(|v| *v = (*v - origin) / unit);
         self.inside = (self.inside - origin) / unit;
         self
     }
 
-    /// `#V` values; infinite where no front arrives.
+    /// `#V` values; infinite where no front arrived.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
-    /// What lies below this value is not machined.
+    /// The surface below this value is not machined.
     pub fn inside(&self) -> f64 {
         self.inside
     }
@@ -232,7 +232,7 @@ impl PassField {
         finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)))
     }
 
-    /// Length of the ridges at which fronts meet at so sharp an angle that they leave gaps, mm.
+    /// Length of the ridges at which fronts meet at such a sharp angle that gaps remain, mm.
     pub fn ridges(&self, mesh: &PassMesh) -> f64 {
         let connectivity = mesh.connectivity();
         let gradients: Vec<_> = (connectivity.faces().iter())
@@ -268,19 +268,18 @@ impl PassField {
         even / all
     }
 
-    /// Length of all level curves one apart, mean over their origin, on the surface, mm: the integral
-    /// of the gradient's length (coarea formula), and what [`flats`](Self::flats) ask for.
+    /// Length on the surface of all level curves one unit apart, mean over their offset, mm: the integral of the
+    /// gradient's length (coarea formula), plus the extra length of [`flats`](Self::flats).
     pub fn length(&self, mesh: &PassMesh) -> f64 {
         self.growths(mesh).map(|(length, missing)| length * (1.0 + OUT_AND_BACK * missing)).sum()
     }
 
-    /// What has to be gone along out and back, on the surface, mm, where the field grows by less than a pass
-    /// per pass.
+    /// Extra length on the surface, out and back, mm, where the field grows by less than one pass per pass.
     pub fn flats(&self, mesh: &PassMesh) -> f64 {
         self.growths(mesh).map(|(length, missing)| length * OUT_AND_BACK * missing).sum()
     }
 
-    /// For every face the integral of the gradient's length, mm, and the part of a pass that is missing.
+    /// For every face the integral of the gradient's length, mm, and the fraction of a pass that is missing.
     fn growths<'a>(&'a self, mesh: &'a PassMesh) -> impl Iterator<Item = (f64, f64)> + 'a {
         let of_face = move |(f, face): (usize, &[VertexId; 3])| {
             let value = face.map(|v| self.values[v.index()]);
@@ -324,8 +323,8 @@ impl PassField {
         mesh.connectivity().faces().iter().map(of_face).sum()
     }
 
-    /// Length of the boundary that passes end on, along them, mm: a boundary at a slant to the passes is
-    /// machined by branches and by what they overrun it. `last`: level of the last pass.
+    /// Length of the boundary on which passes end, measured along the passes, mm: where it is at a slant to the
+    /// passes, it is machined by branches and overruns. `last`: level of the last pass.
     pub fn slants(&self, mesh: &PassMesh, last: f64) -> f64 {
         let of_side = |side: HalfEdgeId| {
             let (a, b) = mesh.connectivity().ends(side);
@@ -342,8 +341,8 @@ impl PassField {
     }
 }
 
-/// Growth per pass of a function on the vertices, mean over the faces around each; where it hardly grows, that of
-/// a distance in mm.
+/// Growth per pass of a function on the vertices, mean over the faces around each; where it hardly grows, the growth
+/// of a distance in mm.
 fn slopes(mesh: &PassMesh, values: &[f64]) -> Vec<f64> {
     let connectivity = mesh.connectivity();
     let mut sums = vec![(0.0, 0u32); values.len()];
@@ -411,20 +410,20 @@ fn beside_curve(mesh: &PassMesh, locator: &Locator, curve: &[DVec2]) -> Vec<(Ver
     near
 }
 
-/// What a face asks of the pace of a function.
+/// The pace of a function that a face requires.
 #[derive(Copy, Clone)]
 struct Pace {
     /// Range of the function on the face.
     low: f64,
     high: f64,
-    /// Passes that the unit of the function is.
+    /// Passes per unit of the function.
     passes: f64,
     /// Length of the level curves on the face, integrated over its range.
     length: f64,
 }
 
-/// The pace that makes passes and the branches beside them the shortest: stretches that ask for more than it
-/// are gone along once more, out and back; those that ask for more than twice as much as often as they miss passes.
+/// The pace that makes passes and the branches beside them shortest: stretches that need more passes are machined
+/// once more, out and back; those that need more than twice as many, as often as passes are missing.
 fn cheapest_pace(list: &mut [Pace]) -> f64 {
     list.sort_by(|a, b| b.passes.total_cmp(&a.passes));
     let whole: f64 = list.iter().map(|p| p.length).sum();

@@ -1,4 +1,4 @@
-//! Fast marching over triangles given by edge lengths, with fronts that may bend.
+//! Fast marching over triangles given by edge lengths, with fronts that may be curved.
 
 use super::bend::second_differences;
 use super::refine::PassMesh;
@@ -6,19 +6,19 @@ use crate::mesh::{Connectivity, HalfEdgeId, VertexId};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// How well a distance is known.
+/// How accurate a distance is.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum Accuracy {
-    /// With straight fronts: to compare fields.
+    /// With straight fronts: good enough to compare fields.
     Sketch,
-    /// With fronts that bend: for passes.
+    /// With curved fronts: good enough for passes.
     Full,
 }
 
 /// Fast marching, one triangle or an unfolded pair of triangles at a time.
 ///
 /// # Source
-/// Kimmel and Sethian 1998; the bend of the fronts is ours.
+/// Kimmel and Sethian 1998; the correction for curved fronts is ours.
 pub(super) struct Front<'a> {
     connectivity: &'a Connectivity,
     lengths: Vec<f64>,
@@ -30,11 +30,11 @@ pub(super) struct Front<'a> {
 struct March {
     value: Vec<f64>,
     settled: Vec<bool>,
-    /// Where the front may go; it does not pass between two vertices where it may not.
+    /// Where the front may go; it does not cross between two vertices that are both excluded.
     allowed: Vec<bool>,
 }
 
-/// Bits that order non-negative numbers, and negative ones before them in reverse.
+/// Bit patterns that order non-negative numbers, with negative ones before them in reverse.
 fn order(value: f64) -> u64 {
     let bits = value.to_bits();
     if bits >> 63 == 0 { bits | (1 << 63) } else { !bits }
@@ -47,7 +47,7 @@ impl<'a> Front<'a> {
         Self { connectivity, bends: vec![0.0; lengths.len()], lengths }
     }
 
-    /// Distances in passes; at full accuracy with the bend of the fronts estimated from a first march.
+    /// Distances in passes; at full accuracy with the curvature of the fronts estimated from a first march.
     pub fn solve(
         mesh: &'a PassMesh,
         sources: &[(VertexId, f64)],
@@ -101,7 +101,7 @@ impl<'a> Front<'a> {
         state.value
     }
 
-    /// What settling `v` offers its neighbours and the vertices across its opposite edges.
+    /// The values that a settled vertex `v` offers its neighbours and the vertices across its opposite edges.
     fn candidates(&self, v: VertexId, state: &March, out: &mut Vec<(VertexId, f64)>) {
         let Some(first) = self.connectivity.leaving(v) else { return };
         let mut side = first;
@@ -183,7 +183,7 @@ struct PlanarFront {
 }
 
 impl PlanarFront {
-    /// The value behind a front that bends: the second difference of the field along the edge.
+    /// The value behind a curved front: the second difference of the field along the edge.
     fn curved(&self, bend: f64) -> f64 {
         self.value - 0.5 * bend * self.foot * (1.0 - self.foot)
     }

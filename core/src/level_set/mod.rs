@@ -1,10 +1,10 @@
 //! Passes as level sets of a field on the surface.
 //!
 //! - *Strip metric*: lengths measured in passes; one side step is one unit.
-//! - *Field*: a value at the vertices of a refined mesh that grows by at least 1 per pass: the distance
-//!   from the boundary or from a curve in that metric, or another function paced to it.
-//! - *Pass*: a level curve in the flat plane, closed (a *ring*) or open; *level* its value.
-//! - *Branch*: a way out of a pass and back, where fronts meet and the passes alone would leave a place farther
+//! - *Field*: a value at the vertices of a refined mesh that grows by at least 1 per pass: the distance from the
+//!   boundary or from a curve in that metric, or another function scaled (*paced*) to do so.
+//! - *Pass*: a level curve in the flat plane, closed (a *ring*) or open; its *level* is the value of the field on it.
+//! - *Branch*: a detour of a pass, out and back, where fronts meet and the passes alone would leave a place farther
 //!   than half a pass from any of them.
 //!
 //! Source: Kim 2001 and 2007 for the metric; Kimmel and Sethian 1998 for the distance on a triangle mesh.

@@ -5,12 +5,12 @@ use super::refine::PassMesh;
 use crate::geometry::DVec2;
 use crate::mesh::{FaceId, HalfEdgeId};
 
-/// Passes on an open boundary run this far inside it, and passes that end there end so far from it, in
-/// passes: on the boundary to the eye, but with room for rounding before they leave the chart.
+/// Passes on an open boundary run this far inside it, and passes that end there stop this far from it, in passes:
+/// visually on the boundary, but with room for rounding before they leave the chart.
 pub const INSIDE: f64 = 0.02;
 /// Levels closer than this, passes, to the end of the field's range are on it.
 const ROUNDING: f64 = 1e-6;
-/// Longest overrun, passes. Longer: it leaves the flat line as which gaps are measured from it.
+/// Longest overrun, passes. Beyond it the pass deviates too far from the straight line from which gaps are measured.
 const LONGEST_OVERRUN: f64 = 1.0;
 /// Open passes shorter than this, passes, are left out.
 const SHORTEST: f64 = 0.1;
@@ -24,41 +24,40 @@ pub struct Pass {
     pub points: Vec<DVec2>,
     /// Whether it is a ring.
     pub is_closed: bool,
-    /// How far an open pass goes on straight beyond its start and its end, flat mm, so that it machines
-    /// the boundary where it meets that at a slant.
+    /// How far an open pass continues straight beyond its start and its end, flat mm, to machine the boundary where
+    /// it meets it at a slant.
     pub overrun: [f64; 2],
-    /// Half the distance from its neighbours at its start and its end, flat mm; 0 where it does not end on
-    /// the boundary.
+    /// Half the distance from its neighbours at its start and its end, flat mm; 0 where it does not end on the
+    /// boundary.
     pub half: [f64; 2],
-    /// How far ahead of its start and its end the boundary lies half way to a neighbour, on the acute side,
-    /// flat mm.
+    /// How far ahead of its start and its end the boundary lies half way to a neighbour, on the acute side, flat mm.
     pub beside: [f64; 2],
     /// Branches that close gaps beside it; see [`close`](super::close).
     pub branches: Vec<Branch>,
 }
 
 impl Pass {
-    /// Its points, the first once more at the end of a ring.
+    /// Its points, with the first one repeated at the end of a ring.
     pub fn line(&self) -> impl DoubleEndedIterator<Item = DVec2> + '_ {
         self.points.iter().chain(self.points.first().filter(|_| self.is_closed)).copied()
     }
 }
 
-/// A way out of a pass and back.
+/// A detour of a pass, out and back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Branch {
-    /// Index of the pass's point that it leaves from and comes back to.
+    /// Index of the point of the pass from which it leaves and to which it returns.
     pub at: usize,
-    /// Flat points between leaving and coming back.
+    /// Flat points between leaving and returning.
     pub points: Vec<DVec2>,
 }
 
 /// Where the outermost passes run.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum Outermost {
-    /// On the end of the field's range.
+    /// At the end of the field's range.
     Edge,
-    /// At most half a pass inside of it: the fewest passes.
+    /// At most half a pass inside of it: gives the fewest passes.
     HalfStrip,
 }
 
@@ -71,17 +70,17 @@ pub fn ring_levels(field: &PassField) -> Vec<f64> {
     core::iter::once(first).chain(rest).collect()
 }
 
-/// The same half a pass further inside.
+/// As above, half a pass further inside.
 pub fn half_levels(field: &PassField) -> Vec<f64> {
     let (_, high) = field.range();
     let first = (0.5_f64).min(0.5 * high);
     (0..).map(|k| first + f64::from(k)).take_while(|&level| level < high).collect()
 }
 
-/// Levels of open passes, the outermost ones as far from both ends of the field's range.
+/// Levels of open passes, the outermost ones equally far from both ends of the field's range.
 ///
-/// Half strips are one apart, the first and the last at most half a pass from the ends; with edges the
-/// range is divided evenly.
+/// Half strips are one apart, the first and the last at most half a pass from the ends; with edges the range is
+/// divided evenly.
 pub fn open_levels(field: &PassField, outermost: Outermost) -> Vec<f64> {
     let (low, high) = field.range();
     let strips = (high - low - ROUNDING).ceil().max(1.0);
@@ -98,7 +97,7 @@ pub fn open_levels(field: &PassField, outermost: Outermost) -> Vec<f64> {
     }
 }
 
-/// Passes at ascending levels, without branches; each level's in order of first face.
+/// Passes at ascending levels, without branches; within a level in order of the first face.
 pub fn passes(mesh: &PassMesh, field: &PassField, levels: &[f64]) -> Vec<Pass> {
     let mut tracer = Tracer::new(mesh, field.values());
     let mut passes = Vec::new();
@@ -137,7 +136,7 @@ struct Tracer<'a> {
     stamp: u32,
 }
 
-/// Which way a level curve is followed.
+/// In which direction a level curve is followed.
 #[derive(Copy, Clone, PartialEq)]
 enum Way {
     /// Higher values on the right.
@@ -146,7 +145,7 @@ enum Way {
     Backward,
 }
 
-/// The boundary at the end of a level curve, as [`Pass`] knows it.
+/// The boundary at the end of a level curve, as stored in [`Pass`].
 #[derive(Copy, Clone, Default)]
 struct Rim {
     overrun: f64,
@@ -161,7 +160,7 @@ enum End {
     Closed,
     /// On a side of the boundary.
     Boundary(HalfEdgeId),
-    /// Where the field is not known.
+    /// Where the field is unknown.
     Unreached,
 }
 
@@ -174,7 +173,7 @@ impl<'a> Tracer<'a> {
         self.stamp += 1;
     }
 
-    /// The curve through `face`; `None` if it was traced before or is next to nothing.
+    /// The curve through `face`; `None` if it was traced before or is too short.
     fn trace(&mut self, face: FaceId, level: f64) -> Option<Pass> {
         if self.seen[face.index()] == self.stamp {
             return None;
@@ -212,8 +211,8 @@ impl<'a> Tracer<'a> {
         })
     }
 
-    /// Overruns of an open curve with these ends, and half its distance from its neighbours there. `None`
-    /// for a curve of one point.
+    /// Overruns of an open curve with these ends, and half its distance from its neighbours there; `None` for a curve
+    /// of one point.
     fn overruns(&self, points: &[DVec2], ends: [End; 2]) -> Option<[Rim; 2]> {
         let [first, second, ..] = points else { return None };
         let [.., before, last] = points else { return None };
@@ -224,7 +223,7 @@ impl<'a> Tracer<'a> {
         Some([length(*first - *second, ends[0]), length(*last - *before, ends[1])])
     }
 
-    /// How far a curve that leaves the surface through `side` goes on: until it is beside the place of the
+    /// How far a curve that leaves the surface through `side` continues: until it is level with the place of the
     /// boundary half a pass from it, on the acute side; and how far to the side that place is.
     fn overrun(&self, way: DVec2, side: HalfEdgeId) -> Option<Rim> {
         let (a, b) = self.mesh.connectivity().ends(side);
@@ -283,7 +282,7 @@ impl<'a> Tracer<'a> {
     }
 }
 
-/// An open curve with its ends drawn in from the boundary; `None` if little is left.
+/// An open curve shortened at its ends where these lie on the boundary; `None` if little is left.
 fn without_ends(points: Vec<DVec2>, pass_size: f64) -> Option<Vec<DVec2>> {
     let mut points = shortened(points, INSIDE * pass_size);
     points.reverse();

@@ -1,4 +1,4 @@
-//! A mesh fine enough to carry the distance field: edges at most about one pass long.
+//! A mesh fine enough for the distance field: edges at most about one pass long.
 
 use super::error::LevelSetError;
 use super::strip_metric::{FlatMetric, StripMetric, square_of};
@@ -8,16 +8,16 @@ use crate::mesh::{Connectivity, FaceId, HalfEdgeId, VertexId};
 use crate::surface::Surface;
 use std::sync::OnceLock;
 
-/// Edges longer than this many passes are split in a fine mesh. Longer: corners of rings and summits of
-/// the field are blunted; shorter: more triangles, quadratically.
+/// Edges longer than this many passes are split in a fine mesh. Longer: corners of rings and summits of the field are
+/// blunted; shorter: the number of triangles grows quadratically.
 const FINE: f64 = 1.0;
-/// Where the mesh stays small, longer edges than this are split, too.
+/// Where the mesh stays small, edges longer than this are split as well.
 const FINEST: f64 = 0.25;
-/// A mesh of at most so many triangles is small.
+/// A mesh of at most this many triangles is small.
 const CHEAP: f64 = 1.2e5;
 /// Edges longer than this many passes are split in a coarse mesh: good enough to compare fields.
 pub(super) const COARSE: f64 = 6.0;
-/// Refinement stops with an error beyond this many triangles.
+/// Refinement stops with an error above this many triangles.
 const MOST_FACES: usize = 2_500_000;
 
 /// Area of a triangle with these sides.
@@ -34,13 +34,13 @@ pub struct PassMesh {
     scale: Vec<f64>,
     positions: Vec<DVec3>,
     metric: Vec<StripMetric>,
-    /// `#F` flat metrics, once they are asked for.
+    /// `#F` flat metrics, computed on first use.
     flat: OnceLock<Vec<Option<FlatMetric>>>,
 }
 
 impl PassMesh {
-    /// Refines the chart's mesh as far as it carries a field of passes; `metric` is the strip metric at
-    /// each of the `#V` vertices, which keep their indices.
+    /// Refines the chart's mesh until it resolves a field of passes; `metric` is the strip metric at each of the `#V`
+    /// vertices, which keep their indices.
     ///
     /// # Errors
     /// [`LevelSetError::TooFine`] when millions of triangles would be needed.
@@ -52,10 +52,10 @@ impl PassMesh {
         Self::coarse(surface, chart, metric)?.refined()
     }
 
-    /// A mesh on which fields can be compared, but no passes be laid.
+    /// A mesh on which fields can be compared, but passes cannot be laid out.
     ///
     /// # Errors
-    /// As [`new`](Self::new), which would not succeed either.
+    /// As [`new`](Self::new), which would fail too.
     pub fn coarse(
         surface: &Surface,
         chart: &Chart,
@@ -93,7 +93,7 @@ impl PassMesh {
         self.with_edges_below(COARSE)
     }
 
-    /// The mesh refined as far as it carries a field of passes; its vertices keep their indices.
+    /// The mesh refined until it resolves a field of passes; its vertices keep their indices.
     ///
     /// # Errors
     /// [`LevelSetError::TooFine`] when millions of triangles would be needed.
@@ -106,7 +106,7 @@ impl PassMesh {
         mesh.with_edges_below(longest)
     }
 
-    /// About how many triangles it takes when no edge is longer than that many passes.
+    /// Approximate number of triangles when no edge is longer than that many passes.
     fn faces_below(&self, longest: f64) -> f64 {
         let split = |h: u32| {
             let parts = (self.pass_length(HalfEdgeId(h)) / longest).max(1.0);
@@ -123,7 +123,7 @@ impl PassMesh {
         Ok(mesh)
     }
 
-    /// Other faces between some of the vertices.
+    /// The mesh with other faces between some of its vertices.
     pub(super) fn with_vertices(&self, connectivity: Connectivity, kept: &[VertexId]) -> Self {
         Self {
             connectivity,
@@ -216,7 +216,7 @@ impl PassMesh {
         square.max(0.0).sqrt()
     }
 
-    /// Refuses before refining what could not end below [`MOST_FACES`].
+    /// Fails before refining when the result could not stay below [`MOST_FACES`].
     fn check_size(&self) -> Result<(), LevelSetError> {
         let passes: f64 = (0..self.connectivity.face_count() as u32)
             .map(|f| heron([0, 1, 2].map(|i| self.pass_length(FaceId(f).half_edge(i)))))
@@ -228,8 +228,8 @@ impl PassMesh {
         Ok(())
     }
 
-    /// Whether a side is too long, or joins two boundary vertices through the interior: along such
-    /// a side the distance is not what its ends say.
+    /// Whether an edge is too long, or joins two boundary vertices through the interior: along such an edge the
+    /// distance does not follow from its ends.
     fn is_split(&self, side: HalfEdgeId, longest: f64) -> bool {
         let (a, b) = self.connectivity.ends(side);
         let is_chord = self.connectivity.opposite(side).is_some()

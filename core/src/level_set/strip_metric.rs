@@ -1,4 +1,4 @@
-//! The strip metric: how many passes a step across the surface counts.
+//! The strip metric: the number of passes in a step across the surface.
 
 use crate::geometry::math::{atan2, cos, sin};
 use crate::geometry::{DVec2, DVec3};
@@ -13,11 +13,10 @@ pub fn even(side_step: f64) -> StripMetric {
     [m, m, m, 0.0, 0.0, 0.0]
 }
 
-/// The strip metric whose unit in every principal direction is the strip there: `weight` is `1/w²` for the
-/// normal curvatures across the feed and along it, passes² per mm².
+/// The strip metric in which a strip has length 1 in both principal directions: `weight` is `1/w²` for the normal
+/// curvatures across the feed and along it, passes² per mm².
 ///
-/// To second order `M = (k_tool I + K) / (8 h)`. Along the normal, where no step goes, the tensor is that
-/// of a plane.
+/// To second order `M = (k_tool I + K) / (8 h)`. Along the normal, where no step goes, the tensor is that of a plane.
 ///
 /// # Source
 /// Kim 2007.
@@ -71,7 +70,7 @@ pub struct FlatMetric {
 }
 
 impl FlatMetric {
-    /// The metric `m` of space, drawn back from the triangle `positions` to its flat image `uv`.
+    /// The metric `m` of space, pulled back from the triangle `positions` to its flat image `uv`.
     ///
     /// `None` for a flat image without area.
     pub fn of_triangle(m: &StripMetric, positions: [DVec3; 3], uv: [DVec2; 3]) -> Option<Self> {
@@ -87,7 +86,7 @@ impl FlatMetric {
         (determinant.is_finite() && determinant > 0.0).then_some(metric)
     }
 
-    /// Passes that the flat step `d` counts.
+    /// Number of passes in the flat step `d`.
     pub fn length(&self, d: DVec2) -> f64 {
         self.dot(d, d).max(0.0).sqrt()
     }
@@ -96,48 +95,48 @@ impl FlatMetric {
         self.xx * a.x * b.x + self.xy * (a.x * b.y + a.y * b.x) + self.yy * a.y * b.y
     }
 
-    /// Square of the passes² per flat mm².
+    /// Determinant of the metric, (passes² per flat mm²)².
     fn determinant(&self) -> f64 {
         self.xx * self.yy - self.xy * self.xy
     }
 
-    /// Passes per flat mm, mean of the directions.
+    /// Passes per flat mm, mean over the directions.
     pub fn mean(&self) -> f64 {
         self.determinant().max(0.0).sqrt().sqrt()
     }
 
-    /// Passes per flat mm in the direction that counts the fewest.
+    /// Passes per flat mm in the direction with the fewest.
     pub fn least(&self) -> f64 {
         let (mean, half) = (0.5 * (self.xx + self.yy), 0.5 * (self.xx - self.yy));
         (mean - (half * half + self.xy * self.xy).sqrt()).max(0.0).sqrt()
     }
 
-    /// Passes per flat mm in the direction that counts the most.
+    /// Passes per flat mm in the direction with the most.
     pub fn most(&self) -> f64 {
         let (mean, half) = (0.5 * (self.xx + self.yy), 0.5 * (self.xx - self.yy));
         (mean + (half * half + self.xy * self.xy).sqrt()).sqrt()
     }
 
-    /// The flat unit vector in the direction that counts the most passes: the best feed direction, since
-    /// strips across it are the widest.
+    /// The flat unit vector in the direction with the most passes: the best feed direction, since strips across it
+    /// are the widest.
     pub fn direction_of_most(&self) -> DVec2 {
         let angle = 0.5 * atan2(2.0 * self.xy, self.xx - self.yy);
         DVec2::new(cos(angle), sin(angle))
     }
 
-    /// How much wider the widest strip is than the narrowest, as a part of it: 0 for all alike.
+    /// How much wider the widest strip is than the narrowest, as a fraction of it: 0 if all are equal.
     pub fn anisotropy(&self) -> f64 {
         1.0 - self.least() / self.most()
     }
 
-    /// Steepest slope per pass of a field with that flat gradient, per flat mm.
+    /// Greatest slope per pass of a field with that flat gradient, per flat mm.
     pub fn slope(&self, gradient: DVec2) -> f64 {
         let DVec2 { x, y } = gradient;
         let square = self.yy * x * x - 2.0 * self.xy * x * y + self.xx * y * y;
         (square / self.determinant()).max(0.0).sqrt()
     }
 
-    /// The flat direction in which a front with that normal goes.
+    /// The flat direction in which a front with that normal advances.
     pub fn across(&self, normal: DVec2) -> DVec2 {
         let DVec2 { x, y } = normal;
         DVec2::new(self.yy * x - self.xy * y, self.xx * y - self.xy * x)

@@ -1,4 +1,4 @@
-//! The refined mesh and its field, asked at flat points.
+//! The refined mesh and its field, evaluated at flat points.
 
 use super::field::PassField;
 use super::refine::PassMesh;
@@ -9,12 +9,12 @@ use crate::mesh::FaceId;
 use crate::surface::SurfacePoint;
 use core::cell::Cell;
 
-/// Scale and room at flat points, interpolated on a [`PassMesh`].
+/// Scale and clearance at flat points, interpolated on a [`PassMesh`].
 pub struct FieldTerrain<'a> {
     mesh: &'a PassMesh,
     field: &'a PassField,
     locator: &'a Locator<'a>,
-    /// Where the last question was answered: the next one is mostly near.
+    /// Face of the last query: the next one is usually near it.
     last: Cell<FaceId>,
 }
 

@@ -1,7 +1,7 @@
-//! A mesh of fewer vertices over the same chart: good enough to compare fields on.
+//! A mesh with fewer vertices over the same chart, good enough to compare fields on.
 //!
-//! The boundary keeps its vertices; of the others the one nearest to the middle of each cell of a square
-//! grid stays. They are joined by constrained Delaunay triangulation of their flat points.
+//! The boundary keeps its vertices; of the others, the one nearest to the middle of each cell of a square grid is
+//! kept. They are joined by constrained Delaunay triangulation of their flat points.
 
 use super::refine::{COARSE, PassMesh};
 use crate::geometry::DVec2;
@@ -12,8 +12,8 @@ use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 type Delaunay = ConstrainedDelaunayTriangulation<Point2<f64>>;
 
 impl PassMesh {
-    /// A mesh of about that many vertices between those of the boundary, on which fields can be compared but
-    /// no passes be laid; the mesh itself where it has hardly more.
+    /// A mesh with about that many vertices between those of the boundary, on which fields can be compared but passes
+    /// cannot be laid out; the mesh itself where it has hardly more.
     pub fn thinned(&self, inner: usize) -> Self {
         let all = self.uv().len();
         let boundary: usize = self.connectivity().boundary_loops().iter().map(Vec::len).sum();
@@ -21,7 +21,7 @@ impl PassMesh {
         is_worthwhile.then(|| self.joined(&self.kept(inner))).flatten().unwrap_or(self.clone())
     }
 
-    /// The boundary's vertices, loop by loop, then the inner ones that stay.
+    /// The boundary's vertices, loop by loop, then the inner ones that are kept.
     fn kept(&self, inner: usize) -> Vec<VertexId> {
         let low = self.uv().iter().copied().fold(DVec2::INFINITY, DVec2::min);
         let high = self.uv().iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
@@ -74,7 +74,7 @@ impl PassMesh {
     }
 }
 
-/// The faces within the constraints: those an odd number of which parts from the outside.
+/// The faces inside the constraints: those separated from the outside by an odd number of constraints.
 fn within(delaunay: &Delaunay) -> Vec<FixedFaceHandle<PossiblyOuterTag>> {
     let mut crossed: Vec<Option<bool>> = vec![None; delaunay.num_all_faces()];
     let outer = delaunay.outer_face().fix();

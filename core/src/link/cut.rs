@@ -1,7 +1,7 @@
-//! Rings cut one after the other in the plane, with trochoids where the limit asks for them.
+//! Rings cut one after the other in the plane, with trochoids where the limit requires them.
 //!
-//! *Trial*: a ring is first cut as it is; only if that exceeds the limit, in the plane and where the simulation of plain
-//! passes does, too, is it taken back and cut again with trochoids on the stretches that exceed it.
+//! *Trial*: a ring is first cut without trochoids; only if that exceeds the limit, both in the plane and in the
+//! simulation of plain passes, is it undone and cut again with trochoids on the stretches that exceed it.
 
 use super::group::{Group, LONGEST_LINK, SLANT, oriented};
 use super::order::Sequence;
@@ -13,11 +13,11 @@ use crate::level_set::{Branch, Pass};
 use crate::toolpath::MoveKind;
 use crate::trochoid::{self, BranchRef, Loops, Span};
 
-/// Over-engaged stretches closer than this are one, as a part of the cutter radius.
+/// Over-engaged stretches closer than this, as a fraction of the cutter radius, are merged.
 const JOIN: f64 = 1.0;
-/// Over-engaged stretches are widened by this part of the cutter radius at both ends.
+/// Over-engaged stretches are extended by this fraction of the cutter radius at both ends.
 const WIDEN: f64 = 0.25;
-/// A link on the surface that would have to be slower than this part of the feed is not taken.
+/// A link on the surface that would have to be slower than this fraction of the feed is not used.
 const SLOWEST_LINK: f64 = 0.05;
 
 /// How rings are cut and joined.
@@ -34,7 +34,7 @@ pub struct CutOptions {
 }
 
 /// Cuts the rings of all groups, one group after the other. `is_above`: whether plain passes truly exceed the limit
-/// near a flat place; `progress` is called with the part done. Returns the number of trochoid loops.
+/// near a flat place; `progress` is called with the fraction done. Returns the number of trochoid loops.
 pub fn cut_passes(
     simulation: &mut Simulation,
     groups: &[Group],
@@ -88,7 +88,7 @@ fn cut_group(
     }
 }
 
-/// The moves along a ring, with the branches that leave at their ends.
+/// The moves along a ring, with the branches that leave from their ends.
 struct Course<'a> {
     start: DVec2,
     moves: Vec<FlatPoint>,
@@ -307,7 +307,7 @@ fn rate_at_nominal(m: &FlatPoint, simulation: &Simulation) -> f64 {
     if m.feed > 0.0 { m.mrr * simulation.cutting.feed / m.feed } else { m.mrr }
 }
 
-/// Where a ring is begun: a slant ahead of the point nearest to where the cutter is.
+/// Where a ring starts: a slanted lead-in ahead of the point nearest to the cutter.
 fn start_index(simulation: &Simulation, ring: &[DVec2]) -> usize {
     if !simulation.has_begun() {
         return 0;

@@ -59,8 +59,8 @@ pub struct Delivered {
     pub lifted: Vec<LiftedSpan>,
 }
 
-/// Lifts, locates and joins a flat path. `after`: where an earlier path ended, if this one goes on
-/// from there; the first point of the result. `progress` is called with the part done.
+/// Maps a flat path onto the surface, locates it and joins it. `after`: where an earlier path ended, if this one
+/// continues from there; it is the first point of the result. `progress` is called with the fraction done.
 ///
 /// # Errors
 /// [`DeliverError`] when a point cannot be mapped or the cutter cannot be located there.
@@ -130,8 +130,8 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Appends the run; where the cutter had to be lifted out of the cut it retracts and goes on
-    /// behind. What is no more than a point between two such places is left out.
+    /// Appends the run; where the cutter had to be lifted out of the cut, it retracts and continues behind that
+    /// place. A single point between two such places is left out.
     fn append(&self, out: &mut Delivered) {
         let fits = |l: &Located| l.raise <= self.options.highest_raise;
         let mut from = 0;
@@ -149,10 +149,9 @@ impl Run<'_> {
 
     /// Appends a piece with its approach and its retract.
     ///
-    /// Where other parts of the surface stand in the way of the approach, the cutter comes down at
-    /// the first place of the piece with an open way and goes back along the piece from there; it
-    /// leaves from the last such place, back along what it has just cut. A piece without one is out of
-    /// reach.
+    /// Where other parts of the surface obstruct the approach, the cutter comes down at the first place of the piece
+    /// with a free approach and goes back along the piece from there; it leaves from the last such place, back along
+    /// what it has just cut. A piece without such a place is out of reach.
     fn append_piece(&self, out: &mut Delivered, piece: Range<usize>) {
         let mut indices = piece.clone();
         let Some(entry) = indices.clone().find(|&i| self.is_open(&self.located[i])) else {
@@ -171,7 +170,7 @@ impl Run<'_> {
         points.push(self.link(self.options.above(up.tip, up.axis), up));
     }
 
-    /// Whether the part leaves the way along the axis open from here to the rapid plane.
+    /// Whether the part leaves the line along the axis free from here to the rapid plane.
     fn is_open(&self, l: &Located) -> bool {
         let PassOptions { tool, allowance, tolerance, .. } = self.options.pass;
         let at = Standing { tool, tip: l.tip, axis: l.axis, reach: f64::INFINITY };
@@ -188,7 +187,7 @@ impl Run<'_> {
         LiftedSpan { from: place, to: last.contact, length, raise: raise.max(first.raise), place }
     }
 
-    /// The flat point that a located one is, or is on the way to.
+    /// The flat point of a located one, or the one toward which it moves.
     fn source(&self, l: &Located) -> &FlatPoint {
         &self.flat[self.mapped.points[l.keys.1].source]
     }
@@ -210,7 +209,7 @@ impl Run<'_> {
         }
     }
 
-    /// A move back to a located point from the one behind it; it may cut.
+    /// A move back to a located point from the one behind it; it may cut material.
     fn back_to(&self, index: usize) -> PathPoint {
         PathPoint { kind: MoveKind::Link, ..self.point(&self.located[index]) }
     }

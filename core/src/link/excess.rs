@@ -1,16 +1,16 @@
 //! Where simulated plain passes remove more than the limit.
 //!
-//! The disc in the plane that lays trochoids knows the removal rate roughly; where plain passes keep the limit in
-//! the simulation, none are needed.
+//! The disc model in the plane that places trochoids knows the removal rate only roughly; where plain passes keep to
+//! the limit in the simulation, no trochoids are needed.
 
 use crate::flat_path::Terrain;
 use crate::geometry::DVec2;
 use crate::toolpath::{MoveKind, Toolpath};
 use std::collections::BTreeMap;
 
-/// Distance of places along a move, of their reach.
+/// Distance of places along a move, as a fraction of their reach.
 const SPACING: f64 = 0.5;
-/// What rounding may be above the limit.
+/// Allowance for rounding above the limit.
 const ROUNDING: f64 = 1e-9;
 
 /// Flat places of moves above the limit.

@@ -1,23 +1,23 @@
-//! The passes of a region, and what all ways of joining them share.
+//! The passes of a region, and what all ways of joining them have in common.
 
 use super::order::Precedence;
 use crate::level_set::Pass;
 
 /// Longest link on the surface, cutter radii.
 pub const LONGEST_LINK: f64 = 8.0;
-/// The next ring starts this many cutter radii ahead, so that the link runs into it at a slant.
+/// The next ring starts this many cutter radii ahead, so that the link meets it at a slant.
 pub const SLANT: f64 = 2.0;
 
-/// The passes of a region and what must be cut before what.
+/// The passes of a region and their order constraints.
 #[derive(Copy, Clone, Debug)]
 pub struct Group<'a> {
     /// The passes.
     pub passes: &'a [Pass],
-    /// What is cut before what.
+    /// Which passes must be cut before which.
     pub precedence: &'a Precedence,
 }
 
-/// A pass, the other way round if asked for.
+/// A pass, reversed on request.
 pub(crate) fn oriented(pass: &Pass, reverse: bool) -> Pass {
     let mut turned = pass.clone();
     if reverse {

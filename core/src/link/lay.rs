@@ -1,8 +1,8 @@
-//! Passes → one flat path at the nominal feed, without regard to the removal rate.
+//! Passes → one flat path at the nominal feed, ignoring the removal rate.
 //!
-//! Rings are cut one after the other as their precedence asks; open passes to and fro or all one way.
-//! Consecutive passes are joined on the surface where the straight flat way between them is short and
-//! stays on it, else by a retract.
+//! Rings are cut one after the other in an order that respects their precedence; open passes to and fro or all one
+//! way. Consecutive passes are joined on the surface where the straight flat line between them is short and stays on
+//! it, otherwise by a retract.
 
 use super::group::{Group, LONGEST_LINK, SLANT, oriented};
 use super::order::{Precedence, Sequence};
@@ -13,16 +13,16 @@ use crate::level_set::{INSIDE, Pass};
 use crate::strip_width::Strip;
 use crate::toolpath::MoveKind;
 
-/// The strip of a tilted cutter at the end of its pass is taken for wider by this: neighbours are not quite
+/// The strip of a tilted cutter at the end of its pass is taken to be wider by this factor: neighbours are not quite
 /// parallel, boundaries not quite straight.
 const ROOM: f64 = 1.1;
 
-/// How passes are laid.
+/// How passes are laid out.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct LayOptions {
     /// Order of rings.
     pub order: RingOrder,
-    /// How open passes follow each other.
+    /// Traversal of open passes.
     pub traverse: Traverse,
     /// How passes are joined.
     pub links: Links,
@@ -34,11 +34,11 @@ pub struct LayOptions {
     pub height: f64,
     /// Feed, mm/s.
     pub feed: f64,
-    /// A tilted cutter with a flat bottom, the edges of whose strip lag behind it; `None` for any other.
+    /// A tilted cutter with a flat bottom, whose strip edges trail behind it; `None` for any other.
     pub tilted: Option<Strip>,
 }
 
-/// Lays the passes of one region after the other.
+/// Lays out the passes of one region after the other.
 pub fn lay(groups: &[Group], terrain: &dyn Terrain, options: &LayOptions) -> Vec<FlatPoint> {
     let mut layer = Layer { terrain, options, points: Vec::new(), pass: 0, region: 0 };
     for (region, Group { passes, precedence }) in (0..).zip(groups) {
@@ -81,7 +81,7 @@ impl Layer<'_> {
         }
     }
 
-    /// Turns a ring so that it begins a slant ahead of the point nearest to where the cutter is.
+    /// Rotates a ring so that it begins a slanted lead-in ahead of the point nearest to the cutter.
     fn begin_ring(&self, ring: &mut Pass) {
         let Some(from) = self.at() else { return };
         let disc = self.options.radius / self.terrain.scale(from).unwrap_or(1.0);
@@ -97,7 +97,7 @@ impl Layer<'_> {
         ring.branches.iter_mut().for_each(|s| s.at = (s.at + n - start) % n);
     }
 
-    /// Open passes, always the nearest end next; whatever rings are among them as they come.
+    /// Open passes, always continuing at the nearest end; rings among them in their own order.
     fn open(&mut self, passes: &[Pass]) {
         let mut left: Vec<usize> = (0..passes.len()).collect();
         let reverse_all = self.options.direction != CutDirection::Climb;
@@ -115,8 +115,8 @@ impl Layer<'_> {
         }
     }
 
-    /// The next pass and whether its end is nearer than its start. The first is the first; one way, they
-    /// come in their order.
+    /// The next pass and whether its end is nearer than its start. The first pass comes first; in one-way order,
+    /// passes keep their order.
     fn next_open(&self, passes: &[Pass], left: &[usize]) -> Option<(usize, bool)> {
         let from = self.at().filter(|_| self.options.traverse == Traverse::Zigzag);
         let Some(from) = from else { return (!left.is_empty()).then_some((0, false)) };
@@ -131,7 +131,7 @@ impl Layer<'_> {
         best.map(|(slot, (_, reverse))| (slot, reverse))
     }
 
-    /// One pass from where it begins, with the way to it.
+    /// One pass from its start, with the move to it.
     fn pass(&mut self, pass: &Pass) {
         let start = pass.points[0];
         self.reach(start);
@@ -168,7 +168,7 @@ impl Layer<'_> {
         self.pass += 1;
     }
 
-    /// How far a pass goes on before its start and beyond its end, mm on the surface.
+    /// How far a pass extends before its start and beyond its end, mm on the surface.
     fn overruns(&self, pass: &Pass) -> [f64; 2] {
         let Some(ends) = pass.points.first().zip(pass.points.last()) else { return [0.0; 2] };
         let at = |end: usize, place: DVec2| {
@@ -185,7 +185,7 @@ impl Layer<'_> {
         [at(0, *ends.0), at(1, *ends.1)]
     }
 
-    /// Lets the pass go on beyond its end, before any branch leaves from there.
+    /// Extends the pass beyond its end, before any branch leaves from there.
     fn overrun(&mut self, end: DVec2, by: f64, has_branches: bool) {
         if let Some(last) = self.points.last_mut() {
             last.overrun = by;

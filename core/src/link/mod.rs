@@ -2,15 +2,15 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `order` | what is cut before what |
+//! | `order` | which passes must be cut before which |
 //! | `group` | the passes of a region |
-//! | `lay` | plain passes, without regard to the removal rate |
-//! | `cut` | rings with trochoids where the rate asks for them |
-//! | `excess` | where plain passes exceed the limit by the simulation |
+//! | `lay` | plain passes, ignoring the removal rate |
+//! | `cut` | rings with trochoids where the rate requires them |
+//! | `excess` | where plain passes exceed the limit in the simulation |
 //! | `deliver` | flat path → `Toolpath` with leads and retracts |
 //!
-//! *Reach*: on the surface when the straight way is inside of the region and the cut on it can be
-//! kept below the limit, else by retract, rapid and approach.
+//! *Reach*: on the surface when the straight line is inside the region and the cut on it can be kept below the limit,
+//! otherwise by retract, rapid and approach.
 
 mod cut;
 mod deliver;

@@ -1,10 +1,10 @@
-//! Which ring is cut when: every ring after its neighbours on the cleared side.
+//! Order of the rings: every ring after its neighbours on the cleared side.
 
 use crate::geometry::DVec2;
 use crate::job::RingOrder;
 use crate::level_set::Pass;
 
-/// Points of a ring that are asked for the nearest ring of the level before.
+/// Points of a ring for which the nearest ring of the previous level is looked up.
 const PROBES: usize = 24;
 
 /// For every ring the rings that must be cut before it.
@@ -15,8 +15,7 @@ pub struct Precedence {
 }
 
 impl Precedence {
-    /// From the rings' levels and nearness: a ring follows the rings one level out that are
-    /// nearest to it.
+    /// From the rings' levels and distances: a ring follows the nearest rings one level further out.
     pub fn new(rings: &[Pass], order: RingOrder) -> Self {
         let mut outer = vec![Vec::new(); rings.len()];
         for (i, ring) in rings.iter().enumerate() {

@@ -2,15 +2,15 @@
 //!
 //! - *Best cross direction* of a face: the one in which the strip is the widest, an eigenvector of the
 //!   strip metric. It has no sign.
-//! - *Target*: a flat gradient that grows by 1 per strip, in a direction between the best one and that of
-//!   the field before, by how much there is to be gained.
+//! - *Target*: a flat gradient that grows by 1 per strip, in a direction between the best one and that of the
+//!   previous field, depending on the gain.
 //!
-//! 1. The field before is at first the best iso-scallop or iso-planar field: it tells the sign, and the
-//!    direction where all are as good.
-//! 2. The potential is the least-squares solution `integral of |grad phi - V|²`, a Poisson equation; it is
-//!    the field before of the next round.
+//! 1. The previous field is at first the best iso-scallop or iso-planar field: it supplies the sign, and the
+//!    direction where all are equally good.
+//! 2. The potential is the least-squares solution `integral of |grad phi - V|²`, a Poisson equation; it is the
+//!    previous field of the next round.
 //!
-//! The map is conformal, so that the flat Dirichlet energy is that of the surface.
+//! The map is conformal, so the flat Dirichlet energy equals that of the surface.
 //!
 //! # Source
 //! Zou, Wang, Feng, "A new approach to generating iso-level tool paths: length-optimal tool path
@@ -22,9 +22,9 @@ use crate::level_set::{LevelSetError, PassField, PassMesh};
 use crate::linalg::{Cholesky, SymmetricMatrix, nested_dissection};
 use crate::mesh::{FaceId, VertexId};
 
-/// Solves, each with targets from the one before.
+/// Solves, each with targets from the previous one.
 const ROUNDS: usize = 6;
-/// Gains, as a part of the strip, that decide half for the best direction: from following it closely to
+/// Gains, as a fraction of the strip, at which the best direction has half the weight: from following it closely to
 /// hardly at all.
 pub const STRENGTHS: [f64; 5] = [0.1, 0.2, 0.4, 0.8, 1.6];
 
@@ -34,15 +34,15 @@ struct Cell {
     metric: FlatMetric,
     /// Flat unit vector across the best feed direction.
     across: DVec2,
-    /// How much the best direction counts: 0 not at all, toward 1.
+    /// Weight of the best direction: 0 none, approaching 1.
     decided: f64,
     area: f64,
     /// Flat gradients of the three corners' hat functions.
     hats: [DVec2; 3],
 }
 
-/// The potential at the vertices, passes; `like`: the field before the first; `half`: the gain, as a part of
-/// the strip, that decides half for the best direction.
+/// The potential at the vertices, passes; `like`: the field before the first round; `half`: the gain, as a fraction
+/// of the strip, at which the best direction has half the weight.
 ///
 /// # Errors
 /// [`LevelSetError::Uneven`] when the equations cannot be solved.
@@ -76,7 +76,7 @@ fn cells(mesh: &PassMesh, half: f64) -> Vec<Option<Cell>> {
     (0..mesh.connectivity().face_count()).map(cell).collect()
 }
 
-/// The Laplacian, factored; the first vertex is held, since a potential is known up to a constant.
+/// The Laplacian, factored; the first vertex is fixed, since a potential is determined up to a constant.
 fn laplacian(mesh: &PassMesh, cells: &[Option<Cell>]) -> Result<Cholesky, LevelSetError> {
     let mut diagonal = vec![0.0; mesh.uv().len()];
     let mut entries = Vec::with_capacity(3 * cells.len());

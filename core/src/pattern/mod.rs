@@ -10,7 +10,7 @@
 //! | `mpf` | signed distances from several start curves, one for each band (`mpf`) |
 //! | `spiral` | the rings of `contour`, joined (`spiral`) |
 //!
-//! Where a pattern leaves a choice open, the one is taken whose level curves are the shortest.
+//! Where a pattern leaves a choice open, the variant with the shortest level curves is chosen.
 
 mod contour;
 mod direction;
@@ -34,15 +34,15 @@ use crate::surface::Surface;
 use direction::{STRENGTHS, potential};
 use start::Source;
 
-/// What a pass in one more piece is as bad as: path of this many cutter radii.
+/// Penalty for a pass in one more piece: path of this many cutter radii.
 const PIECE: f64 = 4.0;
-/// Length of the branches for each length of a ridge.
+/// Length of the branches per unit of length of a ridge.
 const BRANCHES: f64 = 2.0;
-/// The way from a ring to the next one, cutter radii.
+/// Length of the move from a ring to the next one, cutter radii.
 const RING: f64 = 2.0;
-/// Start curves, the best at a glance, that are compared with care.
+/// Number of start curves, the best by a rough estimate, that are compared accurately.
 const FINALISTS: usize = 4;
-/// Lengths that differ by less than this part are alike.
+/// Lengths that differ by less than this fraction count as equal.
 const TIE: f64 = 1e-3;
 /// Directions in which iso-planar passes are tried, evenly over half a turn.
 const ANGLES: u32 = 12;
@@ -56,8 +56,7 @@ pub struct Laid {
     pub passes: Vec<Pass>,
 }
 
-/// Surface parameters at the vertices of a mesh; none for one in which the surface is closed: it has a
-/// jump.
+/// Surface parameters at the vertices of a mesh; none for a parameter in which the surface is closed: it would jump.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameters {
     /// `#V` values of the first parameter.
@@ -78,25 +77,25 @@ impl Parameters {
     }
 }
 
-/// What passes are laid for.
+/// Properties of the cutter and the region that the passes depend on.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Setting<'a> {
     /// Cutter radius, mm.
     pub radius: f64,
-    /// Whether the cutter is tilted on a flat bottom, which machines beside a sharp turn what it should not
-    /// and leaves what it should.
+    /// Whether the cutter has a flat bottom and is tilted: beside a sharp turn it cuts where it should not and leaves
+    /// material where it should cut.
     pub has_flat_bottom: bool,
-    /// Whether the passes of other regions go on where these end.
+    /// Whether passes continue in neighbouring regions.
     pub has_neighbours: bool,
-    /// How far the cutter is clear of walls at the `#V` vertices of the fine mesh, mm; `None` without walls.
+    /// Clearance between cutter and walls at the `#V` vertices of the fine mesh, mm; `None` without walls.
     pub clearance: Option<&'a [f64]>,
 }
 
-/// Lays the passes of the pattern that the options ask for on a mesh; choices are made on the coarse one.
-/// `locator` is over the fine mesh's flat faces; `parameters`: the surface's own, if any.
+/// Lays out the passes of the requested pattern on a mesh; choices are made on the coarse one. `locator` is over the
+/// fine mesh's flat faces; `parameters`: the surface's own, if any.
 ///
 /// # Errors
-/// [`LevelSetError`]: no pass can be laid.
+/// [`LevelSetError`]: no pass can be laid out.
 pub fn lay_out(
     coarse: &PassMesh,
     mesh: &PassMesh,
@@ -156,7 +155,7 @@ impl Sketch<'_> {
         self.source()?.field(self.mesh, self.locator, Accuracy::Full)
     }
 
-    /// Where iso-scallop passes begin: of several starts the one with the shortest level curves.
+    /// Start of the iso-scallop passes: of several starts the one with the shortest level curves.
     fn source(&self) -> Result<Source, LevelSetError> {
         let locator = Locator::new(self.coarse.connectivity(), self.coarse.uv());
         let mut candidates = Source::candidates(self.coarse, &locator, &self.options.start);
@@ -181,7 +180,8 @@ impl Sketch<'_> {
         best.map(|(_, source)| source).ok_or(LevelSetError::NoCurve)
     }
 
-    /// From the field and followed as closely as makes the level curves the shortest, on the coarse mesh.
+    /// The potential that follows the best direction as closely as gives the shortest level curves, on the coarse
+    /// mesh.
     fn direction_field(&self) -> Result<PassField, LevelSetError> {
         let mut before = vec![Before::Distance(self.source()?)];
         before.extend(self.angle().ok().map(Before::Plane));
@@ -203,7 +203,7 @@ impl Sketch<'_> {
         PassField::paced(self.mesh, &potential(self.mesh, &like, best.2)?)
     }
 
-    /// About how long the passes of a field on the coarse mesh are, mm, pieces and gaps counted.
+    /// Approximate length of the passes of a field on the coarse mesh, mm, including pieces and gaps.
     fn cost(&self, field: PassField) -> f64 {
         let Laid { passes, field } = laid(self.coarse, field, self.options);
         let pieces = passes.len() as f64 - field.range().1.max(0.0);
@@ -250,7 +250,7 @@ impl Sketch<'_> {
         PassField::paced(self.mesh, &across_plane(self.mesh, self.angle()?))
     }
 
-    /// Angle of planes from the x axis, rad: the one asked for, or whose passes on the coarse mesh are the
+    /// Angle of planes from the x axis, rad: the requested one, or the one whose passes on the coarse mesh are
     /// shortest.
     fn angle(&self) -> Result<f64, LevelSetError> {
         if let Some(angle) = self.options.angle {
@@ -296,7 +296,7 @@ impl Sketch<'_> {
     }
 }
 
-/// A field that tells a potential its signs.
+/// A field that supplies the sign of a potential.
 enum Before {
     /// Distance from a start curve.
     Distance(Source),

@@ -1,12 +1,12 @@
 //! Machining potential field: bands of passes, each beginning where strips are the widest.
 //!
-//! - *Efficiency* of a pass: its strip width as a part of the widest strip at the same places, mean over
-//!   the pass.
-//! - *Band*: a start curve and the passes beside it, on both sides, as long as they are efficient.
+//! - *Efficiency* of a pass: its strip width as a fraction of the widest strip at the same places, mean over the
+//!   pass.
+//! - *Band*: a start curve and the passes beside it, on both sides, as far as they are efficient.
 //!
-//! Steps: of several curves along the best feed direction through what is left, the one with the largest
-//! mean strip width begins a band; offsets join it while their efficiency is at least 0.95; the lines
-//! half a pass beyond the last ones part the band from the rest, in which the next begins.
+//! Steps: of several curves along the best feed direction through what is left, the one with the largest mean strip
+//! width begins a band; offset passes join it while their efficiency is at least 0.95; the lines half a pass beyond
+//! the last ones separate the band from the rest, in which the next one begins.
 //!
 //! # Source
 //! Chiou and Lee, "A machining potential field approach to tool path generation for multi-axis sculptured
@@ -26,14 +26,14 @@ const CURVES: usize = 24;
 const SHORTEST: f64 = 0.5;
 /// Most bands; what is then left is one more.
 const MOST_BANDS: usize = 12;
-/// Part of the surface that is not worth another band.
+/// Fraction of the surface that is too small for another band.
 const REST: f64 = 0.02;
-/// How far lines run over the boundary, passes: passes end a little before it.
+/// How far lines run beyond the boundary, passes: passes end a little before it.
 const OVER: f64 = 0.2;
-/// Halvings of the place where a line leaves what is left.
+/// Bisection steps to the place where a line leaves what is left.
 const HALVINGS: usize = 40;
 
-/// What parts a surface into bands.
+/// The division of a surface into bands.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bands {
     /// Flat lines between them, each ending on the boundary or on an earlier one.
@@ -59,13 +59,13 @@ pub fn bands(mesh: &PassMesh, locator: &Locator) -> Bands {
     bands
 }
 
-/// What bands have taken of a surface.
+/// The parts of a surface that bands cover so far.
 struct Growth<'a> {
     mesh: &'a PassMesh,
     locator: &'a Locator<'a>,
     areas: Vec<f64>,
     is_left: Vec<bool>,
-    /// Fields of the bands, and the levels between which they have taken all.
+    /// Fields of the bands, and the levels between which they cover the surface.
     taken: Vec<(PassField, f64, f64)>,
 }
 
@@ -140,7 +140,7 @@ impl<'a> Growth<'a> {
         out
     }
 
-    /// Whether no band has taken a place.
+    /// Whether no band covers a place.
     fn contains(&self, p: DVec2) -> bool {
         let Ok(at) = self.locator.locate(p) else { return false };
         let corners = self.mesh.connectivity().face(at.face);
@@ -185,7 +185,7 @@ impl<'a> Growth<'a> {
         (-0.5 - last(&sides[1]), 0.5 + last(&sides[0]))
     }
 
-    /// Level in the middle of a face, and strip width across the field's levels as a part of the widest.
+    /// Level in the middle of a face, and strip width across the field's levels as a fraction of the widest.
     fn efficiency(&self, field: &PassField, face: usize) -> Option<(f64, f64)> {
         let id = FaceId(face as u32);
         let corners = self.mesh.connectivity().face(id);
@@ -197,7 +197,7 @@ impl<'a> Growth<'a> {
         middle.is_finite().then(|| (middle, metric.least() / metric.length(across)))
     }
 
-    /// Takes what lies between two levels out of what is left; returns the lines there.
+    /// Removes what lies between two levels from what is left; returns the lines there.
     fn take(&mut self, field: PassField, (low, high): (f64, f64)) -> Vec<Vec<DVec2>> {
         let lines = passes(self.mesh, &field, &[low, high]);
         let cuts = lines.iter().flat_map(|pass| {
@@ -220,7 +220,7 @@ impl<'a> Growth<'a> {
         cuts
     }
 
-    /// Lets both ends of a line go on over the boundary.
+    /// Extends both ends of a line beyond the boundary.
     fn run_over(&self, line: &mut Vec<DVec2>) {
         for _ in 0..2 {
             line.reverse();

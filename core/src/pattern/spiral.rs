@@ -1,9 +1,9 @@
 //! Spirals: rings joined to one continuous path.
 //!
-//! The path runs once round the outermost ring of a chain. Then it follows the level curves of the rings'
-//! field that lie between: a part of a turn on each, moving over to the next one on the way, so that the
-//! field grows by 1 in a turn. Neighbouring turns stay one pass apart, and have corners where the rings
-//! have them. The innermost ring is followed once round again.
+//! The path runs once round the outermost ring of a chain. Then it follows the level curves of the rings' field
+//! between the rings: on each for a fraction of a turn, while moving over to the next one, so that the field grows by
+//! 1 per turn. Neighbouring turns stay one pass apart and have corners where the rings have them. The innermost ring
+//! is followed once round again.
 //!
 //! A chain ends where rings split or meet; every branch is a spiral of its own.
 

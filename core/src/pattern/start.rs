@@ -13,11 +13,11 @@ use core::f64::consts::PI;
 const STEP: f64 = 0.5;
 /// Most steps of a traced curve.
 const MOST_STEPS: usize = 20_000;
-/// Metrics whose widths differ by less than this part tell no direction.
+/// Metrics whose widths differ by less than this fraction give no direction.
 const EVEN: f64 = 0.02;
-/// How often a traced curve is smoothed: over the root of this many steps.
+/// Smoothing rounds of a traced curve; it is smoothed over the square root of this many steps.
 const SMOOTHINGS: usize = 100;
-/// Turn of the boundary within two passes that makes a corner, rad.
+/// Turn of the boundary within two passes that counts as a corner, rad.
 const CORNER: f64 = PI / 5.0;
 /// Directions of straight lines that are tried.
 const LINES: u32 = 8;
@@ -81,7 +81,7 @@ fn outer_loop(mesh: &PassMesh) -> &[VertexId] {
     best.map_or(&[], |l| l.as_slice())
 }
 
-/// Where iso-scallop passes begin.
+/// Start of iso-scallop passes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Source {
     /// The whole boundary.
@@ -90,12 +90,12 @@ pub enum Source {
     Side(DVec2, DVec2),
     /// A flat curve.
     Curve(Vec<DVec2>),
-    /// A flat curve that goes on straight beyond the boundary.
+    /// A flat curve, continued straight beyond the boundary.
     GoingOn(Vec<DVec2>),
 }
 
 impl Source {
-    /// All that a start allows, on a mesh whose vertices keep their indices when it is refined.
+    /// All vertices that a start allows, on a mesh whose vertices keep their indices when it is refined.
     pub fn candidates(mesh: &PassMesh, locator: &Locator, start: &Start) -> Vec<Self> {
         let sides = || {
             let sides = sides(mesh);
@@ -115,7 +115,7 @@ impl Source {
         }
     }
 
-    /// The same, a curve going on straight beyond the boundary.
+    /// As above, with a curve continued straight beyond the boundary.
     pub fn going_on(self) -> Self {
         match self {
             Self::Curve(curve) => Self::GoingOn(curve),
@@ -249,13 +249,14 @@ impl Trace<'_> {
         self.mesh.flat_metric(self.locator.locate(at).ok()?.face)
     }
 
-    /// The flat direction in which strips across are the widest; `None` where all are as wide.
+    /// The flat direction in which strips across are the widest; `None` where all are equally wide.
     fn direction(&self, at: DVec2) -> Option<DVec2> {
         let metric = self.metric(at)?;
         (metric.anisotropy() > EVEN).then(|| metric.direction_of_most())
     }
 
-    /// Both ways from a place, smoothed; `fallback`: the direction where all are as good.
+    /// Traces both ways from a place and smooths the curve; `fallback`: the direction where all strips are equally
+    /// wide.
     pub fn through(&self, from: DVec2, fallback: DVec2) -> Vec<DVec2> {
         let first = self.direction(from).unwrap_or(fallback);
         let mut curve = self.follow(from, -first);
@@ -283,7 +284,7 @@ impl Trace<'_> {
         points
     }
 
-    /// A curve that goes on straight at both ends as far as the chart does.
+    /// A curve extended straight at both ends as far as the chart reaches.
     pub fn lengthened(&self, mut curve: Vec<DVec2>) -> Vec<DVec2> {
         for _ in 0..2 {
             curve.reverse();
@@ -307,7 +308,7 @@ impl Trace<'_> {
     }
 }
 
-/// Whether a curve comes near to what it has been before.
+/// Whether a curve comes close to an earlier part of itself.
 fn has_come_back(points: &[DVec2], to: DVec2, step: f64) -> bool {
     let before = points.len().saturating_sub(8);
     points[..before].iter().any(|p| p.distance(to) < 2.0 * step)

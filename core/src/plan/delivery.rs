@@ -1,4 +1,4 @@
-//! Flat paths → delivered ones: with their true removal rates, without what the cutter leaves.
+//! Flat paths → delivered ones: with their true removal rates, and without the material that the first passes leave.
 
 use super::error::{PlanError, SLOWEST};
 use super::load::chord;
@@ -21,15 +21,16 @@ use crate::surface::{Part, Surface};
 use crate::toolpath::Toolpath;
 use crate::walls::{Sweep, WallOptions, Walls};
 
-/// Rounds of passes over what the columns show as left.
+/// Rounds of passes over what the columns show as uncut.
 const REST_PASS_ROUNDS: usize = 4;
-/// Most rounds of branches over what is too high; few need more than four.
+/// Greatest number of rounds of branches over places that are too high; few jobs need more than four.
 const BRANCH_ROUNDS: usize = 20;
-/// Part of the tolerance above the limit from which on a place is too high: samples may miss the highest.
+/// Fraction of the tolerance above the limit from which on a place is too high: samples may miss the highest point.
 const TOO_HIGH: f64 = 0.7;
-/// The same from which on a place may be too high once further branches have changed which points the path keeps.
+/// The same fraction from which on a place may be too high once further branches have changed which points the path
+/// keeps.
 const CLOSE: f64 = 0.0;
-/// Part of the stock's depth above which what stays counts as untouched.
+/// Fraction of the stock's depth above which the remaining material counts as untouched.
 const TOUCHED: f64 = 0.98;
 
 /// A delivered path, and what it leaves.
@@ -64,8 +65,8 @@ impl Delivery<'_> {
         Cutter { tool: self.job.tool, length: self.options.pass.reach }
     }
 
-    /// The plain passes with their true removal rates, beside which the path stands; `None` where these do not
-    /// matter.
+    /// The plain passes with their true removal rates, for comparison with the path; `None` where the rates are not
+    /// needed.
     pub fn plain(&self, flat: &[FlatPoint]) -> Result<Option<Toolpath>, PlanError> {
         if self.job.force.control == ForceControl::Off {
             return Ok(None);
@@ -94,15 +95,15 @@ impl Delivery<'_> {
         Columns::new(self.surface, self.chart, self.job.nominal_side_step(), self.layer().top())
     }
 
-    /// Columns as close to walls as the tolerance.
+    /// Columns within the tolerance of walls.
     fn rim(&self) -> Columns {
         let (job, top) = (self.job, self.layer().top());
         let apart = 0.1 * job.nominal_side_step();
         Columns::along_boundary(self.surface, self.chart, (job.cut.tolerance, apart), top)
     }
 
-    /// The path at the nominal feeds, whatever it removes. Only where the cutter did not fit, or there are
-    /// walls, is it asked what is left.
+    /// The path at the nominal feeds, whatever it removes. What it leaves is only computed where the cutter did not
+    /// fit, or where there are walls.
     fn unlimited(
         &self,
         Delivered { toolpath, lifted }: Delivered,
@@ -126,7 +127,7 @@ impl Delivery<'_> {
         })
     }
 
-    /// The path at the nominal feeds, with branches over what it leaves too high, and what no branch lowers.
+    /// The path at the nominal feeds, with branches over what it leaves too high; and what no branch can lower.
     fn with_branches(
         &self,
         flat: &[FlatPoint],
@@ -172,8 +173,8 @@ impl Delivery<'_> {
         })
     }
 
-    /// The path with passes over what it leaves although the cutter comes there; `add`: appends a part and says what
-    /// is left then.
+    /// The path with passes over material that it leaves although the cutter can reach it; `add`: appends a part and
+    /// returns what is left then.
     fn with_rest_passes(
         &self,
         mut finished: Finished,
@@ -221,7 +222,7 @@ impl Delivery<'_> {
         Ok(Finished { toolpath, lifted, coverage, removed: Some(removed) })
     }
 
-    /// What a path leaves of the columns; `removed`: what it was seen to remove, if it was.
+    /// What a path leaves of the columns; `removed`: what it removed, if that was recorded.
     fn coverage(
         &self,
         columns: &Columns,
@@ -237,7 +238,7 @@ impl Delivery<'_> {
         })
     }
 
-    /// Calls `work` with what decides where the cutter of a path can touch.
+    /// Calls `work` with what determines where the cutter of a path can touch.
     fn with_access(&self, path: &Toolpath, work: impl FnOnce(&Access) -> Coverage) -> Coverage {
         work(&Access {
             pass: self.options.pass,
@@ -274,7 +275,7 @@ impl Delivery<'_> {
         self.surface.parameters().map_or(0.0, |_| chord(self.job))
     }
 
-    /// The path with its true removal rates and the feeds that follow from them; and what it removed.
+    /// The path with its true removal rates and the resulting feeds; and what it removed.
     fn rated(
         &self,
         columns: &Columns,
@@ -303,7 +304,7 @@ impl Delivery<'_> {
     }
 }
 
-/// A path so far with a further part, which begins where the path ends, and where the cutter was lifted.
+/// A path so far with a further part, which begins where the path ends, and the places where the cutter was lifted.
 fn joined(before: Finished, part: Toolpath, more: Vec<LiftedSpan>) -> (Toolpath, Vec<LiftedSpan>) {
     let Finished { mut toolpath, mut lifted, .. } = before;
     toolpath.points.extend(part.points.into_iter().skip(1));
@@ -344,9 +345,8 @@ pub fn deliver_options(job: &Job, rapid_plane: f64, threads: usize) -> DeliverOp
     }
 }
 
-/// Height that is clear of part, stock and walls: above the top in three axes; in five, above the sphere
-/// about the rotary centre (the origin) that holds the part in any position of the tables. `walls`: the corners of
-/// swept walls, mm.
+/// Height that clears part, stock and walls: above the top in three axes; in five, above the sphere about the rotary
+/// centre (the origin) that contains the part in any position of the tables. `walls`: the corners of swept walls, mm.
 pub fn rapid_plane(part: &Part, walls: &[DVec3], job: &Job) -> f64 {
     let reach = |p: &DVec3| match job.machine.axes {
         Axes::ThreeAxis => p.z,

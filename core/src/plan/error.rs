@@ -12,8 +12,7 @@ use thiserror::Error;
 
 /// Farthest distance of a part from the rotary centre, in diagonals of its box.
 pub(super) const FARTHEST: f64 = 20.0;
-/// A move that would have to be slower than this part of the feed means that the limit cannot be
-/// kept.
+/// If a move would have to be slower than this fraction of the feed, the limit cannot be kept.
 pub(super) const SLOWEST: f64 = 0.005;
 
 /// Why a job cannot be planned.
@@ -22,7 +21,7 @@ pub enum PlanError {
     /// The surface file was not given.
     #[error("surface: the job names the file {0:?}, but it was not given")]
     NoFile(String),
-    /// The file name does not tell a known format.
+    /// The file name has no known extension.
     #[error(
         "surface: the format of {0:?} is not known; its name must end in .stl, .obj, \
          .ply, .off, .json, .step or .stp"
@@ -34,25 +33,25 @@ pub enum PlanError {
     /// The mesh beside the surface was not given.
     #[error("walls: the job names the file {0:?} in path.wall_file, but it was not given")]
     NoWallFile(String),
-    /// Nothing can be made of the mesh beside the surface.
+    /// The mesh beside the surface is not usable.
     #[error("walls: {}", without_subject(.0))]
     WallFile(Box<PlanError>),
     /// The NURBS surface or the STEP file cannot be used.
     #[error(transparent)]
     Smooth(#[from] SmoothError),
-    /// The triangles are no usable surface.
+    /// The triangles are not a usable surface.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
-    /// The surface cannot be laid flat.
+    /// The surface cannot be flattened.
     #[error(transparent)]
     Flatten(#[from] FlattenError),
-    /// No rings can be laid.
+    /// No passes can be laid out.
     #[error(transparent)]
     Rings(#[from] LevelSetError),
     /// The path cannot be delivered.
     #[error(transparent)]
     Deliver(#[from] DeliverError),
-    /// The part lies where no machine goes.
+    /// The part lies outside the range of any machine.
     #[error(
         "machine: the middle of the part lies {:.0} m from the origin, farther than any machine goes: \
          set surface.translate = [{:.0}, {:.0}, {:.0}]",
@@ -67,7 +66,7 @@ pub enum PlanError {
     /// The start curve lies far from the surface.
     #[error(
         "passes: point {number} of path.curve, ({:.3}, {:.3}, {:.3}) mm, lies {distance:.0} mm from the surface, \
-         which is {size:.0} mm large: give places on the surface, in the job's units and after \
+         which measures {size:.0} mm: give points on the surface, in the job's units and after \
          surface.rotate and surface.translate",
         point.x, point.y, point.z
     )]
@@ -113,7 +112,7 @@ pub enum PlanError {
         /// The limit, mm³/s.
         limit: f64,
     },
-    /// The cutter does not fit and the job says to refuse.
+    /// The cutter does not fit and the job does not allow lifting it.
     #[error(
         "cutter: it does not fit near ({:.3}, {:.3}, {:.3}) mm, where it would have to be lifted by {raise:.3} mm \
          ({spans} span{}, {length:.1} mm of path); use a smaller cutter or cut.inaccessible = \"lift\"",
@@ -129,10 +128,10 @@ pub enum PlanError {
         /// Their length, mm.
         length: f64,
     },
-    /// The cutter comes down to the surface nowhere.
+    /// The cutter can touch the surface nowhere.
     #[error(
-        "cutter: it fits nowhere on this surface: at ({:.3}, {:.3}, {:.3}) mm the part or its walls hold it up by \
-         {raise:.3} mm; use a smaller cutter, or select what it can reach (surface.select)",
+        "cutter: it fits nowhere on this surface: even at ({:.3}, {:.3}, {:.3}) mm the part or its walls keep it \
+         {raise:.3} mm too high; use a smaller cutter, or select what it can reach (surface.select)",
         place.x, place.y, place.z
     )]
     FitsNowhere {
@@ -143,7 +142,7 @@ pub enum PlanError {
     },
 }
 
-/// What an error says, without what it says that of.
+/// The message of an error without its subject.
 fn without_subject(error: &PlanError) -> String {
     let whole = error.to_string();
     match whole.split_once(": ") {

@@ -1,4 +1,4 @@
-//! The files that a job names, or its formula → its surface, the part it belongs to, and the mesh beside it.
+//! The files that a job names, or its formula → its surface, the part to which it belongs, and the mesh beside it.
 
 use super::error::PlanError;
 use crate::job::{AnalyticKind, AnalyticOptions, AnalyticParameters, Job, SurfaceSource};
@@ -6,20 +6,20 @@ use crate::mesh::{MeshFormat, read};
 use crate::step::{SmoothFormat, smooth};
 use crate::surface::{AnalyticSurface, Built, Part, build, build_beside};
 
-/// Part of the tolerance that the mesh of a NURBS surface may be off it.
+/// Fraction of the tolerance by which the mesh of a NURBS surface may deviate from it.
 const CHORD: f64 = 0.25;
 
 /// Contents of the files that a job names.
 #[derive(Copy, Clone, Debug, Default)]
 pub struct Files<'a> {
-    /// Of the surface's file; `None` for a formula.
+    /// Content of the surface file; `None` for a formula.
     pub surface: Option<&'a [u8]>,
-    /// Of the mesh beside it, `path.wall_file`; `None` where there is none.
+    /// Content of the mesh file beside it, `path.wall_file`; `None` if there is none.
     pub wall: Option<&'a [u8]>,
 }
 
 impl<'a> Files<'a> {
-    /// Those of a job that names a surface at most.
+    /// The files of a job that names at most a surface.
     pub fn of_surface(surface: Option<&'a [u8]>) -> Self {
         Self { surface, wall: None }
     }
@@ -59,7 +59,7 @@ pub fn load_beside(job: &Job, files: Files) -> Result<Option<Part>, PlanError> {
     part().map(Some).map_err(|error| PlanError::WallFile(Box::new(error)))
 }
 
-/// Largest distance between a smooth surface and the facets that are made of it, mm.
+/// Largest distance between a smooth surface and its facets, mm.
 pub fn chord(job: &Job) -> f64 {
     job.surface.chord.unwrap_or(CHORD * job.cut.tolerance)
 }

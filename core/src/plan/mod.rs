@@ -1,4 +1,4 @@
-//! The pipeline: job and bytes in, path and measures out, a line per stage.
+//! The pipeline: a job and file contents in, a path and its figures out, one stage after the other.
 
 mod delivery;
 mod error;
@@ -33,12 +33,12 @@ pub use load::{load, load_beside};
 use plane::{FlatCut, Plane, centring};
 use tilt::{axis_rule, tilted};
 
-/// Part of the tolerance that ring polylines may deviate from the level curve.
+/// Fraction of the tolerance by which the polylines of rings may deviate from the level curve.
 const RING_TOLERANCE: f64 = 0.25;
-/// Farthest distance of a part from the origin, mm: half of what a program is read back to.
+/// Farthest distance of a part from the origin, mm: half of the largest coordinate that is read back from a program.
 const LONGEST_TRAVEL: f64 = 5e5;
 
-/// Farthest distance of a point of a start curve from the surface's box, in its diagonals.
+/// Farthest distance of a point of a start curve from the surface's bounding box, in diagonals of the box.
 const CURVE_AWAY: f64 = 0.25;
 
 /// The steps of the pipeline that take time.
@@ -46,17 +46,17 @@ const CURVE_AWAY: f64 = 0.25;
 pub enum Stage {
     /// Reading and checking the surface.
     Surface,
-    /// Laying it flat.
+    /// Flattening it.
     Flatten,
     /// Distance field and rings.
     Rings,
-    /// Cutting, with force control and, for comparison, without.
+    /// Cutting in the plane, with force control and, for comparison, without.
     Cut,
-    /// Lifting, locating, joining.
+    /// Mapping onto the surface, locating the cutter, joining.
     Locate,
-    /// Simulating the path to judge it.
+    /// Simulating the path to verify it.
     Verify,
-    /// Simulating what the teeth leave in the window of the job.
+    /// Simulating the texture of the job's window.
     Texture,
     /// Writing program, tables, pictures and report.
     Write,
@@ -71,7 +71,7 @@ pub struct Planned {
     pub warnings: Vec<Warning>,
     /// Its flat image.
     pub chart: Chart,
-    /// How conformal that is.
+    /// How conformal the map is.
     pub quality: Quality,
     /// Constraint residual and steps of the angle-based map.
     pub angle_residual: Option<(f64, usize)>,
@@ -85,9 +85,9 @@ pub struct Planned {
     pub topology: Option<Topology>,
     /// Number of passes.
     pub passes: usize,
-    /// The gaps between them that were closed; places are flat.
+    /// The gaps between passes that were closed; places are flat.
     pub closing: ClosingReport,
-    /// Rings on the longest chain of rings inside each other.
+    /// Number of rings in the longest chain of nested rings.
     pub ring_depth: usize,
     /// The delivered path.
     pub toolpath: Toolpath,
@@ -97,12 +97,11 @@ pub struct Planned {
     pub loops: usize,
     /// Where the cutter had to be lifted.
     pub lifted: Vec<LiftedSpan>,
-    /// What the path leaves.
+    /// What the path leaves uncut.
     pub coverage: Coverage,
     /// Facets of the part that are not machined, and of the mesh beside the surface.
     pub rest: Part,
-    /// Height of the cusps that are meant to stay, mm: the job's, or what the side step leaves at
-    /// worst.
+    /// Height of the cusps that are meant to stay, mm: the job's limit, or the largest that the side step leaves.
     pub cusp_limit: f64,
     /// Height of the rapids, mm.
     pub rapid_plane: f64,
@@ -110,14 +109,14 @@ pub struct Planned {
     pub tightest: Option<Tightest>,
 }
 
-/// Where a surface is the most concave, and how much of it is too concave for the cutter.
+/// The most concave place of a surface, and how much of it is too concave for the cutter.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Tightest {
     /// Smallest concave radius of curvature, mm.
     pub radius: f64,
     /// Where, mm.
     pub place: DVec3,
-    /// Area that is more concave than the cutter is convex, mm²: there it does not fit.
+    /// Area that is more concave than the cutter is convex, mm²: the cutter does not fit there.
     pub too_concave: f64,
 }
 
@@ -142,10 +141,10 @@ impl Tightest {
     }
 }
 
-/// Plans a job. `files`: the contents of those that it names; `threads`: how many to use, which changes nothing but
-/// the time.
+/// Plans a job. `files`: the contents of the files that it names; `threads`: number of threads, on which the result
+/// does not depend.
 ///
-/// `progress` is called with the stage and the part of it that is done.
+/// `progress` is called with the stage and the fraction of it that is done.
 ///
 /// # Errors
 /// [`PlanError`]: what cannot be planned, where, and what to change.
@@ -158,18 +157,18 @@ pub fn plan(
     plan_showing(job, files, threads, progress, &mut |_| {})
 }
 
-/// The surface of a job and its flat image, and nothing planned on it. `files`: as of [`plan`].
+/// The surface of a job and its flat map, without a plan. `files`: as for [`plan`].
 ///
 /// # Errors
-/// [`PlanError`]: a surface that cannot be read or laid flat.
+/// [`PlanError`]: a surface that cannot be read or flattened.
 pub fn laid_flat(job: &Job, files: Files) -> Result<(Surface, Chart), PlanError> {
     let surface = load(job, files)?.surface;
     let (chart, _) = flatten(job, &surface)?;
     Ok((surface, chart))
 }
 
-/// A path before it is delivered: where it runs, but not yet where the cutter stands and how fast, nor
-/// what is cut again because the cutter did not fit.
+/// A path before it is delivered: without cutter locations and final feeds, and without the extra passes over places
+/// where the cutter did not fit.
 #[derive(Copy, Clone, Debug)]
 pub struct Sketch<'a> {
     /// The surface.
@@ -178,11 +177,11 @@ pub struct Sketch<'a> {
     pub chart: &'a Chart,
     /// The path in the flat plane.
     pub points: &'a [FlatPoint],
-    /// Whether its removal rates are known: those of a disc in the plane.
+    /// Whether its removal rates are known: those of the disc model in the plane.
     pub is_rated: bool,
 }
 
-/// As [`plan`], and `sketched` is called once with the path before it is delivered, which takes most of the
+/// As [`plan`]; `sketched` is called once with the path before it is delivered, since delivery takes most of the
 /// time.
 ///
 /// # Errors
@@ -299,7 +298,7 @@ pub fn plan_showing(
 }
 
 /// The flat path, and that of the plain passes on the part where the removal rate is limited. Plain passes that keep
-/// the limit are the path.
+/// to the limit are the path themselves.
 fn cut(
     plane: &Plane,
     delivery: &Delivery,
@@ -405,8 +404,7 @@ fn topology(
     Some(tensor::topology(surface, (chart, locator), curvature, k_tool, options).0)
 }
 
-/// Height of the cusps that a job means to leave on a surface, mm: its limit, or what its side step
-/// leaves at worst.
+/// Height of the cusps that a job allows on a surface, mm: its limit, or the largest that its side step leaves.
 pub fn cusp_limit(job: &Job, surface: &Surface, curvature: &CurvatureField) -> f64 {
     let axis = axis_rule(job);
     match job.cut.stepover {
@@ -431,7 +429,7 @@ fn refuse_too_far(job: &Job, part: &Part) -> Result<(), PlanError> {
     Ok(())
 }
 
-/// Points of a start curve are taken to the nearest place; from afar that is not what is meant.
+/// Points of a start curve are moved to the nearest place of the surface; points far away are a mistake.
 fn refuse_curve_away(job: &Job, surface: &Surface) -> Result<(), PlanError> {
     let Start::Curve(points) = &job.path.start else { return Ok(()) };
     let places = surface.positions().iter();

@@ -1,4 +1,4 @@
-//! Passes → the path in the plane: cut with the disc that stands for the cutter, or laid as they come.
+//! Passes → the path in the plane: cut with the disc that represents the cutter, or laid out as they are.
 
 use super::tilt::tilted;
 use crate::centring::Centring;
@@ -17,10 +17,10 @@ use crate::trochoid::Loops;
 
 /// Largest distance of the points of centred passes, side steps.
 const CENTRED: f64 = 0.25;
-/// Side steps that the disc's radius covers at least: neighbouring discs overlap by a tenth.
+/// The disc's radius in side steps, at least: neighbouring discs overlap by a tenth.
 const COVERING: f64 = 0.55;
 
-/// What the plane knows.
+/// The data of the plane.
 pub struct Plane<'a> {
     pub job: &'a Job,
     pub region_meshes: &'a [RegionMesh],
@@ -28,21 +28,21 @@ pub struct Plane<'a> {
     /// Over the fine mesh of every region mesh.
     pub fine: &'a [Locator<'a>],
     pub region: &'a Outline,
-    /// Moves the passes of tilted cutters with a flat bottom.
+    /// Adjusts the passes of tilted cutters with a flat bottom.
     pub centring: Option<Centring<'a>>,
 }
 
-/// A flat path and what was inserted.
+/// A flat path and what was inserted into it.
 pub struct FlatCut {
     pub points: Vec<FlatPoint>,
     /// Trochoid loops.
     pub loops: usize,
-    /// Whether its removal rates are known: those of the disc.
+    /// Whether its removal rates are known: those of the disc model.
     pub is_rated: bool,
 }
 
 impl<'a> Plane<'a> {
-    /// Room, scale and levels all over the chart; one for every thread.
+    /// Clearance, scale and levels over the whole chart; one for every thread.
     pub fn terrain(&self) -> JointTerrain<'a> {
         let parts = self.region_meshes.iter().zip(self.layouts).zip(self.fine);
         JointTerrain::new(
@@ -50,7 +50,7 @@ impl<'a> Plane<'a> {
         )
     }
 
-    /// Whether a disc cuts its way where plain passes exceed the limit.
+    /// Whether trochoids are inserted where plain passes exceed the limit.
     pub fn is_walked(&self) -> bool {
         let Job { path, force, .. } = self.job;
         path.pattern == Pattern::Contour && force.control != ForceControl::Off
@@ -60,7 +60,7 @@ impl<'a> Plane<'a> {
         order.iter().map(|&k| self.layouts[k].group()).collect()
     }
 
-    /// The passes over the regions in an order, as they come.
+    /// The plain passes over the regions in the given order.
     pub fn laid(&self, order: &[usize]) -> FlatCut {
         let points = lay(&self.groups(order), &self.terrain(), &lay_options(self.job));
         let points = match &self.centring {
@@ -114,7 +114,7 @@ impl<'a> Plane<'a> {
     }
 }
 
-/// How the passes of tilted cutters with a flat bottom are moved.
+/// How the passes of tilted cutters with a flat bottom are adjusted.
 pub fn centring<'a>(
     job: &Job,
     surface: &'a Surface,
@@ -130,7 +130,7 @@ pub fn centring<'a>(
     Some(Centring { surface, chart, locator, curvature, strip: strip(job, scallop), step })
 }
 
-/// How passes are laid where the removal rate is not asked for.
+/// How passes are laid out where the removal rate does not matter.
 fn lay_options(job: &Job) -> LayOptions {
     LayOptions {
         order: job.path.order,
@@ -144,8 +144,8 @@ fn lay_options(job: &Job) -> LayOptions {
     }
 }
 
-/// The path at the feeds from which the true removal rate lowers it: those of the plane engine are
-/// for its own decisions.
+/// The path at the feeds from which the true removal rate may reduce them; the feeds of the plane engine serve only
+/// its own decisions.
 fn at_nominal_feeds(mut points: Vec<FlatPoint>, job: &Job) -> Vec<FlatPoint> {
     for p in &mut points {
         p.feed = if p.kind == MoveKind::Return { job.trochoid.return_feed } else { job.cut.feed };

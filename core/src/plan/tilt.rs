@@ -8,7 +8,7 @@ use crate::strip_width::Strip;
 use crate::strips::strip;
 use crate::tool::ToolKind;
 
-/// How the tool axis follows from the place on the surface.
+/// How the tool axis is determined at a place of the surface.
 pub fn axis_rule(job: &Job) -> ToolAxis {
     match job.machine.axes {
         Axes::ThreeAxis => ToolAxis::Fixed(DVec3::Z),

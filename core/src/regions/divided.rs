@@ -1,4 +1,4 @@
-//! What is known of a divided surface once its passes are laid.
+//! Figures of a divided surface once its passes are laid out.
 
 use super::distortion::Evenness;
 use super::division::Regions;
@@ -15,11 +15,11 @@ use crate::surface::Surface;
 pub struct Divided {
     /// The regions.
     pub regions: Regions,
-    /// For every region in the order of machining its index there.
+    /// For every region, in the order of machining, its index there.
     pub order: Vec<usize>,
     /// Figures of the regions, in the order of machining.
     pub parts: Vec<PartFigures>,
-    /// What the undivided surface would be.
+    /// The figures of the undivided surface.
     pub undivided: Undivided,
 }
 
@@ -32,23 +32,23 @@ pub struct PartFigures {
     pub evenness: Evenness,
     /// Number of passes.
     pub passes: usize,
-    /// How far passes are apart.
+    /// Distances between passes.
     pub spacing: Spacing,
 }
 
-/// What one stepover for the largest stretch of the undivided map would give.
+/// What a single stepover for the largest stretch of the undivided map would give.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Undivided {
     /// How evenly it maps.
     pub evenness: Evenness,
-    /// How far passes would be apart.
+    /// Distances that passes would have.
     pub spacing: Spacing,
-    /// Length of the passes, mm: the integral of one over their distance, mean of the directions.
+    /// Length of the passes, mm: the integral of one over their distance, mean over the directions.
     pub length: f64,
 }
 
 impl Divided {
-    /// Of regions, the order of their machining, and the passes laid on them.
+    /// Figures of regions, the order of their machining, and the passes on them.
     pub fn of(
         regions: Regions,
         order: Vec<usize>,
@@ -66,7 +66,7 @@ impl Divided {
         Self { regions, order, parts, undivided }
     }
 
-    /// How far passes are apart, all regions together.
+    /// Distances between passes, all regions together.
     pub fn spacing(&self) -> Spacing {
         Spacing::joined(self.parts.iter().map(|p| p.spacing))
     }

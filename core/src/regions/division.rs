@@ -31,9 +31,9 @@ pub struct Region {
     pub evenness: Evenness,
     /// `#V` mean stretches of its own flat map.
     pub stretch: Vec<f64>,
-    /// By how much strips are narrowed at its `#V` vertices, at least 1; `None`: not at all.
+    /// By what factor strips are narrowed at its `#V` vertices, at least 1; `None`: not at all.
     pub narrowing: Option<Vec<f64>>,
-    /// A curve of its own, mm, at which iso-scallop passes begin.
+    /// The region's own curve, mm, at which iso-scallop passes begin.
     pub start: Option<Vec<DVec3>>,
 }
 
@@ -86,7 +86,7 @@ impl Regions {
         labels.any(|label| Some(label) != first)
     }
 
-    /// Divides a surface along flat lines that end on the boundary or where others run; `least`: as for
+    /// Divides a surface along flat lines that end on the boundary or on other lines; `least`: as for
     /// [`even`](Self::even).
     ///
     /// # Errors
@@ -117,7 +117,7 @@ impl Regions {
 }
 
 impl Regions {
-    /// Gives every region the flat curve of which the longest part runs through it, if any does.
+    /// Gives every region the flat curve that runs longest through it, if any does.
     pub fn with_starts(mut self, curves: &[Vec<DVec2>]) -> Self {
         for region in &mut self.list {
             let uv = region.piece.uv(&self.split_mesh);

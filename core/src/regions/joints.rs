@@ -1,11 +1,11 @@
-//! Where open passes end on inner borders: how far each goes on beyond.
+//! Ends of open passes on inner borders: how far each pass continues beyond its border.
 //!
-//! - *Joint*: such an end, and the straight flat way on from there, on the surface.
-//! - *Lag*: how far the edge of the strip is swept behind the contact of a tilted flat bottom.
+//! - *Joint*: such an end, and the straight flat continuation from there, on the surface.
+//! - *Lag*: how far the edge of the strip trails behind the contact of a tilted flat bottom.
 //!
-//! A border that is met at a slant leaves places on the acute side of the last half strip. The neighbour's
-//! passes machine some of them; of the others each goes to the joint that has the shortest way to machine
-//! it, and every joint goes on as far as the farthest of its places asks, and by the blend.
+//! A border that is met at a slant leaves uncut places on the acute side of the last half strip. The passes of the
+//! neighbouring region machine some of them; each of the others is assigned to the joint that reaches it on the
+//! shortest continuation, and every joint continues as far as its farthest place requires, plus the blend.
 
 use super::options::LayoutOptions;
 use super::region_mesh::RegionMesh;
@@ -17,29 +17,28 @@ use crate::level_set::{ClosingOptions, Gap, Pass, PassField, shortened, uncovere
 use crate::link::oriented;
 use crate::strip_width::Strip;
 
-/// Longest way beyond an inner border, half distances of passes.
+/// Longest continuation beyond an inner border, half pass distances.
 const LONGEST: f64 = 14.0;
-/// Half distances of passes by which a pass is taken to end before it does: it machines beside its ends,
-/// but nothing beyond them.
+/// Half pass distances by which a pass is assumed to end early: it machines beside its ends, but nothing beyond them.
 const BEFORE_END: f64 = 1.0;
-/// What a flat bottom goes on farther, half distances of passes: its edge is not rounded.
+/// How much farther a flat bottom continues, half pass distances: its edge is not rounded.
 const ROOM: f64 = 0.1;
-/// Farthest place, passes, that a way on machines.
+/// Farthest place, passes, that a continuation machines.
 const BESIDE: f64 = 0.5;
 
 /// An end of an open pass on an inner border.
 #[derive(Clone, Debug)]
 pub(super) struct Joint {
     at: DVec2,
-    /// Unit way on.
+    /// Unit direction of the continuation.
     way: DVec2,
-    /// How far the way on stays on the surface, flat mm.
+    /// How far the continuation stays on the surface, flat mm.
     room: f64,
     /// Half the distance of passes there, flat mm.
     half: f64,
     /// mm per flat mm.
     scale: f64,
-    /// How far it goes on, flat mm.
+    /// How far it continues, flat mm.
     by: f64,
 }
 
@@ -47,7 +46,7 @@ pub(super) struct Joint {
 pub(super) type Joints = [Option<Joint>; 2];
 
 impl Joint {
-    /// At the end of a pass; `None` if that lies on the boundary of the surface or is none.
+    /// At the end of a pass; `None` if that end lies on the boundary of the surface or the pass has no end.
     fn of(pass: &Pass, chart: &Locator, terrain: &dyn Terrain) -> Option<Self> {
         let [.., before, last] = pass.points[..] else { return None };
         let half = pass.half[1];
@@ -60,8 +59,8 @@ impl Joint {
         (room > half).then_some(Self { at: last, way, room, half, scale, by: 0.0 })
     }
 
-    /// How far it has to go on for a place, flat mm; `None` where it does not come beside it. `lag`: of the
-    /// edge of the strip, flat mm by flat mm across.
+    /// How far it has to continue to reach a place, flat mm; `None` where it does not pass beside it. `lag`: of the
+    /// edge of the strip, flat mm per flat mm across.
     fn need(&self, place: &Gap, lag: impl Fn(f64) -> f64) -> Option<f64> {
         let far = self.way * (LONGEST * self.half + self.room);
         let (beside, t) = place.metric.nearest_on(place.at, self.at - far, self.at + far);
@@ -73,14 +72,14 @@ impl Joint {
         (need < self.room).then_some(need)
     }
 
-    /// The way on, as far as it is taken to machine beside it.
+    /// The part of the continuation beside which it counts as machined.
     fn line(&self) -> [DVec2; 2] {
         let by = (self.by - BEFORE_END * self.half).max(0.0);
         [self.at, self.at + self.way * by]
     }
 }
 
-/// How far the straight flat way from a point stays on the surface.
+/// How far the straight flat line from a point stays on the surface.
 fn reached(chart: &Locator, from: DVec2, to: DVec2) -> DVec2 {
     let Ok(start) = chart.locate(from) else { return from };
     match chart.walk(start.face, from, to, |_, _| {}) {
@@ -89,7 +88,7 @@ fn reached(chart: &Locator, from: DVec2, to: DVec2) -> DVec2 {
     }
 }
 
-/// The joints of some passes, which do not overrun there any more.
+/// The joints of some passes, which no longer overrun there.
 pub(super) fn joints(passes: &mut [Pass], chart: &Locator, terrain: &dyn Terrain) -> Vec<Joints> {
     let of = |pass: &mut Pass| {
         let joints = [oriented(pass, true), pass.clone()].map(|p| Joint::of(&p, chart, terrain));
@@ -101,7 +100,7 @@ pub(super) fn joints(passes: &mut [Pass], chart: &Locator, terrain: &dyn Terrain
     passes.iter_mut().map(of).collect()
 }
 
-/// What passes machine for certain, as flat segments: their points, and as much of their ways on as has been
+/// What passes are certain to machine, as flat segments: their points, and as much of their continuations as is
 /// decided.
 pub(super) fn machined(passes: &[Pass], joints: &[Joints]) -> Vec<[DVec2; 2]> {
     let mut lines = Vec::new();
@@ -121,17 +120,17 @@ pub(super) fn machined(passes: &[Pass], joints: &[Joints]) -> Vec<[DVec2; 2]> {
     lines
 }
 
-/// Forgets how far joints go on.
+/// Resets how far joints continue.
 pub(super) fn reset(joints: &mut [Joints]) {
     joints.iter_mut().flatten().flatten().for_each(|joint| joint.by = 0.0);
 }
 
-/// The ways on of some passes as far as they machine beside them.
+/// The continuations of some passes, as far as they machine beside them.
 pub(super) fn ways_on(joints: &[Joints]) -> impl Iterator<Item = [DVec2; 2]> + '_ {
     joints.iter().flatten().flatten().map(Joint::line).filter(|[a, b]| a != b)
 }
 
-/// Decides how far the joints of a region go on; `all`: what the passes of all regions machine.
+/// Decides how far the joints of a region continue; `all`: what the passes of all regions machine.
 pub(super) fn decide(
     joints: &mut [Joints],
     (region_mesh, field): (&RegionMesh, &PassField),
@@ -162,7 +161,7 @@ pub(super) fn decide(
     }
 }
 
-/// Lets passes go on as their joints have decided.
+/// Extends passes as their joints have decided.
 pub(super) fn run_on(passes: &mut [Pass], joints: &[Joints]) {
     for (pass, joints) in passes.iter_mut().zip(joints) {
         for joint in [&joints[1], &joints[0]] {
@@ -178,7 +177,7 @@ pub(super) fn run_on(passes: &mut [Pass], joints: &[Joints]) {
 struct Lags {
     /// A tilted cutter with a flat bottom.
     tilted: Option<Strip>,
-    /// Whether a pass is cut toward its last point, toward its first.
+    /// Whether a pass is cut toward its last point, and whether toward its first.
     ways: [bool; 2],
 }
 
@@ -193,7 +192,7 @@ impl Lags {
         Self { tilted: options.tilted, ways }
     }
 
-    /// At that distance across, mm: what the contact goes on farther for, mm.
+    /// At a given distance across, mm: how much farther the contact must go, mm.
     fn at(&self, is_end: bool, across: f64) -> f64 {
         let lag = self.tilted.map_or(0.0, |strip| strip.lag(across));
         // A pass that is cut from here begins with what lies behind its contact.

@@ -17,11 +17,11 @@ use crate::mesh::FaceId;
 use crate::parallel;
 use crate::pattern::{self, Laid, Parameters, Setting};
 
-/// A field that grows by less than this per pass is about a ridge, where branches close the gaps.
+/// Where a field grows by less than this per pass there is a ridge, where branches close the gaps.
 const RIDGE: f64 = 0.9;
 /// Longest overrun of a flat bottom, half distances of passes.
 const LONGEST_OVERRUN: f64 = 6.0;
-/// Passes at least this part of the allowed side step apart are even.
+/// Passes at least this fraction of the allowed side step apart count as even.
 const EVEN: f64 = 0.9;
 
 /// The passes of a region.
@@ -31,7 +31,7 @@ pub struct Layout {
     pub field: PassField,
     /// The passes.
     pub passes: Vec<Pass>,
-    /// What is cut before what.
+    /// The order constraints of the passes.
     pub precedence: Precedence,
     /// Rings on the longest chain of rings inside each other.
     pub depth: usize,
@@ -39,11 +39,11 @@ pub struct Layout {
     pub closing: ClosingReport,
 }
 
-/// Distances between neighbouring passes as parts of the side step that is allowed, by area; ridges, where
-/// fronts meet and branches close the gaps, apart.
+/// Distances between neighbouring passes as fractions of the allowed side step, by area; excluding ridges, where
+/// fronts meet and branches close the gaps.
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
 pub struct Spacing {
-    /// Area that was asked, mm².
+    /// Area that was evaluated, mm².
     pub area: f64,
     /// Mean.
     pub mean: f64,
@@ -61,13 +61,13 @@ impl Spacing {
         (self.square - self.mean * self.mean).max(0.0).sqrt()
     }
 
-    /// The same everywhere.
+    /// The same distance everywhere.
     pub fn everywhere(apart: f64, area: f64) -> Self {
         let even = if apart >= EVEN { 1.0 } else { 0.0 };
         Self { area, mean: apart, square: apart * apart, most: apart, even }
     }
 
-    /// That of several regions together.
+    /// The distances of several regions together.
     pub fn joined(all: impl IntoIterator<Item = Self>) -> Self {
         let mut sum = Self::default();
         for part in all {
@@ -88,10 +88,10 @@ impl Spacing {
     }
 }
 
-/// Lays the passes of the job's pattern on every region; `locators` are over their refined meshes.
+/// Lays out the passes of the job's pattern on every region; `locators` are over their refined meshes.
 ///
 /// # Errors
-/// [`LevelSetError`]: no pass can be laid on some region.
+/// [`LevelSetError`]: no pass can be laid out on some region.
 pub fn lay_out(
     region_meshes: &[RegionMesh],
     locators: &[Locator],
@@ -191,7 +191,7 @@ impl Draft {
         Ok(Self { field, passes, precedence, is_spiral, joints: Vec::new() })
     }
 
-    /// Shifts the passes, which are open; unless none would be left.
+    /// Shifts open passes, unless none would be left.
     fn shift(&mut self, region_mesh: &RegionMesh, shift: f64, options: &LayoutOptions) {
         let field = self.field.clone().rescaled(shift, 1.0);
         let (low, high) = field.range();
@@ -205,7 +205,7 @@ impl Draft {
         }
     }
 
-    /// Finds the ends on inner borders of passes that are no rings.
+    /// Finds the ends on inner borders of passes that are not rings.
     fn find_joints(
         &mut self,
         region_mesh: &RegionMesh,
@@ -218,7 +218,7 @@ impl Draft {
         }
     }
 
-    /// What its passes machine of their neighbours' regions, if they are no rings.
+    /// What its passes machine of neighbouring regions, if they are not rings.
     fn machined(&self) -> Vec<[DVec2; 2]> {
         machined(&self.passes, &self.joints)
     }
@@ -241,8 +241,8 @@ impl Draft {
         }
     }
 
-    /// With the gaps closed that neither its passes nor those of the others reach; `own`: its index among
-    /// `all`.
+    /// The passes with those gaps closed that neither they nor the passes of other regions reach; `own`: index of the
+    /// region in `all`.
     fn closed(
         mut self,
         own: usize,
@@ -269,7 +269,7 @@ impl Draft {
     }
 }
 
-/// How passes are laid on a region: beginning at its own curve if it has one.
+/// How passes are laid out on a region: starting at its own curve if it has one.
 fn path(region_mesh: &RegionMesh, job: &Job) -> PathOptions {
     let mut path = job.path.clone();
     if let Some(curve) = &region_mesh.start {
@@ -295,8 +295,8 @@ fn rings(region_mesh: &RegionMesh, job: &Job) -> Laid {
     Laid { field, passes }
 }
 
-/// How far passes of a cutter with a flat bottom overrun the boundary; until that is set they overrun only as
-/// far as the cutter machines beside them, too: at the very end it does not.
+/// Sets how far passes of a cutter with a flat bottom overrun the boundary; until then they overrun only as far as
+/// the cutter also machines beside them, which it does not at the very end.
 fn overruns(passes: &mut [Pass]) -> Vec<[f64; 2]> {
     let of = |pass: &mut Pass| {
         let mut whole = pass.overrun;
@@ -313,7 +313,7 @@ fn overruns(passes: &mut [Pass]) -> Vec<[f64; 2]> {
     passes.iter_mut().map(of).collect()
 }
 
-/// Passes with the points left out that the tolerance does not need.
+/// Passes without the points that the tolerance does not need.
 fn simplified(mut passes: Vec<Pass>, tolerance: f64) -> Vec<Pass> {
     for pass in &mut passes {
         pass.points = match pass.is_closed {

@@ -3,23 +3,23 @@
 //! - *Isoline*: where a function that is linear on every face changes its sign.
 //! - *Polyline*: given by flat points, as separatrices are.
 //!
-//! Both run along sides afterwards. Where a line passes a vertex by next to nothing it is led through it:
-//! else needles would arise.
+//! Afterwards both run along edges of the mesh. Where a line passes very close to a vertex, it is moved onto it;
+//! otherwise needle-shaped faces would result.
 
 use super::split_mesh::{SplitMesh, next, previous};
 use crate::flatten::Locator;
 use crate::geometry::{DVec2, cross2};
 use crate::mesh::FaceId;
 
-/// Part of a side, or of a face's height, by which a line is moved at most to meet a vertex or a side.
-/// Larger: ragged lines; smaller: needles.
+/// Fraction of an edge, or of a face's height, by which a line is moved at most to meet a vertex or an edge. Larger:
+/// ragged lines; smaller: needles.
 const SNAP: f64 = 0.05;
-/// Sides that a straight piece of a line may cross.
+/// Edges that a straight piece of a line may cross.
 const MOST_CROSSINGS: usize = 100_000;
 
 impl SplitMesh {
-    /// Puts vertices where a function of the vertices is 0, on the sides of faces with one label; returns
-    /// the function at all vertices, old and new.
+    /// Inserts vertices where a function of the vertices is 0, on the edges of faces with one label; returns the
+    /// function at all vertices, old and new.
     ///
     /// Afterwards no face of that label has corners of both signs.
     pub fn cut_isoline(&mut self, label: u32, mut value: Vec<f64>) -> Vec<f64> {
@@ -48,7 +48,7 @@ impl SplitMesh {
         value
     }
 
-    /// Makes the function 0 at the vertices that its isoline passes by next to nothing.
+    /// Sets the function to 0 at the vertices that its isoline passes very closely.
     fn snap_to_vertices(&self, sides: &[u32], value: &mut [f64]) {
         for &side in sides {
             let (a, b) = self.ends(side);
@@ -67,7 +67,7 @@ impl SplitMesh {
 
     /// Cuts along a polyline of flat points; `locator` is over the chart that the split mesh was made of.
     ///
-    /// Ends beyond the boundary are drawn in to it.
+    /// Ends beyond the boundary are pulled back to it.
     pub fn cut_polyline(&mut self, line: &[DVec2], locator: &Locator) {
         let line = inside(line, locator);
         let mut last = None;
@@ -107,7 +107,7 @@ impl SplitMesh {
         [cross2(p, b, c) / whole, cross2(a, p, c) / whole, cross2(a, b, p) / whole]
     }
 
-    /// Leads a line straight from one vertex to another.
+    /// Runs a line straight from one vertex to another.
     fn run(&mut self, from: u32, to: u32) {
         let mut at = from;
         for _ in 0..MOST_CROSSINGS {
@@ -120,7 +120,7 @@ impl SplitMesh {
         }
     }
 
-    /// The next vertex on the way, put on the side that the way crosses if need be.
+    /// The next vertex on the line, inserted where the line crosses an edge if need be.
     fn step(&mut self, at: u32, to: u32) -> Option<u32> {
         let fan = self.around(at);
         let corners = |h: u32| (self.ends(h).1, self.ends(previous(h)).0);
@@ -152,7 +152,7 @@ impl SplitMesh {
     }
 }
 
-/// The part of a line inside of the chart.
+/// The part of a line inside the chart.
 fn inside(line: &[DVec2], locator: &Locator) -> Vec<DVec2> {
     let mut points: Vec<DVec2> = Vec::with_capacity(line.len());
     let is_inside = |p: DVec2| locator.locate(p).is_ok();
@@ -169,7 +169,7 @@ fn inside(line: &[DVec2], locator: &Locator) -> Vec<DVec2> {
     points
 }
 
-/// Where the way from a point inside to one outside leaves the chart.
+/// Where the line from a point inside to one outside leaves the chart.
 fn edge(inner: DVec2, outer: DVec2, locator: &Locator) -> Option<DVec2> {
     let start = locator.locate(inner).ok()?;
     locator.walk(start.face, inner, outer, |_, _| {}).err().map(|outside| outside.uv)

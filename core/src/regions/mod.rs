@@ -1,20 +1,20 @@
-//! Regions: a surface divided along lines, and passes laid on every piece of it.
+//! Regions: a surface divided along lines, with passes laid out on every piece.
 //!
 //! - *Split mesh*: the faces of the surface with the lines cut into them (`split_mesh`, `lines`).
 //! - *Piece*: connected faces between lines, a disk or a disk with holes (`pieces`).
-//! - *Region mesh*: a piece refined to carry a field of passes (`region_mesh`).
+//! - *Region mesh*: a piece refined until it resolves a field of passes (`region_mesh`).
 //! - *Layout*: the passes on a region mesh (`layout`).
 //!
 //! 1. The lines come from the map's distortion (`distortion`); [`Regions::along`] takes any others.
-//! 2. They are cut in; pieces too small go to a neighbour.
-//! 3. Every piece gets its passes; along inner borders the outermost ones run half a strip inside, less
-//!    half of the blend, so that the strips of both pieces meet and overlap by the blend.
-//! 4. Open passes are shifted so that those of neighbours fit (`offsets`), and go on beyond inner borders as
-//!    far as neighbours leave something (`joints`).
-//! 5. The pieces are put in order.
+//! 2. They are inserted into the mesh; pieces that are too small are merged into a neighbour.
+//! 3. Passes are laid out on every piece; along inner borders the outermost ones run half a strip inside, less half
+//!    of the blend, so that the strips of both pieces meet and overlap by the blend.
+//! 4. Open passes are shifted so that those of neighbouring pieces match (`offsets`), and continue beyond inner
+//!    borders where the neighbours leave material (`joints`).
+//! 5. The order of the pieces is chosen.
 //!
-//! Path and cutter locations stay those of the one surface and its one chart: split mesh and surface are the
-//! same set of points.
+//! Path and cutter locations still refer to the one surface and its one chart: split mesh and surface are the same
+//! set of points.
 
 pub mod distortion;
 mod divided;

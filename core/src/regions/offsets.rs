@@ -1,10 +1,10 @@
-//! Where the open passes of neighbouring regions begin to count.
+//! Offsets of the open passes of neighbouring regions.
 //!
-//! All passes of a region can be shifted by a part of a pass. Along an inner border the outermost passes of
-//! both sides machine all between them if their distances from it sum up to no more than a pass; elsewhere
-//! something between them must be machined besides, out and back. The shifts are chosen, region by region in
-//! turn, so that passes and this besides are the shortest; no region's outermost pass gets farther than half a
-//! pass from the end of its field.
+//! All passes of a region can be shifted by a fraction of a pass. Along an inner border the outermost passes of both
+//! sides machine everything between them if their distances from it add up to no more than a pass; otherwise the
+//! remainder has to be machined by extra moves, out and back. The shifts are chosen, one region after the other, so
+//! that the total length of passes and extra moves is shortest; the outermost pass of a region stays within half a
+//! pass of the end of its field.
 
 use super::region_mesh::RegionMesh;
 use crate::level_set::PassField;
@@ -13,17 +13,17 @@ use std::collections::BTreeMap;
 
 /// Shifts that are tried, evenly over a pass.
 const SHIFTS: usize = 25;
-/// Rounds through all regions. More: nothing changes any more.
+/// Rounds through all regions. After them nothing changes any more.
 const ROUNDS: usize = 4;
-/// Outermost passes of two regions at most so far apart, passes, leave nothing between them: gaps are measured
-/// from 0.504 passes on.
+/// Outermost passes of two regions at most this far apart, passes, leave nothing between them: gaps are measured from
+/// 0.504 passes on.
 const CLOSED: f64 = 1.008;
-/// What is left beside a pass is machined out and back.
+/// Factor for what is left beside a pass: it is machined out and back.
 const OUT_AND_BACK: f64 = 2.0;
-/// Places of a level curve's length, in passes.
+/// Steps in which the length of a level curve is tabulated, passes.
 const BIN: f64 = 1.0 / SHIFTS as f64;
 
-/// A stretch of an inner border as its two regions know it.
+/// A stretch of an inner border with the values of its two regions.
 struct Stretch {
     /// mm.
     length: f64,
@@ -48,7 +48,7 @@ impl Side {
     }
 }
 
-/// By how much the field of every region is to be shifted, passes, so that its passes lie at whole levels.
+/// The shift of the field of every region, passes, after which its passes lie at whole levels.
 pub(super) fn shifts(region_meshes: &[RegionMesh], fields: &[&PassField]) -> Vec<f64> {
     let stretches = stretches(region_meshes, fields);
     let lengths: Vec<Lengths> = region_meshes
@@ -109,7 +109,7 @@ fn stretches(region_meshes: &[RegionMesh], fields: &[&PassField]) -> Vec<Stretch
     stretches
 }
 
-/// How long the passes of a region are, by its shift.
+/// Length of the passes of a region as a function of its shift.
 struct Lengths {
     /// By shift, mm.
     of_shift: Vec<f64>,

@@ -1,4 +1,4 @@
-//! How passes are laid on every region.
+//! How passes are laid out on every region.
 
 use crate::flatten::Locator;
 use crate::job::Job;
@@ -6,7 +6,7 @@ use crate::strip_width::Strip;
 use crate::surface::Surface;
 use crate::walls::Clearance;
 
-/// How passes are laid on every region.
+/// How passes are laid out on every region.
 #[derive(Copy, Clone)]
 pub struct LayoutOptions<'a> {
     /// The job.
@@ -17,9 +17,9 @@ pub struct LayoutOptions<'a> {
     pub chart: &'a Locator<'a>,
     /// How far polylines may deviate from level curves, flat mm.
     pub tolerance: f64,
-    /// A tilted cutter with a flat bottom, the edges of whose strip lag behind it; `None` for any other.
+    /// A tilted cutter with a flat bottom, whose strip edges trail behind it; `None` for any other.
     pub tilted: Option<Strip>,
-    /// How far the cutter is clear of walls, if there are any.
+    /// Clearance between cutter and walls, if there are any.
     pub clearance: Option<Clearance<'a>>,
     /// Threads to use.
     pub threads: usize,

@@ -3,7 +3,7 @@
 //! - *Neighbours*: regions whose boundaries touch.
 //! - *Way*: from the last pass of a region to the nearest place of the first pass of the next.
 //!
-//! Walks of the graph of neighbours begin at every region once; the one with the shortest ways is taken.
+//! One walk through the graph of neighbours starts at every region; the one with the shortest ways is used.
 
 use super::division::{Region, Regions};
 use super::layout::Layout;
@@ -15,7 +15,7 @@ use std::collections::{BTreeSet, VecDeque};
 
 /// Places of a pass that ways are measured from and to. Fewer: worse orders; more: slower.
 const PROBES: usize = 24;
-/// Regions beyond which walks begin at the largest ones only.
+/// With more regions than this, walks begin at the largest ones only.
 const MOST_STARTS: usize = 60;
 
 /// The order in which the regions are machined; `place`: of a flat point on the surface.

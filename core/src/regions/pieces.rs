@@ -1,4 +1,4 @@
-//! Pieces of a split mesh: connected faces of one label, and the meshes they are.
+//! Pieces of a split mesh: connected faces with one label, as meshes of their own.
 
 use super::split_mesh::{NONE, SplitMesh, next, previous};
 use crate::geometry::{DVec2, DVec3};
@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// A piece of a split mesh as a mesh of its own: a disk, or a disk with holes.
 ///
-/// Where a piece touches itself in a vertex, that vertex is there twice.
+/// Where a piece touches itself at a vertex, that vertex occurs twice.
 #[derive(Clone, Debug)]
 pub struct Piece {
     /// Half-edge connectivity.
@@ -43,13 +43,13 @@ impl Piece {
 /// Connected groups of faces of a split mesh.
 struct Groups<'a> {
     split_mesh: &'a SplitMesh,
-    /// Group of every face of the split mesh; [`NONE`] for faces that are in none.
+    /// Group of every face of the split mesh; [`NONE`] for faces in no group.
     of_face: Vec<u32>,
     count: usize,
 }
 
 impl<'a> Groups<'a> {
-    /// The connected faces with the same key that no line parts, in the order of their first faces.
+    /// The connected faces with the same key, not separated by a line, in the order of their first faces.
     fn connected(split_mesh: &'a SplitMesh, faces: &[u32], key: impl Fn(u32) -> u32) -> Self {
         let mut keys = vec![NONE; split_mesh.faces().len()];
         faces.iter().for_each(|&f| keys[f as usize] = key(f));
@@ -89,8 +89,8 @@ impl<'a> Groups<'a> {
         borders
     }
 
-    /// For every group the one that it becomes a part of: those smaller than `least` mm², the smallest
-    /// first, go to the neighbour with the longest shared border.
+    /// For every group the one into which it is merged: groups smaller than `least` mm², the smallest first, go to
+    /// the neighbour with the longest shared border.
     fn owners(&self, faces: &[u32], least: f64) -> Vec<u32> {
         let mut areas = vec![0.0; self.count];
         for &f in faces {
@@ -135,7 +135,7 @@ fn last(owner: &[u32], mut p: u32) -> u32 {
 }
 
 impl SplitMesh {
-    /// Divides some faces into connected groups of the same key that no line parts; groups smaller than
+    /// Divides some faces into connected groups with the same key, not separated by a line; groups smaller than
     /// `least` mm² go to the neighbour with which they share the longest border.
     pub fn groups(&self, faces: &[u32], key: impl Fn(u32) -> u32, least: f64) -> Vec<Vec<u32>> {
         let groups = Groups::connected(self, faces, key);
@@ -148,7 +148,7 @@ impl SplitMesh {
         lists
     }
 
-    /// The mesh of some faces; `None` if they are no manifold, which faces of a manifold are not.
+    /// The mesh of some faces; `None` if they are not a manifold, which cannot happen for faces of a manifold.
     pub fn piece(&self, faces: &[u32]) -> Option<Piece> {
         let mut is_in = vec![false; self.faces().len()];
         faces.iter().for_each(|&f| is_in[f as usize] = true);

@@ -1,4 +1,4 @@
-//! A region refined to carry a field of passes.
+//! A region refined until it resolves a field of passes.
 
 use super::division::{Region, Regions};
 use super::split_mesh::{Mean, SplitMesh};
@@ -27,13 +27,13 @@ pub struct RegionMesh {
     /// Sides of the unrefined boundary beyond which another region lies.
     inner_border: BTreeSet<(VertexId, VertexId)>,
     narrowing: Option<Narrowing>,
-    /// A curve of its own, mm, at which iso-scallop passes begin.
+    /// The region's own curve, mm, at which iso-scallop passes begin.
     pub start: Option<Vec<DVec3>>,
     /// Shortest length that passes on it can have, mm.
     length_floor: f64,
 }
 
-/// By how much strips are narrowed, on the unrefined faces.
+/// By what factor strips are narrowed, on the unrefined faces.
 #[derive(Clone, Debug)]
 struct Narrowing {
     connectivity: Connectivity,
@@ -121,7 +121,7 @@ impl RegionMesh {
         self.length_floor
     }
 
-    /// Whether strips are narrower than the metric of the surface asks.
+    /// Whether strips are narrower than the metric of the surface requires.
     pub fn is_narrowed(&self) -> bool {
         self.narrowing.is_some()
     }
@@ -131,9 +131,9 @@ impl RegionMesh {
         !self.inner_border.is_empty()
     }
 
-    /// Distance in passes from the boundary, 0 at the outermost pass: that runs beside inner borders so
-    /// that its strip goes on by half of `blend` mm beyond them, and by `outside` passes inside of the
-    /// surface's own boundary.
+    /// Distance in passes from the boundary, 0 on the outermost pass: beside inner borders that pass runs so that its
+    /// strip extends half of `blend` mm beyond them; beside the surface's own boundary it runs `outside` passes
+    /// inside.
     pub fn rings(&self, blend: f64, outside: f64) -> PassField {
         let rate = self.passes_per_mm();
         let sources = self.boundary().into_iter().map(|(v, is_inner)| {
@@ -192,7 +192,7 @@ impl RegionMesh {
         }
     }
 
-    /// By how much strips are narrowed at flat points.
+    /// By what factor strips are narrowed at flat points.
     pub(super) fn narrowing(&self) -> impl Fn(DVec2) -> f64 + '_ {
         let known = self.narrowing.as_ref().map(|n| (n, Locator::new(&n.connectivity, &n.uv)));
         move |at| {

@@ -1,12 +1,12 @@
-//! Triangles over a chart that lines can be cut into.
+//! Triangles over a chart, into which lines can be inserted.
 //!
 //! - *Split mesh*: the faces of a surface, some of them divided into smaller ones that lie exactly on them;
 //!   flat and spatial points of new vertices are the same means of the corners, so that neither the
 //!   surface nor its map change.
-//! - *Parent*: the face of the surface that a face of the split mesh is, or is a part of.
+//! - *Parent*: the face of the surface that contains a face of the split mesh.
 //! - *Label*: the piece that a face belongs to.
 //!
-//! New vertices are put on sides and into faces only; both keep the mesh conforming.
+//! New vertices are inserted only on edges and into faces; both keep the mesh conforming.
 
 use crate::flatten::Chart;
 use crate::geometry::{DVec2, DVec3, cross2};
@@ -16,13 +16,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// No side, no vertex.
 pub(super) const NONE: u32 = u32::MAX;
-/// Flips a side may have on average before the improvement of the triangles is given up.
+/// Mean number of flips per edge after which the improvement of the triangles is given up.
 const FLIPS: usize = 10;
 
 /// A mean of at most three vertices of the surface: vertex and weight, the rest with weight 0.
 pub type Mean = [(u32, f64); 3];
 
-/// The mean of two means, `t` of the way from `a` to `b`; `None` when they have more than three vertices.
+/// The mean of two means, a fraction `t` from `a` to `b`; `None` when they have more than three vertices.
 fn between(a: &Mean, b: &Mean, t: f64) -> Option<Mean> {
     let mut out: Vec<(u32, f64)> = Vec::with_capacity(6);
     let parts = a.iter().map(|m| (m.0, m.1 * (1.0 - t))).chain(b.iter().map(|m| (m.0, m.1 * t)));
@@ -124,8 +124,8 @@ impl SplitMesh {
         faces.iter().for_each(|&f| self.labels[f as usize] = label);
     }
 
-    /// Appends the values of vertices that were put on sides later, linear along the side; not a number
-    /// for other new ones.
+    /// Appends the values of vertices that were inserted on edges later, linear along the edge; NaN for other new
+    /// ones.
     pub fn extend(&self, values: &mut Vec<f64>) {
         for origin in &self.origins[values.len()..] {
             let of = |(a, b, t): (u32, u32, f64)| {
@@ -192,9 +192,9 @@ impl SplitMesh {
         core::iter::once(parent.0).chain(more)
     }
 
-    /// Puts a vertex on a side, `t` of the way from its start, and joins it to the corners opposite.
+    /// Inserts a vertex on an edge, a fraction `t` from its start, and joins it to the corners opposite.
     ///
-    /// `None` when that cannot be, as on a side that was not one of a single face.
+    /// `None` when that is not possible, as on an edge that was not one of a single face.
     pub fn split_side(&mut self, side: u32, t: f64) -> Option<u32> {
         let (a, b) = self.ends(side);
         let mean = between(&self.means[a as usize], &self.means[b as usize], t)?;
@@ -264,8 +264,7 @@ impl SplitMesh {
         Some(m)
     }
 
-    /// Makes the triangles inside of every divided face as round as can be without moving a line or a
-    /// border.
+    /// Makes the triangles inside of every divided face as well-shaped as possible without moving a line or a border.
     pub fn improve(&mut self) {
         let divided: Vec<u32> = self
             .children
@@ -282,7 +281,7 @@ impl SplitMesh {
         }
     }
 
-    /// Whether the other diagonal of the two faces of a side is the one of Delaunay, and allowed.
+    /// Whether the other diagonal of the two faces of an edge is the Delaunay one, and allowed.
     fn is_better_flipped(&self, side: u32) -> bool {
         let Some(there) = self.opposite(side) else { return false };
         let (f, g) = (side as usize / 3, there as usize / 3);
@@ -306,7 +305,7 @@ impl SplitMesh {
         is_convex && sine < -1e-9 * size
     }
 
-    /// Turns the diagonal; returns the four sides around.
+    /// Flips the diagonal; returns the four edges around it.
     fn flip(&mut self, side: u32) -> [u32; 4] {
         let Some(there) = self.opposite(side) else { return [side; 4] };
         let (f, g) = (side / 3, there / 3);

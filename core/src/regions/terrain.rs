@@ -1,14 +1,14 @@
-//! All regions, asked at flat points.
+//! All regions, evaluated at flat points.
 
 use crate::flat_path::Terrain;
 use crate::geometry::DVec2;
 use crate::level_set::FieldTerrain;
 use core::cell::Cell;
 
-/// The terrains of several regions as one; no straight way goes from one region to another.
+/// The terrains of several regions as one; no straight line leads from one region to another.
 pub struct JointTerrain<'a> {
     parts: Vec<FieldTerrain<'a>>,
-    /// Where the last question was answered: the next one is mostly for the same region.
+    /// Region of the last query: the next one is usually for the same region.
     last: Cell<usize>,
 }
 

@@ -147,7 +147,7 @@ impl TextureFigures {
         let window = &self.window;
         if lowest < -(SUNK * tolerance).max(ROUNDING) {
             notes.push(format!(
-                "the teeth come {:.1} µm below the surface, where the path may be {:.1} µm off it: path and surface do not \
+                "the teeth come {:.1} µm below the surface, but the path at most {:.1} µm: path and surface do not \
                  belong together, or the path cuts into the part",
                 -1e3 * lowest,
                 1e3 * tolerance
@@ -155,8 +155,8 @@ impl TextureFigures {
         }
         if 1e3 * tolerance > ROUGH * self.areal.sz_um {
             notes.push(format!(
-                "the path is straight from point to point and up to {:.1} µm (cut.tolerance) off the surface, which shows \
-                 in the heights; a smaller tolerance shows the teeth alone",
+                "the path consists of straight moves up to {:.1} µm (cut.tolerance) off the surface, which shows \
+                 in the heights; with a smaller tolerance only the tooth marks show",
                 1e3 * tolerance
             ));
         }
@@ -180,7 +180,7 @@ impl TextureFigures {
         if window.facets_um > ROUGH * self.areal.sz_um {
             notes.push(format!(
                 "facets of the mesh are {:.3} µm off a smooth surface; the path follows them, and so does the part: a \
-                 finer mesh shows the teeth alone",
+                 finer mesh leaves only the tooth marks",
                 window.facets_um
             ));
         }

@@ -659,11 +659,11 @@ fn described(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String 
             }
         ),
         Broken::FitsNowhere { area } => format!(
-            "nothing could be judged: the cutter fits nowhere on the {area:.2} mm²; use a smaller one"
+            "nothing could be verified: the cutter fits nowhere on the {area:.2} mm²; use a smaller one"
         ),
         Broken::Untouched { area, place } => {
             let few = if *area < 0.005 { "less than 0.01".into() } else { format!("{area:.2}") };
-            format!("{few} mm² that no move reached, for one at {}", at(*place))
+            format!("{few} mm² that no move reached, for example at {}", at(*place))
         }
         Broken::RemovalRate { worst, limit } => format!(
             "removal rate of {:.0} mm³/min, {:.3} of the limit, at {}{}",

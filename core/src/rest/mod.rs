@@ -1,21 +1,21 @@
 //! Rest: places that a delivered path leaves too high, branches of its passes over them, and rest passes of their own
 //! over what the material columns show as left (`passes`).
 //!
-//! Level curves know the strip of a cutter with a flat bottom to second order, and where it ends half a side
-//! step beside them. Where they turn sharply, meet the boundary at a small angle, or end beside others that run
-//! another way, what is left is measured on the path itself.
+//! Level curves model the strip of a cutter with a flat bottom to second order, and only up to half a side step
+//! beside them. Where passes turn sharply, meet the boundary at a small angle, or end beside passes in another
+//! direction, the remaining height is measured on the path itself.
 //!
-//! - *Height* of a sample of the surface: how far along its normal the cutter is at the lowest.
-//! - *Branch*: from the nearest place of a pass to the rear of a high place, along it facing the way of the
-//!   pass, and back.
+//! - *Height* of a sample of the surface: the lowest position of the cutter along its normal.
+//! - *Branch*: a detour from the nearest place of a pass to the rear end of a high place, along it with the cutter
+//!   facing as on the pass, and back.
 //!
-//! 1. The cutter goes straight from each point of the path to the next; the samples that it covers are as high
-//!    as it is at the lowest.
-//! 2. The highest sample gets a branch along those about it that are too high; then the highest of the others.
-//! 3. A place that the cutter cannot touch is reached from the nearest one beside it from where it comes low enough;
-//!    what it reaches from nowhere is inaccessible.
-//! 4. Where none is too high any more, higher places beside those that nearly are get looked for; and then all places
-//!    once more, as branches may have spoiled some.
+//! 1. The cutter moves straight from each point of the path to the next; the height of a sample is the lowest
+//!    position of the cutter over it.
+//! 2. The highest sample gets a branch along the samples around it that are too high; then the highest of the others.
+//! 3. A place that the cutter cannot touch is reached from the nearest place beside it where the cutter comes low
+//!    enough; a place that cannot be reached at all is inaccessible.
+//! 4. When no sample is too high any more, the surroundings of those that nearly are get searched for higher places;
+//!    then all places are checked once more, as branches may have left others too high.
 
 use crate::cutter_location::{Obstacles, PassOptions, is_in_wall, raise_at, standing_clear};
 use crate::flat_path::FlatPoint;
@@ -33,68 +33,68 @@ pub use passes::{RestPassOptions, rest_passes};
 pub use samples::Places;
 use samples::{Ball, LEVELS, Sample};
 
-/// Parts of the limit from which on there are more samples about one, and still more about each of those: between
-/// samples of a sharp cusp as high as the limit none is lower.
+/// Fractions of the limit above which more samples are placed around one, and still more around each of those: the
+/// samples nearest to the crest of a sharp cusp as high as the limit are not lower than this.
 const NEARLY: [f64; LEVELS as usize] = [0.85, 0.95];
-/// Part of the limit by which a sample is clearly higher than another.
+/// Fraction of the limit by which a sample must be higher than another to count as clearly higher.
 const CLEARLY: f64 = 0.01;
-/// How far beside the highest sample, side steps, others belong to its branch, and how far ahead and behind.
+/// How far beside the highest sample, and how far ahead and behind, side steps, others belong to its branch.
 const GROUP: [f64; 2] = [0.25, 1.5];
-/// Part of a height that a branch is worth which lowers it to that where the cutter does not fit.
+/// A branch where the cutter does not fit is worth making if it lowers a height to this fraction.
 const WORTH: f64 = 0.5;
-/// Size of the cells in each of which the cutter is tried at one sample, side steps. Smaller: slower.
+/// Size of the cells in each of which the cutter is tested at one sample, side steps. Smaller: slower.
 const CELL: f64 = 0.1;
-/// How far beside a branch, side steps, nothing is high any more.
+/// How far beside a branch, side steps, no place is too high any more.
 const SWEPT: f64 = 0.4;
-/// How far a branch goes on ahead of the last sample, side steps: the edge of the strip lags.
+/// How far a branch continues ahead of the last sample, side steps: the edge of the strip trails behind.
 const AHEAD: f64 = 0.05;
-/// How far inside of the boundary branches along it go, side steps.
+/// How far inside the boundary branches along it run, side steps.
 const INSIDE: f64 = 0.15;
-/// Branches over a place after which it is left: something holds the cutter up.
+/// Number of branches over a place after which it is given up: an obstacle holds the cutter up.
 const TRIES: u8 = 3;
-/// How often all places are looked at, at most.
+/// Greatest number of times that all places are checked.
 const LOOKS: u32 = 3;
-/// Steps toward higher places at most, halved where none is higher, and the shortest, side steps.
+/// Greatest number of steps toward higher places, halved where none is higher; and the shortest step, side steps.
 const CLIMBS: usize = 18;
 const FINEST: f64 = 0.0003;
-/// Part of the way to the boundary that a branch goes on at most. More: rounding leads it outside.
+/// Fraction of the distance to the boundary that a branch may continue. More: rounding moves it outside.
 const WITHIN: f64 = 0.98;
 /// Heights are clamped at this multiple of the limit.
 const CLAMP: f64 = 10.0;
-/// Most branches. More: it is not single places that are too high.
+/// Greatest number of branches. More: the problem is not single places.
 const MOST_BRANCHES: usize = 2000;
 
-/// What is to be kept.
+/// Limits and cutter.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct RestOptions {
-    /// How the cutter stands.
+    /// How the cutter is located.
     pub pass: PassOptions,
     /// Distance of passes, mm.
     pub side_step: f64,
-    /// What is higher is gone over again, mm.
+    /// Places higher than this are machined again, mm.
     pub limit: f64,
-    /// What is lower than this, mm, does not come near the limit again.
+    /// Places lower than this, mm, do not come near the limit again.
     pub close: f64,
-    /// How far behind the contact the edge of the strip is, mm: by that branches go on beyond the boundary.
+    /// How far the edge of the strip trails behind the contact, mm: branches continue beyond the boundary by this.
     pub lag: f64,
-    /// Whether passes are to cover the surface up to its boundary: no wall stands there.
+    /// Whether passes must cover the surface up to its boundary: no wall stands there.
     pub has_open_rim: bool,
     /// Threads to use; the branches do not depend on it.
     pub threads: usize,
 }
 
-/// What looks at a path and lays branches.
+/// Measures a path and lays out branches.
 pub struct RestFinder<'a> {
     options: RestOptions,
     places: Places<'a>,
     obstacles: &'a Obstacles,
     /// Those that were nearly too high.
     samples: Vec<Sample>,
-    /// So many of the first ones lie in rows beside passes, to one side and the other in turn.
+    /// Number of the first samples that lie in rows beside passes, alternately on one side and the other.
     in_rows: usize,
-    /// Whether branches were laid since all places were looked at.
+    /// Whether branches were added since all places were checked.
     is_changed: bool,
-    /// How often all were.
+    /// How often all places were checked.
     looks: u32,
     /// What is too high and cannot be lowered.
     inaccessible: Vec<Place>,
@@ -102,7 +102,7 @@ pub struct RestFinder<'a> {
 
 /// From where a sample that is too high can be lowered.
 enum Lowered {
-    /// The cutter has to touch so far beside it, flat.
+    /// The cutter has to touch at this distance beside it, flat.
     From(DVec2),
     /// It does not fit.
     Nowhere,
@@ -125,7 +125,7 @@ impl<'a> RestFinder<'a> {
         }
     }
 
-    /// What was found too high where the cutter does not come low enough, however it stands.
+    /// The places that were found too high where the cutter cannot come low enough, from whichever side.
     pub fn into_inaccessible(self) -> Vec<Place> {
         self.inaccessible
     }
@@ -148,7 +148,7 @@ impl<'a> RestFinder<'a> {
         (self.is_changed, self.looks) = (false, self.looks + 1);
     }
 
-    /// The heights of all samples, with more of them where it is nearly too high.
+    /// The heights of all samples, with additional samples where it is nearly too high.
     fn refined(&mut self, path: &Toolpath) -> Vec<f64> {
         let limit = self.options.limit;
         let enough =
@@ -172,7 +172,7 @@ impl<'a> RestFinder<'a> {
         heights
     }
 
-    /// The heights of all samples, and which are too high and can be lowered.
+    /// The heights of all samples, and which of them are too high and can be lowered.
     fn high(&mut self, path: &Toolpath) -> (Vec<f64>, Vec<usize>) {
         let mut heights = self.refined(path);
         let mut high = self.worth_lowering(&heights, path);
@@ -195,8 +195,8 @@ impl<'a> RestFinder<'a> {
             && here - before.min(behind) > CLEARLY * limit
     }
 
-    /// From what nearly is too high on to what is higher beside it: samples leave gaps, and peaks of a flat end's edge
-    /// are narrow.
+    /// Climbs from samples that are nearly too high to higher places beside them: samples leave gaps, and the peaks
+    /// left by the edge of a flat end are narrow.
     fn climb(&mut self, heights: &mut Vec<f64>, path: &Toolpath) {
         let RestOptions { limit, close, .. } = self.options;
         // Beside passes samples lie on ridges already.
@@ -237,9 +237,10 @@ impl<'a> RestFinder<'a> {
         }
     }
 
-    /// The flat path with branches over what the path that it became leaves too high; `None` where nothing is.
+    /// The flat path with branches over what its delivered path leaves too high; `None` where nothing is too high.
     ///
-    /// What is low enough is forgotten: branches only take more, but for what thinning out of points leaves free.
+    /// Samples that are low enough are dropped: branches only remove more material, except where the path keeps fewer
+    /// points.
     pub fn with_branches(&mut self, flat: &[FlatPoint], path: &Toolpath) -> Option<Vec<FlatPoint>> {
         let (mut heights, mut high) = self.high(path);
         // What was low enough once may have been spoiled by branches.
@@ -274,9 +275,9 @@ impl<'a> RestFinder<'a> {
         (!branches.is_empty()).then(|| with_branches(flat, branches))
     }
 
-    /// The samples that are too high and can be lowered: where the cutter, if it is to touch there, comes low
-    /// enough, or much lower than it did, or reaches from where it touches beside. The highest of a cell stands for
-    /// all of it.
+    /// The samples that are too high and can be lowered: where the cutter, if it is to touch there, comes low enough,
+    /// or much lower than it did, or can lower them from a place beside. The highest sample of a cell represents the
+    /// whole cell.
     fn worth_lowering(&mut self, heights: &[f64], path: &Toolpath) -> Vec<usize> {
         let is_worth =
             |i: &usize| heights[*i] > self.options.limit && self.samples[*i].branches < TRIES;
@@ -334,7 +335,7 @@ impl<'a> RestFinder<'a> {
         cells.map(|cell| cell.iter().map(|c| c.1).collect()).collect()
     }
 
-    /// Along the samples about the first one, which, and all beside, are done with.
+    /// A branch along the samples around the first one; these and all beside it are then done.
     fn branch(&self, high: &mut Vec<usize>, from: usize, heading: DVec2) -> Branch {
         let worst = high[0];
         let sample = &self.samples[worst];
@@ -370,8 +371,8 @@ impl<'a> RestFinder<'a> {
         Branch { from, heading, rear, front, overrun }
     }
 
-    /// The end of the straight flat way from a place of the chart, or where it is still on the chart, and whether
-    /// it leaves it.
+    /// The end of the straight flat line from a place of the chart, or the last point of it on the chart, and whether
+    /// it leaves the chart.
     fn within(&self, from: DVec2, to: DVec2) -> (DVec2, bool) {
         let Ok(start) = self.places.locator.locate(from) else { return (from, true) };
         match self.places.locator.walk(start.face, from, to, |_, _| {}) {
@@ -380,8 +381,8 @@ impl<'a> RestFinder<'a> {
         }
     }
 
-    /// The height that a path leaves above the allowance on every sample, mm: exact above `enough`, elsewhere not below
-    /// what is left.
+    /// The height that a path leaves above the allowance on every sample, mm: exact above `enough`, an upper bound
+    /// elsewhere.
     fn heights(&self, samples: &[Sample], path: &Toolpath, enough: f64) -> Vec<f64> {
         let RestOptions { pass, limit, threads, .. } = self.options;
         let cutter = Cutter { tool: pass.tool, length: pass.reach };
@@ -399,7 +400,8 @@ impl<'a> RestFinder<'a> {
     }
 }
 
-/// The path on which links from afar do not cut, as the cutter arrives from above, and may turn: they end in a stand.
+/// The path with links longer than the radius as rapids, since on them the cutter arrives from above and may turn; a
+/// link without length remains at their ends.
 fn near_links(path: &Toolpath, radius: f64) -> Toolpath {
     let mut points: Vec<PathPoint> = Vec::with_capacity(path.points.len());
     for point in &path.points {
@@ -412,7 +414,7 @@ fn near_links(path: &Toolpath, radius: f64) -> Toolpath {
     Toolpath { points }
 }
 
-/// The point of a pass nearest to a flat place, by index, and the way that the cutter faces or goes there.
+/// The point of a pass nearest to a flat place, by index, and the direction in which the cutter faces or moves there.
 fn nearest(flat: &[FlatPoint], place: DVec2) -> Option<(usize, DVec2)> {
     let square = |i: usize| flat[i].at.distance_squared(place);
     let way = |i: usize| {
@@ -425,17 +427,17 @@ fn nearest(flat: &[FlatPoint], place: DVec2) -> Option<(usize, DVec2)> {
     Some((found, way(found)?))
 }
 
-/// A way out from a point of the path over a high place and back.
+/// A detour from a point of the path over a high place and back.
 struct Branch {
     /// Index of the point.
     from: usize,
-    /// The way that the cutter faces.
+    /// The direction in which the cutter faces.
     heading: DVec2,
     /// Where it begins, a flat place.
     rear: DVec2,
     /// Where it ends.
     front: DVec2,
-    /// How far it goes on beyond the boundary there, mm.
+    /// How far it continues beyond the boundary there, mm.
     overrun: f64,
 }
 

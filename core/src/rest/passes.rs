@@ -1,24 +1,24 @@
-//! Passes over what the path has left standing although the cutter reaches it.
+//! Passes over material that the path left although the cutter can reach it.
 //!
-//! A flat or bull end that stands at an angle to the surface touches with its edge, and its body lies
-//! beside the contact: it may stay outside of the innermost ring of a dome and leave the summit.
-//! What the material columns show as left is gathered in *clusters*; each gets straight passes along its
-//! longest direction, one per side step of its width, that begin and end beyond it.
+//! A flat or bull end that stands at an angle to the surface touches with its edge, and its body lies beside the
+//! contact: it may stay outside of the innermost ring of a dome and leave the summit uncut. What the material columns
+//! show as left is grouped into *clusters*; each gets straight passes along its longest direction, one per side step
+//! of its width, that begin and end beyond it.
 
 use crate::flat_path::{FlatPoint, Terrain};
 use crate::geometry::DVec2;
 use crate::toolpath::MoveKind;
 use std::collections::BTreeMap;
 
-/// Clusters that get passes at most, largest first: each costs a retract. On a mesh whose facets are
-/// coarser than the cusps asked for there is no end of them; what stays is reported.
+/// Greatest number of clusters that get passes, largest first: each costs a retract. On a mesh whose facets are
+/// coarser than the requested cusps there would be no end of them; what stays is reported.
 const MOST_CLUSTERS: usize = 60;
 /// Part of a side step between passes over a cluster.
 const STEP: f64 = 0.7;
-/// Tries to draw the end of a pass back to where the cutter may be.
+/// Attempts to pull the end of a pass back to where the cutter may be.
 const TRIES: usize = 24;
 
-/// What the passes need to know.
+/// What the passes depend on.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct RestPassOptions {
     /// Side step on the surface, mm.
@@ -32,7 +32,7 @@ pub struct RestPassOptions {
     pub feed: f64,
     /// Index of the first pass.
     pub first_pass: u32,
-    /// Index of the region that they are counted to.
+    /// Index of the region to which they are assigned.
     pub region: u32,
 }
 

@@ -1,8 +1,9 @@
-//! Places at which the height that a path leaves is looked at.
+//! Places at which the height that a path leaves is measured.
 //!
 //! - *Over faces*: all over the surface, for cutters with a flat bottom, whose edge leaves narrow peaks anywhere.
-//! - *Beside passes*: for a ball, where it alone would leave a little more than the limit on either side of a pass
-//!   and around its ends. What no pass covers is bounded by such places and by the rim: if others are low enough, all is.
+//! - *Beside passes*: for a ball, where the ball alone would leave a little more than the limit on either side of a
+//!   pass and around its ends. What no pass covers is bounded by such places and by the rim: if these are low enough,
+//!   everything is.
 //! - *On the rim*: along the boundary, where passes end.
 
 use crate::flat_path::FlatPoint;
@@ -14,36 +15,37 @@ use crate::surface::{Surface, SurfacePoint};
 use crate::toolpath::MoveKind;
 use core::f64::consts::{FRAC_1_SQRT_2, TAU};
 
-/// Distance of samples over faces, side steps. Larger: high places are overlooked; smaller: slower, with its square.
+/// Distance between samples over faces, side steps. Larger: high places are overlooked; smaller: time grows
+/// quadratically.
 const SPACING: f64 = 0.06;
-/// How much denser those are beside the boundary, where places are small.
+/// How much denser they are beside the boundary, where the affected places are small.
 const DENSER: f64 = 4.0;
 /// Distance of samples on the rim, side steps.
 const ON_RIM: f64 = 0.02;
 /// Distance along a pass of the samples beside it, side steps.
 const ALONG: f64 = 0.2;
-/// Distance to which what is higher beside those is looked for, side steps.
+/// Distance to which higher places beside those samples are searched, side steps.
 const AROUND: f64 = 0.02;
-/// How much higher than the limit the ball alone stands over the samples beside its pass.
+/// Height above the limit at which the ball alone passes over the samples beside its pass.
 const BEYOND: f64 = 1.02;
-/// Steps of the search for where it does.
+/// Bisection steps to the place where it does.
 const STEPS: usize = 3;
-/// A turn of a pass by more than this, rad, is looked at on its outer side.
+/// A turn of a pass by more than this, rad, is checked on its outer side.
 const TURN: f64 = 0.35;
-/// How often samples are made closer about one.
+/// How often samples around one can be refined.
 pub const LEVELS: u8 = 2;
-/// More samples along and across each of those that are nearly too high.
+/// Number of additional samples along and across each sample that is nearly too high.
 const FINER: u32 = 3;
-/// Part of the place of one that those take: no branch comes to what lies on the boundary itself.
+/// Fraction of that sample's area that they cover: no branch reaches what lies on the boundary itself.
 const INNER: f64 = 0.9;
-/// Length of steps toward higher places, distances of samples.
+/// Length of steps toward higher places, sample distances.
 const BESIDE: f64 = 2.0;
-/// Distances, side steps, from which a cutter may reach what it cannot touch, and directions.
+/// Distances, side steps, and directions from which a cutter may reach a place that it cannot touch.
 const FROM: [f64; 5] = [0.1, 0.2, 0.3, 0.4, 0.5];
 const AROUND_IT: u32 = 16;
-/// Weight of the far corner at samples on the rim.
+/// Weight of the opposite corner at samples on the rim.
 const OFF_RIM: f64 = 1e-9;
-/// Most samples over faces, and on the rim; larger surfaces get fewer.
+/// Greatest number of samples over faces, and on the rim; on larger surfaces they are less dense.
 const MOST: f64 = 2e6;
 const MOST_ON_RIM: f64 = 2e5;
 
@@ -58,19 +60,19 @@ pub struct Sample {
     pub flat: DVec2,
     /// mm per flat mm.
     pub scale: f64,
-    /// How far apart samples are here, mm.
+    /// Distance between samples here, mm.
     pub spacing: f64,
     /// Where it is on the boundary.
     pub rim: Option<Rim>,
     /// The face.
     pub face: FaceId,
-    /// How often samples were made closer about it.
+    /// How often samples around it were refined.
     pub level: u8,
-    /// How many branches went over it in vain.
+    /// How many branches over it had no effect.
     pub branches: u8,
-    /// Whether it was looked at for what is higher beside it.
+    /// Whether its surroundings were searched for higher places.
     pub is_climbed: bool,
-    /// How far beside it, flat, the cutter has to touch to lower it.
+    /// At what flat distance beside it the cutter has to touch to lower it.
     pub beside: DVec2,
 }
 
@@ -79,11 +81,11 @@ pub struct Sample {
 pub struct Rim {
     /// The side.
     pub side: HalfEdgeId,
-    /// Part of the side that is before it.
+    /// Fraction of the edge that lies before it.
     part: f32,
 }
 
-/// A ball whose path is looked at.
+/// The ball whose path is checked.
 #[derive(Copy, Clone)]
 pub struct Ball {
     /// Radius, mm.
@@ -94,7 +96,7 @@ pub struct Ball {
     pub limit: f64,
 }
 
-/// Where samples are taken.
+/// Places of samples on a surface.
 #[derive(Copy, Clone)]
 pub struct Places<'a> {
     /// The surface.
@@ -133,8 +135,8 @@ impl Places<'_> {
         out
     }
 
-    /// The faces in the order of a curve that fills squares of the chart one after the other (Morton 1966): where faces are
-    /// smaller than samples are apart, every so many of them in turn leave no gaps.
+    /// The faces in the order of a curve that fills squares of the chart one after the other (Morton 1966): where
+    /// faces are smaller than the distance between samples, taking every n-th face leaves no gaps.
     fn faces_by_place(&self) -> Vec<FaceId> {
         let uv = self.chart.uv();
         let fold = |f: fn(DVec2, DVec2) -> DVec2| uv.iter().copied().reduce(f).unwrap_or_default();
@@ -240,7 +242,7 @@ impl Places<'_> {
         corners[side.corner()].distance(corners[side.next().corner()]).max(f64::MIN_POSITIVE)
     }
 
-    /// So many samples, evenly over that part of a side about a place of it.
+    /// The given number of samples, evenly over that fraction of an edge around a place of it.
     fn along(&self, about: Rim, spacing: f64, count: u32, share: f64) -> Vec<Sample> {
         let place = |i: u32| {
             let off = (f64::from(i) + 0.5) / f64::from(count) - 0.5;
@@ -279,7 +281,7 @@ impl Places<'_> {
         }
     }
 
-    /// Samples about one, closer to each other.
+    /// More closely spaced samples around one.
     pub fn about(&self, sample: &Sample) -> Vec<Sample> {
         let (spacing, of_one) = (sample.spacing, 1.0 / f64::from(FINER));
         let level = sample.level + 1;
@@ -294,7 +296,7 @@ impl Places<'_> {
         self.at_offsets(sample, offsets, spacing * of_one, level)
     }
 
-    /// The places around a sample, a little farther from it than samples are from each other.
+    /// The places around a sample, a little farther away than the distance between samples.
     pub fn beside(&self, sample: &Sample) -> Vec<Sample> {
         let side = BESIDE * sample.spacing;
         let Sample { spacing, level, .. } = *sample;
@@ -338,7 +340,7 @@ impl Places<'_> {
         offsets.filter_map(at).collect()
     }
 
-    /// A sample's flat place, on the rim moved inside by so many side steps.
+    /// A sample's flat place; on the rim, moved inside by the given number of side steps.
     pub fn inside(&self, sample: &Sample, steps: f64) -> DVec2 {
         let Some(Rim { side, .. }) = sample.rim else { return sample.flat };
         let face = self.surface.connectivity().face(side.face());

@@ -1,7 +1,7 @@
-//! How wide strips are all over a surface, for a job.
+//! Width of the strips all over a surface, for a job.
 //!
-//! On a mesh whose facets are as long as strips are wide the curvature is gathered in creases: strips are those
-//! of the facets, not of the smooth surface that the mesh stands for.
+//! On a mesh whose facets are as long as strips are wide the curvature is concentrated in creases: the strips are
+//! those of the facets, not of the smooth surface that the mesh approximates.
 
 mod upright;
 
@@ -15,27 +15,27 @@ use crate::surface::{CurvatureField, ShapeOperator, Surface};
 use crate::tool::{Tool, ToolKind};
 use upright::Upright;
 
-/// Part of the strip width that passes are apart: the distance field is good to a few thousandths of it, and
-/// a cusp grows with its square.
+/// Fraction of the strip width at which passes are spaced: the distance field is accurate to a few thousandths of it,
+/// and the cusp height grows with its square.
 const SHARE_OF_STRIP: f64 = 0.9975;
-/// Part of the tolerance by which cusps stay below the limit, for the chords of the path that run above
-/// them; at most the part of the limit given second.
+/// Fraction of the tolerance by which cusps stay below the limit, because the chords of the path run above them; at
+/// most the fraction of the limit given second.
 const CHORDS: (f64, f64) = (0.2, 0.05);
-/// Part of the limit of the removal rate that a straight pass takes at most; bends take more.
+/// Fraction of the limit on the removal rate that a straight pass uses at most; bends use more.
 const SHARE_OF_LIMIT: f64 = 0.8;
-/// Edges below this part of a strip do not gather the curvature in creases.
+/// Edges shorter than this fraction of a strip do not concentrate the curvature in creases.
 const FINE_FACET: f64 = 0.6;
 
 /// The strips of a surface.
 pub struct Strips {
     /// The strip metric at each of the `#V` vertices.
     pub metrics: Vec<StripMetric>,
-    /// How much longer creases make the shortest path.
+    /// By what factor creases make the shortest path longer.
     pub creases: f64,
 }
 
 impl Strips {
-    /// Strips that leave the cusps, or are as wide as the side step, that the job asks for.
+    /// Strips that leave the cusps, or have the width of the side step, that the job specifies.
     pub fn of(job: &Job, surface: &Surface, chart: &Chart, curvature: &CurvatureField) -> Self {
         let facets = facets(surface);
         let metrics = metrics(job, curvature, &facets);
@@ -78,7 +78,7 @@ fn metrics(job: &Job, curvature: &CurvatureField, facets: &[f64]) -> Vec<StripMe
     operators.iter().zip(facets).map(of_vertex).collect()
 }
 
-/// The widest strip that a straight pass may remove at the full feed, mm, but never less than the job's own.
+/// The widest strip that a straight pass may remove at full feed, mm, but never less than the job's own.
 fn widest(job: &Job) -> f64 {
     match job.force.control {
         ForceControl::Off => f64::INFINITY,
@@ -89,8 +89,8 @@ fn widest(job: &Job) -> f64 {
     }
 }
 
-/// The curvature across strips on a mesh whose facets are `facet` strips long: between creases there is none,
-/// and a strip across one has that of the whole facet.
+/// The curvature across strips on a mesh whose facets are `facet` strips long: between creases there is none, and a
+/// strip across a crease has the curvature of the whole facet.
 fn gathered(k: f64, facet: f64) -> f64 {
     let share = ((facet - FINE_FACET) / (1.0 - FINE_FACET)).clamp(0.0, 1.0);
     let most = if k < 0.0 { 0.0 } else { facet.max(1.0) };
@@ -115,13 +115,13 @@ fn facets(surface: &Surface) -> Vec<f64> {
     sums.into_iter().map(|(sum, count)| sum / f64::from(count.max(1))).collect()
 }
 
-/// The cusp height that passes aim at.
+/// The target cusp height of the passes.
 fn aimed(job: &Job, scallop: f64) -> f64 {
     let (of_tolerance, of_scallop) = CHORDS;
     scallop - (of_tolerance * job.cut.tolerance).min(of_scallop * scallop)
 }
 
-/// How far passes are apart as a part of the widest that the limit allows, on a plane.
+/// The spacing of passes as a fraction of the widest that the limit allows, on a plane.
 pub fn part_of_strip(job: &Job) -> f64 {
     match job.cut.stepover {
         Stepover::Fixed(_) => 1.0,
@@ -137,7 +137,8 @@ fn is_upright_bull(job: &Job) -> bool {
     job.machine.axes == Axes::ThreeAxis && job.tool.kind() == ToolKind::Bull
 }
 
-/// What decides the strip width where a job asks for a scallop height; of an upright bull end that of its corner.
+/// The parameters of the strip width where a job specifies a scallop height; for an upright bull end, those of its
+/// corner.
 pub fn strip(job: &Job, scallop: f64) -> Strip {
     let corner = job.tool.corner_radius();
     match (job.machine.axes, Tool::new(corner, corner)) {

@@ -1,10 +1,10 @@
-//! Strips of a bull end that stands upright: how it is bent at its contact depends on the way.
+//! Strips of a bull end that stands upright: its curvature at the contact depends on the feed direction.
 //!
-//! On a slope of the angle `theta` the cutter is as round as its corner down the slope, and across it as the
-//! tilted ring of its bottom, `sin(theta) / (R - r_c + r_c sin(theta))`. With `S` the sum of that tensor and the
-//! shape operator, what a move along `d` leaves beside it is to second order `S - (S d)(S d)ᵀ / dᵀ S d`, so
-//! that a strip with the unit direction `b` across it has the width `w`, `1 / w² = 1 / (8 h bᵀ S⁻¹ b)`. Passes
-//! whose distance is one in the metric `S / (8 h)` lie one such strip from each other, as those of a ball do.
+//! On a slope of angle `theta` the cutter has the radius of its corner down the slope and, across it, the curvature
+//! of the tilted ring of its bottom, `sin(theta) / (R - r_c + r_c sin(theta))`. With `S` the sum of that tensor and
+//! the shape operator, what a move along `d` leaves beside it is to second order `S - (S d)(S d)ᵀ / dᵀ S d`, so a
+//! strip with the unit direction `b` across it has the width `w` with `1 / w² = 1 / (8 h bᵀ S⁻¹ b)`. Passes at a
+//! distance of one in the metric `S / (8 h)` lie one such strip apart, as those of a ball do.
 
 use crate::geometry::DVec3;
 use crate::geometry::math::sin;
@@ -14,13 +14,13 @@ use crate::strip_width::Strip;
 use crate::surface::ShapeOperator;
 use crate::tool::Tool;
 
-/// Angle of the slope below which strips turn into those of the corner, rad: on level ground the way down
-/// turns from place to place, and with it where the cutter stands.
+/// Slope angle below which strips blend into those of the corner, rad: on nearly level ground the direction of
+/// steepest descent changes from place to place, and with it the side on which the cutter stands.
 const LEVEL: f64 = 5.0 * core::f64::consts::PI / 180.0;
-/// The most that strips across the slope are wider than those along it. Larger: gaps between passes are measured in ever
-/// finer pieces along the wide strips, which takes time with its square.
+/// By what factor strips across the slope may be wider than those along it. Larger: gaps between passes are measured
+/// in ever smaller pieces along the wide strips, in time that grows quadratically.
 const MOST_WIDER: f64 = 6.0;
-/// The most that strips are skewed: 1 would make them endlessly long in one direction.
+/// Greatest skew of strips: 1 would make them infinitely long in one direction.
 const MOST_SKEW: f64 = 0.9;
 
 /// Strips of a bull end that stands along the z axis.
@@ -34,7 +34,7 @@ pub struct Upright {
 }
 
 impl Upright {
-    /// The strip metric at a place. `bent` tells what curvature the strip meets where the surface has that one;
+    /// The strip metric at a place. `bent` gives the curvature that the strip meets for a curvature of the surface;
     /// `corner` is `1/w²` of a ball with the corner's radius on such a section, passes² per mm².
     pub fn metric(
         &self,

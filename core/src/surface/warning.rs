@@ -112,14 +112,14 @@ pub enum Warning {
         first: String,
     },
     /// The surface has hardly any faces.
-    #[error("surface: the mesh is too coarse to tell a curvature; number of faces: {faces}")]
+    #[error("surface: the mesh is too coarse to estimate its curvature; number of faces: {faces}")]
     Coarse {
         /// Number of faces.
         faces: usize,
     },
     /// The surface looks down.
     #[error(
-        "surface: the faces look away from +Z on average (mean normal {}); if the tool comes \
+        "surface: the faces point away from +Z on average (mean normal {}); if the tool comes \
          from the other side set surface.flip = true", Spot(*.normal)
     )]
     LooksDown {

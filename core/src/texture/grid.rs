@@ -67,7 +67,7 @@ pub enum GridError {
     },
     /// Steps of the flat map that keep cells short enough were not found.
     #[error(
-        "texture: no even steps of the flat map keep all cells of the surface below {cell} mm: give another spacing"
+        "texture: no even grid in the flat map keeps all cells on the surface below {cell} mm: give another spacing"
     )]
     NoSteps {
         /// Length of a cell, mm.

@@ -74,7 +74,7 @@ function setOwn(name, text) {
   ownChoice();
   setJob(name, text, null);
   if (!before?.edited || before.text === text) return [];
-  return [`${before.name} had edits and gave way.`, [`Back to ${before.name}`, () => {
+  return [`${before.name} had edits and was replaced.`, [`Back to ${before.name}`, () => {
     setOwn(before.name, before.text);
     drafts.set("", before);
   }]];
@@ -109,7 +109,7 @@ function showFaults(faults) {
   const count = (severity) => faults.filter((fault) => fault.severity === severity).length;
   const words = (n, word) => `${n} ${word}${n === 1 ? "" : "s"}`;
   const [errors, warnings] = [count("error"), count("warning")];
-  const said = errors ? [words(errors, "error")] : ["Good to plan"];
+  const said = errors ? [words(errors, "error")] : ["Ready to plan"];
   if (warnings) said.push(words(warnings, "warning"));
   $("verdict").textContent = said.join(", ");
   $("verdict").className = errors ? "bad" : "good";
@@ -321,7 +321,7 @@ function texture(path, at) {
 /** The content of a file, or why it cannot be had. */
 async function content(file) {
   const most = isJob(file.name) ? LARGEST.job : LARGEST.surface;
-  if (file.size > most) return { name: file.name, trouble: `${bytes(file.size)} are too much for a browser tab; at most ${bytes(most)}` };
+  if (file.size > most) return { name: file.name, trouble: `${bytes(file.size)} is too large for a browser tab; at most ${bytes(most)}` };
   try {
     return { name: file.name, bytes: new Uint8Array(await file.arrayBuffer()) };
   } catch {

@@ -62,7 +62,7 @@ export class Views {
   /** `on.texture(path, at)` simulates the texture of a path, toolpath.csv as text, about a place. */
   constructor(on) {
     this.on = on;
-    this.map = new Picture($("texture-map"), "Surface on which to choose a place", {
+    this.map = new Picture($("texture-map"), "Surface on which to choose a point", {
       pick: (at, reach) => this.#chosen(at, reach),
       view: () => this.#window(),
     });
@@ -228,7 +228,7 @@ export class Views {
         make("td", {}, digest(file.bytes))));
     const isWhole = this.phase === "judged";
     const all = isWhole ? make("a", { className: "button primary", id: "zip" }, "Download all (zip)") : null;
-    const said = isWhole ? " The same bytes as the command writes."
+    const said = isWhole ? " Identical to the files that the command line writes."
       : `Without reports and measured pictures${this.phase === "cut" ? "." : ", which follow when the simulation is done."}`;
     const head = make("tr", {}, ...["File", "Size", "SHA-256 begins"].map((text, i) => make("th", { scope: "col", className: i === 1 ? "number" : "" }, text)));
     $("files").replaceChildren(
@@ -322,7 +322,7 @@ export class Views {
         this.#space = new Space($("stage3d"));
         this.#space.load(this.#path);
       } catch (error) {
-        if (plan === this.#plan) $("stage3d").replaceChildren(make("p", { className: "hint" }, `No three dimensions here: ${error.message}`));
+        if (plan === this.#plan) $("stage3d").replaceChildren(make("p", { className: "hint" }, `The 3D view is not available here: ${error.message}`));
         return;
       }
     }
@@ -362,7 +362,7 @@ export class Views {
     this.#simulated = null;
     const own = this.#file(TEXTURE);
     delete $("texture-result").dataset.at;
-    const hint = "Click a place of the surface, and the teeth's marks there are simulated: heights, Sa, Rz.";
+    const hint = "Click a point on the surface to simulate the tooth marks there: heights, Sa, Rz.";
     $("texture-result").replaceChildren(own ? svgOf(own) : make("p", { className: "faint" }, hint));
   }
 
@@ -397,7 +397,7 @@ export class Views {
     const plan = this.#plan;
     $("texture").setAttribute("aria-busy", "true");
     const place = at.map((x) => short(x)).join(", ");
-    $("texture-result").replaceChildren(make("p", { className: "faint", role: "status" }, `Simulating the teeth at (${place}) mm …`));
+    $("texture-result").replaceChildren(make("p", { className: "faint", role: "status" }, `Simulating the tooth marks at (${place}) mm …`));
     try {
       const path = new TextDecoder().decode(this.#file("toolpath.csv"));
       const { files, summary } = await this.on.texture(path, at);

@@ -79,7 +79,7 @@ function described(error) {
   if (panic) return { message: `This is a bug in evencut: ${panic}`, dead: true };
   if (error instanceof WebAssembly.RuntimeError || error instanceof RangeError) {
     return {
-      message: "The browser ran out of memory for this job. Use a coarser mesh or a larger side step, or the command, which may use more.",
+      message: "The browser ran out of memory for this job. Use a coarser mesh or a larger side step, or the command-line program, which may use more memory.",
       dead: true,
     };
   }

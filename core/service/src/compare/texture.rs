@@ -41,7 +41,7 @@ pub enum ChoiceError {
     Upright,
     /// An upright cutter with a flat bottom on a machine that tilts it.
     #[error(
-        "a cutter with a flat bottom cuts with its heel at a tilt of 0 on five axes: give more"
+        "at a tilt of 0 on five axes a cutter with a flat bottom cuts with its heel: give a larger tilt"
     )]
     Heel,
     /// The machine does not move so fast.

@@ -49,12 +49,12 @@ pub enum TextureError {
         feed: f64,
     },
     /// No move at feed takes time.
-    #[error("texture: no move of the path at feed takes time: its times do not grow")]
+    #[error("texture: no feed move of the path takes time: its times do not increase")]
     NoTime,
     /// The path leaves the window as it was.
     #[error(
-        "texture: nothing of the window is cut, within {start} mm above and below the surface: the path does not come \
-         there, or does not belong to this surface"
+        "texture: the path cuts nothing in the window, within {start} mm above and below the surface: it does not come \
+         there, or it belongs to another surface"
     )]
     NotCut {
         /// Height of the material, mm.
@@ -93,7 +93,7 @@ fn too_fine(nodes: f64, spacing: f64) -> String {
         "simulate a window of it".into()
     };
     format!(
-        "texture: the whole surface has {nodes:.0} nodes at this spacing, which has to hold where its flat map is stretched \
-         most; at most {MOST_NODES:.0}: {remedy}"
+        "texture: the whole surface needs {nodes:.0} nodes at this spacing, which must hold where its map is stretched \
+         most; at most {MOST_NODES:.0} are allowed: {remedy}"
     )
 }

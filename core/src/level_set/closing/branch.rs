@@ -1,4 +1,4 @@
-//! A way from a pass to gaps and back.
+//! A detour from a pass to gaps and back.
 
 use crate::geometry::DVec2;
 
@@ -11,7 +11,7 @@ pub enum Line {
     Branch(usize),
 }
 
-/// A point of a pass that a branch leaves from.
+/// A point of a pass from which a branch leaves.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Anchor {
     /// The pass.
@@ -22,16 +22,16 @@ pub struct Anchor {
     pub t: f64,
     /// The flat point.
     pub at: DVec2,
-    /// Distance from the place that asked, passes.
+    /// Distance from the place that was queried, passes.
     pub distance: f64,
 }
 
-/// A way from a pass to gaps and back.
+/// A detour from a pass to gaps and back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AnchoredBranch {
-    /// Where it leaves and comes back.
+    /// Where it leaves and returns.
     pub anchor: Anchor,
-    /// Flat points between leaving and coming back.
+    /// Flat points between leaving and returning.
     pub points: Vec<DVec2>,
     /// Whether no ring of a higher level is beside the cluster: it is the core of the rings.
     pub is_core: bool,

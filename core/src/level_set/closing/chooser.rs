@@ -12,13 +12,13 @@ use crate::job::RingOrder;
 use crate::level_set::strip_metric::FlatMetric;
 use core::slice::from_ref;
 
-/// Places of a cluster are brought this near to a pass. Smaller: branches grow; larger: what lies between
-/// the places' middles is left too far.
+/// Places of a cluster are brought this near to a pass. Smaller: branches get longer; larger: the surface between the
+/// middles of the places is left too far away.
 const AIM: f64 = 0.495;
 /// A ring this much farther from a place than the nearest one still counts as beside it, passes.
 const BESIDE: f64 = 0.5;
-/// The ways out and back along a long branch lie this part of the gap to either side of its middle:
-/// then ring, way, way and ring are evenly apart.
+/// The outward and return legs of a long branch lie this fraction of the gap to either side of its middle line: then
+/// ring, leg, leg and ring are evenly spaced.
 const SPREAD: f64 = 1.0 / 3.0;
 /// A long branch may deviate this much from the middle of its cluster, passes.
 const STRAIGHTENED: f64 = 0.05;
@@ -26,12 +26,12 @@ const STRAIGHTENED: f64 = 0.05;
 const LONGEST_TRIM: f64 = 0.6;
 /// Halvings of a length that is sought.
 const HALVINGS: usize = 10;
-/// Distance of the points at which a branch is asked whether it stays inside, passes.
+/// Distance of the points at which a branch is checked to stay inside, passes.
 const PROBE: f64 = 0.1;
-/// Passes that a branch may run outside of ring 0, for the blur of the field between vertices.
+/// Passes that a branch may run outside of ring 0, to allow for the inaccuracy of the field between vertices.
 const ROOM_SLACK: f64 = 0.02;
 
-/// What a branch is chosen by.
+/// What the choice of a branch depends on.
 pub struct Chooser<'a> {
     /// The passes so far.
     pub passes: &'a Passes,
@@ -39,7 +39,7 @@ pub struct Chooser<'a> {
     pub terrain: &'a dyn Terrain,
     /// Order of the rings: branches leave from the ring that is cut later, into cleared stock.
     pub order: RingOrder,
-    /// Whether the cutter machines beside the ends of branches, but nothing beyond them.
+    /// Whether the cutter machines beside the ends of branches, but not beyond them.
     pub has_flat_bottom: bool,
 }
 
@@ -61,7 +61,7 @@ impl Chooser<'_> {
             .or_else(|| self.passes.nearest(place, f64::INFINITY, |_| true))
     }
 
-    /// Straight from the nearest point through the widest gap, as short as closes the cluster.
+    /// Straight from the nearest point through the widest gap, as short as possible while closing the cluster.
     fn straight(&self, cluster: &Cluster) -> Option<(Anchor, Vec<DVec2>)> {
         let deepest = cluster.deepest();
         let anchor = self.anchor(deepest)?;
@@ -160,8 +160,8 @@ impl Chooser<'_> {
     }
 }
 
-/// Out along an arm and back, the ways apart: at each point by `spread` to either side, flat mm, of
-/// the point and the unit direction across.
+/// Out along an arm and back on separate legs: at each point offset by `spread` to either side, flat mm, along the
+/// unit direction across.
 fn hairpin(arm: &[DVec2], spread: impl Fn(DVec2, DVec2) -> f64) -> Vec<DVec2> {
     if arm.len() < 2 {
         return arm.to_vec();
@@ -199,7 +199,7 @@ impl<'a> Gaps<'a> {
     }
 }
 
-/// The least length, up to `longest`, at which `holds`, which it does at `longest` and beyond.
+/// The least length, up to `longest`, at which `holds` is true, given that it is true at `longest` and beyond.
 fn least(longest: f64, holds: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, longest);
     for _ in 0..HALVINGS {
@@ -213,7 +213,7 @@ fn least(longest: f64, holds: impl Fn(f64) -> bool) -> f64 {
     high
 }
 
-/// For every place whether it is farther from all lines than aimed at.
+/// For every place whether it is farther from all lines than the target.
 fn uncovered<'a>(
     lines: &[Vec<DVec2>],
     places: impl Iterator<Item = &'a Place>,
@@ -226,7 +226,7 @@ fn count_uncovered(lines: &[Vec<DVec2>], cluster: &Cluster) -> usize {
     uncovered(lines, cluster.places()).filter(|is_left| *is_left).count()
 }
 
-/// A second way between the ends of a cluster's middle line, where the cluster is closed in itself.
+/// A second route between the ends of a cluster's middle line, where the cluster is closed in itself.
 fn second_way(cluster: &Cluster, line: &[u32]) -> Option<Vec<u32>> {
     let points = cluster.points(line);
     let left: Vec<bool> = uncovered(from_ref(&points), cluster.places()).collect();
@@ -240,7 +240,7 @@ fn second_way(cluster: &Cluster, line: &[u32]) -> Option<Vec<u32>> {
     cluster.way_round(line, &allowed)
 }
 
-/// Arms with fewer points, unless that leaves more places farther than aimed at.
+/// Arms with fewer points, unless that leaves more places farther away than the target.
 fn straightened(arms: [Vec<DVec2>; 2], cluster: &Cluster) -> [Vec<DVec2>; 2] {
     let tolerance = STRAIGHTENED / cluster.deepest().metric.mean();
     let fewer = arms.clone().map(|arm| simplify_open(&arm, tolerance));
@@ -248,7 +248,7 @@ fn straightened(arms: [Vec<DVec2>; 2], cluster: &Cluster) -> [Vec<DVec2>; 2] {
     if is_enough { fewer } else { arms }
 }
 
-/// Shortens an arm at its end as far as nothing is left farther than aimed at.
+/// Shortens an arm at its end as long as nothing is left farther away than the target.
 fn trim(arms: &mut [Vec<DVec2>; 2], which: usize, cluster: &Cluster) {
     let end = arms[which][arms[which].len() - 1];
     let per_pass = 1.0 / cluster.deepest().metric.mean();

@@ -1,4 +1,4 @@
-//! Places that belong together, and the line along their middle.
+//! Places that belong together, and their middle line.
 
 use super::gaps::{LIMIT, Place, RASTER};
 use crate::geometry::DVec2;
@@ -13,11 +13,11 @@ const LINK: f64 = 1.2 * RASTER;
 const CHUNK: usize = 2048;
 /// Cells of the search for neighbours along the longer side of all places, at most.
 const MOST_CELLS: f64 = 1024.0;
-/// Excess over the limit that counts as little when the middle is sought, passes. Smaller: the line
-/// keeps closer to the middle; larger: it is shorter.
+/// Excess over the limit that counts as small when the middle line is sought, passes. Smaller: the line keeps closer
+/// to the middle; larger: it is shorter.
 const SHALLOW: f64 = 0.02;
 
-/// Who is whose neighbour among places.
+/// The neighbours of every place.
 pub struct Nearness {
     /// Where the neighbours of every place begin, and where the last ones end.
     begins: Vec<usize>,
@@ -56,7 +56,7 @@ impl Nearness {
         all
     }
 
-    /// Of those places that are kept, which are numbered anew.
+    /// The neighbours among the places that are kept, which are renumbered.
     pub fn among(&self, kept: &[bool]) -> Self {
         let mut count = 0;
         let number = |is_kept: &bool| {
@@ -78,12 +78,12 @@ impl Nearness {
     }
 }
 
-/// How far neighbours of a place may be in the direction in which passes are the closest, flat mm.
+/// How far away neighbours of a place may be in the direction in which passes are closest, flat mm.
 fn reach(place: &Place) -> f64 {
     LINK / place.metric.most().max(f64::MIN_POSITIVE)
 }
 
-/// Places by the squares of the plane that they lie in.
+/// Places by the grid cells of the plane in which they lie.
 struct Grid {
     low: DVec2,
     cell: f64,
@@ -127,7 +127,7 @@ impl Grid {
         grid
     }
 
-    /// Column and row of a place; what lies before the first is in that.
+    /// Column and row of a place; places before the first cell belong to it.
     fn count(&self, at: DVec2) -> [usize; 2] {
         ((at - self.low) / self.cell).to_array().map(|x| x as usize)
     }
@@ -137,8 +137,8 @@ impl Grid {
         row.min(self.rows - 1) * self.columns + column.min(self.columns - 1)
     }
 
-    /// Calls `found` for all places within [`LINK`] of one, and for some others: in every row of cells those over
-    /// which the ellipse of that metric lies.
+    /// Calls `found` for all places within [`LINK`] of one, and for some others: in every row of cells those that the
+    /// ellipse of that metric covers.
     fn visit(&self, place: &Place, mut found: impl FnMut(u32)) {
         let (at, FlatMetric { xx, xy, yy }) = (place.at, place.metric);
         // The ellipse is xx x² + 2 xy x y + yy y² = LINK².
@@ -164,7 +164,7 @@ impl Grid {
     }
 }
 
-/// Places and who is whose neighbour.
+/// Places and their neighbours.
 pub struct Cluster<'a> {
     places: &'a [Place],
     members: Vec<u32>,
@@ -205,12 +205,12 @@ pub fn clusters<'a>(places: &'a [Place], near: &Nearness) -> Vec<Cluster<'a>> {
     out
 }
 
-/// What a step between neighbours costs when a line is sought.
+/// Cost of a step between neighbours when a line is sought.
 #[derive(Copy, Clone)]
 enum Cost {
     /// Its length.
     Length,
-    /// Its length, weighted so that it keeps to the middle.
+    /// Its length, weighted so that the line keeps to the middle.
     Middle,
 }
 
@@ -241,7 +241,7 @@ impl Cluster<'_> {
         self.way(one, other, &everywhere).unwrap_or_else(|| vec![one])
     }
 
-    /// A second way between the ends of `line` through members that `allowed` tells.
+    /// A second route between the ends of `line` through members for which `allowed` is true.
     pub fn way_round(&self, line: &[u32], allowed: &[bool]) -> Option<Vec<u32>> {
         self.way(*line.last()?, *line.first()?, allowed)
     }

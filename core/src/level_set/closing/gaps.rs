@@ -1,9 +1,9 @@
 //! Where the surface is farther than half a pass from every pass.
 //!
-//! 1. *Ridge faces*: where the field bends or is flatter than one pass per pass, fronts meet.
-//!    Elsewhere the next ring is where the field says, and half a pass is kept by itself.
-//! 2. Faces near ridges are split until a piece is either close enough to a pass as a whole or
-//!    smaller than the raster; the small pieces that are too far are the places.
+//! 1. *Ridge faces*: where the field bends or grows by less than one pass per pass, fronts meet. Elsewhere the next
+//!    ring is where the field says, and no place is farther than half a pass.
+//! 2. Faces near ridges are split until each piece is either close enough to a pass as a whole or smaller than the
+//!    resolution; the small pieces that are too far away are the places.
 
 use super::options::ClosingOptions;
 use super::tree::Tree;
@@ -19,19 +19,19 @@ use std::collections::VecDeque;
 /// Places farther than this from a pass are to be closed, passes. Smaller: the error of the field
 /// and the tolerance of the rings would be taken for gaps; larger: cusps grow with its square.
 pub const LIMIT: f64 = 0.504;
-/// Size of the pieces in which gaps are measured, passes. Larger: gaps are overlooked; smaller: slower,
-/// with its square inside of gaps.
+/// Size of the pieces in which gaps are measured, passes. Larger: gaps are overlooked; smaller: time grows
+/// quadratically inside of gaps.
 pub const RASTER: f64 = 0.06;
-/// A part of a pass within which the ring below is near for certain, blur of the field included, as the field
-/// grows on that face: on top of a plateau a ring a little below can be far away.
+/// A fraction of a pass within which the ring below is certainly near, including the inaccuracy of the field, where
+/// the field grows on that face: on top of a plateau a ring slightly below can be far away.
 const NEAR_BELOW: f64 = 0.3;
-/// A field that grows by less than this per pass is about a ridge.
+/// Where a field grows by less than this per pass, a ridge is near.
 const FLATTER: f64 = 0.97;
-/// A change of the field's gradient from one face to the next, per pass, that tells a ridge.
+/// A change of the field's gradient from one face to the next, per pass, that indicates a ridge.
 const BEND: f64 = 0.15;
 /// How far from a ridge gaps reach, passes.
 const REACH: f64 = 0.75;
-/// Splits of a face; each halves it.
+/// Splits of a face; each halves its pieces.
 const DEEPEST: u32 = 8;
 /// Faces handed to a thread at a time.
 const CHUNK: usize = 512;
@@ -45,7 +45,7 @@ pub struct Place {
     pub metric: FlatMetric,
     /// Value of the field, passes.
     pub level: f64,
-    /// Distance from the nearest pass, passes; `bound` from the one hinted at.
+    /// Distance from the nearest pass, passes.
     pub gap: f64,
     /// Flat area, flat mm².
     pub area: f64,
@@ -90,8 +90,7 @@ fn gradients(mesh: &PassMesh, values: &[f64]) -> Vec<Option<(DVec2, FlatMetric)>
     mesh.connectivity().faces().iter().enumerate().map(of_face).collect()
 }
 
-/// The faces within [`REACH`] of a ridge of the field, in order. Where passes end on the boundary, it is
-/// like one.
+/// The faces within [`REACH`] of a ridge of the field, in order. A boundary on which passes end counts as a ridge.
 fn near_ridges(mesh: &PassMesh, field: &PassField) -> Vec<FaceId> {
     let (values, connectivity) = (field.values(), mesh.connectivity());
     let ends_there = field.inside() == f64::NEG_INFINITY;
@@ -138,13 +137,13 @@ fn near_ridges(mesh: &PassMesh, field: &PassField) -> Vec<FaceId> {
     faces.filter(|(_, face)| is_near(face)).map(|(f, _)| FaceId(f as u32)).collect()
 }
 
-/// A search through some faces.
+/// A search through a set of faces.
 struct Search<'a> {
     tree: &'a Tree,
     /// Places of a lower level are not machined.
     inside: f64,
     on_levels: bool,
-    /// The pass that was nearest to the last place: mostly near to the next one.
+    /// The pass that was nearest to the last place: usually near to the next one as well.
     hint: Cell<Option<u32>>,
     found: Gaps,
 }
@@ -162,7 +161,7 @@ impl Piece {
         ((a + b + c) / 3.0, self.values.iter().sum::<f64>() / 3.0)
     }
 
-    /// Whether the field, which grows by `slope` per pass, says that the ring below is near everywhere, or that
+    /// Whether the field, which grows by `slope` per pass, guarantees that the ring below is near everywhere, or that
     /// the piece is not machined.
     fn is_kept(&self, inside: f64, on_levels: bool, slope: f64) -> bool {
         let low = self.values.iter().copied().fold(f64::INFINITY, f64::min);
@@ -224,7 +223,7 @@ impl Search<'_> {
         }
     }
 
-    /// Distance from the nearest pass, passes; `bound` from the one hinted at.
+    /// Distance from the nearest pass, passes; `bound`: that from the suggested pass.
     fn distance(&self, metric: &FlatMetric, at: DVec2, bound: f64) -> f64 {
         match self.tree.nearest(metric, at, bound, |_| true) {
             Some(hit) => {

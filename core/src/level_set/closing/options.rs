@@ -10,9 +10,9 @@ pub struct ClosingOptions<'a> {
     pub order: RingOrder,
     /// Whether there is a pass at every whole level.
     pub on_levels: bool,
-    /// Flat segments of other passes, which machine what is near to them.
+    /// Flat segments of other passes, which machine their surroundings.
     pub beside: &'a [[DVec2; 2]],
-    /// Whether the cutter is tilted on a flat bottom: it machines nothing beyond the end of a branch.
+    /// Whether the cutter has a flat bottom and is tilted: it machines nothing beyond the end of a branch.
     pub has_flat_bottom: bool,
     /// Threads to use; the branches do not depend on it.
     pub threads: usize,

@@ -1,4 +1,4 @@
-//! Rings and branches so far, found by nearness, and put together at the end.
+//! The rings and branches so far, searchable by distance, and joined at the end.
 
 use super::branch::{Anchor, AnchoredBranch, Line, closed};
 use super::gaps::Place;
@@ -8,7 +8,7 @@ use crate::geometry::beyond::Parabola;
 use crate::geometry::{DVec2, DVec3};
 use crate::level_set::passes::{Branch, Pass};
 
-/// Pieces into which long segments are cut for the search, mean passes.
+/// Longest pieces into which segments are cut for the search, mean passes.
 const LONGEST_PIECE: f64 = 2.0;
 /// Straight pieces of a bent overrun.
 const STEPS: u32 = 4;
@@ -22,14 +22,14 @@ struct Piece {
     level: f64,
 }
 
-/// Passes that were added together.
+/// Passes that were added at the same time.
 struct Layer {
     tree: Tree,
     pieces: Vec<Piece>,
     ends: Vec<[DVec2; 2]>,
 }
 
-/// The ways of an open pass beyond its ends: straight ones, or on as the pass bends.
+/// The continuations of an open pass beyond its ends: straight, or curved as the pass is.
 fn overruns(pass: &Pass, is_straight: bool) -> Vec<[DVec2; 2]> {
     if pass.is_closed {
         return Vec::new();
@@ -43,7 +43,7 @@ fn overruns(pass: &Pass, is_straight: bool) -> Vec<[DVec2; 2]> {
     ways
 }
 
-/// The way of length `far` beyond the last point of a line.
+/// The continuation of length `far` beyond the last point of a line.
 fn beyond(line: &[DVec2], far: f64, is_straight: bool) -> Vec<[DVec2; 2]> {
     let [first, .., end] = line else { return Vec::new() };
     if far <= 0.0 {
@@ -58,7 +58,7 @@ fn beyond(line: &[DVec2], far: f64, is_straight: bool) -> Vec<[DVec2; 2]> {
     (0..steps).map(|step| [at(step), at(step + 1)]).collect()
 }
 
-/// The place so far before the end of a line; `None` where it is shorter.
+/// The point at this distance before the end of a line; `None` where the line is shorter.
 fn before_end(line: &[DVec2], way: f64) -> Option<DVec2> {
     let mut left = way;
     for pair in line.windows(2).rev() {
@@ -81,7 +81,7 @@ pub struct Passes {
 }
 
 impl Passes {
-    /// The rings and what else the options name; `mean_pass`: mean size of a pass, flat mm.
+    /// The rings and the segments given in the options; `mean_pass`: mean size of a pass, flat mm.
     pub fn new(rings: &[Pass], options: &ClosingOptions, mean_pass: f64) -> Self {
         let longest_piece = LONGEST_PIECE * mean_pass;
         let mut passes = Self {
@@ -107,7 +107,7 @@ impl Passes {
         passes
     }
 
-    /// The tree of the passes without branches, but with their overruns: what is near to it is machined.
+    /// The tree of the passes without branches, but with their overruns: what is near them is machined.
     pub fn without_branches(&self) -> &Tree {
         self.with_overruns.as_ref().unwrap_or(&self.layers[0].tree)
     }
@@ -155,7 +155,7 @@ impl Passes {
         self.layers.push(Layer { tree: Tree::new(&ends), pieces, ends });
     }
 
-    /// The nearest point of a pass closer than `within` passes whose level `accept` takes.
+    /// The nearest point of a pass closer than `within` passes whose level `accept` allows.
     pub fn nearest(
         &self,
         place: &Place,
@@ -182,7 +182,7 @@ impl Passes {
         best
     }
 
-    /// Gives the rings their branches.
+    /// Adds the branches to the rings.
     pub fn attach(&self, rings: &mut [Pass]) {
         let mut children: Vec<Vec<usize>> = vec![Vec::new(); rings.len()];
         let mut nested: Vec<Vec<usize>> = vec![Vec::new(); self.branches.len()];

@@ -1,15 +1,14 @@
-//! A tree of bounding boxes over flat segments, asked in the strip metric of the asking place.
+//! A tree of bounding boxes over flat segments, queried in the strip metric at the query point.
 
 use crate::geometry::DVec2;
 use crate::level_set::strip_metric::FlatMetric;
 
-/// Segments in one leaf: more make a question slower, fewer the tree larger.
+/// Segments in one leaf: more make a query slower, fewer make the tree larger.
 const LEAF: usize = 4;
-/// Boxes that wait during a search: one a level, and halving four thousand million segments takes
-/// 32 levels.
+/// Boxes that wait during a search: one per level, and halving four thousand million segments takes 32 levels.
 const WAITING: usize = 64;
 
-/// Segments, found by nearness. A point is a segment of no length.
+/// Segments, found by distance. A point is a segment of length zero.
 pub struct Tree {
     segments: Vec<[DVec2; 2]>,
     /// Index in the list that was given, for every segment.
@@ -35,7 +34,7 @@ impl Node {
     }
 }
 
-/// Boxes still to be looked at and their distances, without a place on the heap: searches are many.
+/// Boxes still to be visited and their distances, kept off the heap because searches are frequent.
 struct Waiting {
     boxes: [(f64, usize); WAITING],
     count: usize,
@@ -63,7 +62,7 @@ impl Waiting {
 pub struct Hit {
     /// Index of the segment in the list that was given.
     pub id: u32,
-    /// Where the tree keeps it.
+    /// Its index in the tree.
     pub slot: u32,
     /// Distance, passes.
     pub distance: f64,
@@ -114,14 +113,14 @@ impl Tree {
         self.build(all, right, first + half);
     }
 
-    /// Distance from the segment that the tree keeps at `slot`, one that a [`Hit`] gave.
+    /// Distance from the segment at `slot` of the tree, taken from a [`Hit`].
     pub fn at_slot(&self, slot: u32, metric: &FlatMetric, p: DVec2) -> Hit {
         let [a, b] = self.segments[slot as usize];
         let (distance, t) = metric.nearest_on(p, a, b);
         Hit { id: self.ids[slot as usize], slot, distance, t }
     }
 
-    /// The nearest segment closer than `within` passes among those that `accept` takes.
+    /// The nearest segment closer than `within` passes among those that `accept` allows.
     pub fn nearest(
         &self,
         metric: &FlatMetric,

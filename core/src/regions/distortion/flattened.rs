@@ -1,4 +1,4 @@
-//! A piece of a surface laid flat by itself.
+//! A piece of a surface with a flat map of its own.
 
 use super::measure::Stretch;
 use crate::flatten::{Chart, FlattenError, bff_unchecked};
@@ -13,7 +13,7 @@ pub struct Flattened {
     pub piece: Piece,
     /// Its own surface.
     pub surface: Surface,
-    /// Its own chart, which may overlap: it is asked for scale only.
+    /// Its own chart, which may overlap itself: only its scale is used.
     pub chart: Chart,
     /// The chart's stretch.
     pub stretch: Stretch,
@@ -23,7 +23,7 @@ impl Flattened {
     /// Lays some faces of a split mesh flat.
     ///
     /// # Errors
-    /// [`FlattenError`] when the equations cannot be solved; `None` inside for no manifold.
+    /// [`FlattenError`] when the equations cannot be solved; the inner `None` when the faces are not a manifold.
     pub fn of(split_mesh: &SplitMesh, faces: &[u32]) -> Result<Option<Self>, FlattenError> {
         let Some(piece) = split_mesh.piece(faces) else { return Ok(None) };
         let surface = piece.surface(split_mesh);

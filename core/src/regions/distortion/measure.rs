@@ -1,4 +1,4 @@
-//! How evenly a flat map shows a piece.
+//! How evenly a flat map scales a piece.
 
 use crate::flatten::{Chart, Distortion};
 use crate::geometry::math;
@@ -6,13 +6,13 @@ use crate::job::DistortionMeasure;
 use crate::mesh::FaceId;
 use crate::surface::Surface;
 
-/// Percentiles between which a map is even.
+/// Percentiles of the stretch that define the evenness of a map.
 const PERCENTILES: (f64, f64) = (0.05, 0.95);
 
 /// Stretch of a flat map, by area.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Evenness {
-    /// `U = P5(sigma_ave) / P95(sigma_ave)`, area-weighted; 1 for a map of one scale.
+    /// `U = P5(sigma_ave) / P95(sigma_ave)`, area-weighted; 1 for a map of constant scale.
     pub uniformity: f64,
     /// Smallest mean stretch, mm per flat mm.
     pub least: f64,
@@ -25,7 +25,7 @@ pub struct Evenness {
 pub struct Stretch {
     faces: Vec<Distortion>,
     areas: Vec<f64>,
-    /// `#V` mean stretches, means of the faces around by area.
+    /// `#V` mean stretches, area-weighted means over the faces around.
     vertices: Vec<f64>,
 }
 
@@ -50,7 +50,7 @@ impl Stretch {
         &self.vertices
     }
 
-    /// Uniformity and range; the range is that of the vertices, since single faces of a scan say little.
+    /// Uniformity and range; the range is that of the vertices, since single faces of a scan are not significant.
     pub fn evenness(&self) -> Evenness {
         let mut rated: Vec<(f64, f64)> =
             self.faces.iter().map(|d| d.sigma_ave()).zip(self.areas.iter().copied()).collect();
@@ -83,7 +83,7 @@ impl Stretch {
     }
 }
 
-/// The value below which a part of the weight lies; `rated`: value and weight, by value.
+/// The value below which a given fraction of the weight lies; `rated`: value and weight, sorted by value.
 pub fn percentile(rated: &[(f64, f64)], part: f64) -> f64 {
     let whole: f64 = rated.iter().map(|r| r.1).sum();
     let mut sum = 0.0;

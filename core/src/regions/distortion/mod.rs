@@ -1,21 +1,21 @@
 //! Regions from map distortion: the surface is split until every piece maps evenly.
 //!
 //! - *Stretch* `sigma_ave`: mean stretch of a face by its flat map, mm per flat mm.
-//! - *Measure* `e`: a function of the stretch that tells where the map is larger and where smaller than
-//!   on average.
+//! - *Measure* `e`: a function of the stretch that shows where the map's scale is larger and where smaller than
+//!   average.
 //! - *Uniformity* `U = P5(sigma_ave) / P95(sigma_ave)`: how evenly a piece maps.
 //!
-//! 1. A piece is laid flat afresh; if `U` is high enough, or the piece too small, it stays.
-//! 2. Its cuts are sketched: where the smoothed measure passes the job's threshold, and where it passes
-//!    its quartiles; and straight across the flat piece, without which a horn would become a stack of ever
-//!    thinner rings. Groups too small are absorbed.
-//! 3. The sketch after which the pieces map the most evenly is carried out: its isoline is inserted as a
-//!    curve. If the area-weighted mean of `U` does not rise, the split is undone.
-//! 4. The same with every part, to the depth given. Every split makes pieces of at least the least
-//!    area, so that the loop ends.
+//! 1. A piece gets a new flat map; if `U` is high enough, or the piece too small, it is kept.
+//! 2. Candidate cuts are drawn: where the smoothed measure crosses the job's threshold, and where it crosses its
+//!    quartiles; and straight across the flat piece, without which a horn would become a stack of ever thinner rings.
+//!    Groups that are too small are merged into a neighbour.
+//! 3. The candidate after which the pieces map most evenly is carried out: its isoline is inserted as a curve. If the
+//!    area-weighted mean of `U` does not rise, the split is undone.
+//! 4. The same is done with every part, down to the given depth. Every split makes pieces of at least the least area,
+//!    so the loop ends.
 //!
-//! The source clusters by the sign of `e` alone; the other cuts are ours, taken only where they map
-//! more evenly.
+//! The source clusters by the sign of `e` alone; the other cuts are ours and used only where the pieces map more
+//! evenly.
 //!
 //! # Source
 //! "Method for generating region-wise contour-parallel tool paths on a curved surface", a Chinese patent application of
@@ -34,9 +34,9 @@ use crate::job::DistortionOptions;
 use crate::parallel;
 use sketch::{Cut, sketches};
 
-/// By how much a split must raise the uniformity to be kept. Smaller: pieces without use.
+/// By how much a split must raise the uniformity to be kept. Smaller: useless pieces.
 const GAIN: f64 = 0.003;
-/// What a piece more than two is as bad as, uniformity.
+/// Penalty for every piece beyond two, in uniformity.
 const PIECE: f64 = 0.004;
 
 /// Splits all faces of a split mesh into pieces that map evenly; returns the pieces.
@@ -75,7 +75,7 @@ pub fn divide(
     Ok(fresh.into_iter().flatten().flatten().collect())
 }
 
-/// The best of the cuts of a piece; `None` if none makes it map more evenly.
+/// The best of the cuts of a piece; `None` if none makes the pieces map more evenly.
 fn chosen(
     split_mesh: &SplitMesh,
     piece: &Flattened,
@@ -100,20 +100,20 @@ fn chosen(
     best.1
 }
 
-/// How good a split is: the mean uniformity, what is more than asked for not counted, less a little for
-/// every piece beyond two.
+/// Quality of a split: the mean uniformity, capped at the required one, less a small penalty for every piece beyond
+/// two.
 fn score(parts: &[Flattened], enough: f64) -> f64 {
     mean_uniformity(parts, enough) - PIECE * parts.len().saturating_sub(2) as f64
 }
 
-/// Mean by area of the uniformities, at most `most` each.
+/// Area-weighted mean of the uniformities, each capped at `most`.
 fn mean_uniformity(parts: &[Flattened], most: f64) -> f64 {
     let areas = parts.iter().map(|p| p.surface.area());
     let sum: f64 = parts.iter().zip(areas.clone()).map(|(p, a)| a * p.uniformity().min(most)).sum();
     sum / areas.sum::<f64>()
 }
 
-/// The values of a cut at all vertices of the split mesh; not a number beside the piece.
+/// The values of a cut at all vertices of the split mesh; NaN outside of the piece.
 fn on_split_mesh(split_mesh: &SplitMesh, piece: &Flattened, cut: &Cut) -> Vec<f64> {
     let known = piece.piece.vertices.iter().max().map_or(0, |&v| v as usize + 1);
     let mut value = vec![f64::NAN; known];
@@ -124,7 +124,7 @@ fn on_split_mesh(split_mesh: &SplitMesh, piece: &Flattened, cut: &Cut) -> Vec<f6
     value
 }
 
-/// The groups of faces on both sides of a cut, laid flat; `None` if there is but one.
+/// The groups of faces on both sides of a cut, with flat maps; `None` if there is only one.
 fn parts(
     split_mesh: &SplitMesh,
     faces: &[u32],
@@ -142,7 +142,7 @@ fn parts(
     groups.iter().map(|faces| Flattened::of(split_mesh, faces).ok().flatten()).collect()
 }
 
-/// Carries a cut out; `None`, and the pieces as they were, if the map does not become more even.
+/// Carries out a cut; `None`, with the pieces as they were, if the map does not become more even.
 fn carried_out(
     split_mesh: &mut SplitMesh,
     piece: &Flattened,

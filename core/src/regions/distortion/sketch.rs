@@ -1,4 +1,4 @@
-//! Where a piece might be cut.
+//! Candidate cuts of a piece.
 
 use super::flattened::Flattened;
 use super::measure::percentile;
@@ -7,13 +7,13 @@ use crate::geometry::{DVec2, cross2};
 use crate::job::DistortionOptions;
 use crate::mesh::{FaceId, HalfEdgeId, VertexId};
 
-/// Length over which the measure is smoothed, as a part of the side of a square of the least area.
-/// Larger: cuts miss their bumps; smaller: they follow the noise of a scan.
+/// Length over which the measure is smoothed, as a fraction of the side of a square of the least area. Larger: cuts
+/// miss the bumps; smaller: they follow the noise of a scan.
 const NOISE: f64 = 0.2;
-/// Length over which outlines are smoothed, as a part of the side of a square of the piece's area. Larger:
-/// they miss the bumps; smaller: ragged.
+/// Length over which outlines are smoothed, as a fraction of the side of a square of the piece's area. Larger: they
+/// miss the bumps; smaller: ragged.
 const OUTLINE: f64 = 0.06;
-/// Parts of the area below the measures that are tried.
+/// Quantiles of the measure, by area, that are tried as thresholds.
 const SHARES: [f64; 3] = [0.5, 0.25, 0.75];
 /// Rounds of smoothing, at least and at most.
 const ROUNDS: (f64, f64) = (4.0, 400.0);
@@ -22,7 +22,7 @@ const ROUNDS: (f64, f64) = (4.0, 400.0);
 #[derive(Clone, Debug)]
 pub struct Cut(pub Vec<f64>);
 
-/// The cuts to choose from: the measure at its threshold and at its quartiles, and straight ones.
+/// The candidate cuts: the measure at its threshold and at its quartiles, and straight ones.
 pub fn sketches(piece: &Flattened, options: &DistortionOptions, least: f64) -> Vec<Cut> {
     let measure = piece.stretch.measure(&piece.surface, options.measure);
     let smoothing = Smoothing::of(piece);
@@ -102,7 +102,7 @@ impl Smoothing {
     }
 }
 
-/// The values below which a part of the area lies.
+/// The values below which a given fraction of the area lies.
 fn shares(piece: &Flattened, values: &[f64]) -> [f64; 3] {
     let of_face = |f: u32| {
         let [a, b, c] = piece.surface.corners(FaceId(f));

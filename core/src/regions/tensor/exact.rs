@@ -1,9 +1,9 @@
 //! Degenerate points of the tensor on a NURBS surface.
 //!
-//! Steps: the parameter plane is cut into cells, none of which crosses a knot; a cell at whose corners
-//! both `p` and `q` change sign is searched by solving the bilinear system of its corners; Newton's
-//! method on the exact tensor finds the place. A place outside of the mesh of the surface, which is
-//! trimmed, does not count, nor does one that was found before.
+//! Steps: the parameter plane is divided into cells, none of which crosses a knot; a cell at whose corners both `p`
+//! and `q` change sign is searched by solving the bilinear system of its corners; Newton's method on the exact tensor
+//! finds the place. A place outside of the surface's mesh, which is trimmed, does not count, nor does one that was
+//! found before.
 //!
 //! # Source
 //! Xu, Li, Liu (2016), section on trisector points.
@@ -15,20 +15,21 @@ use crate::geometry::DVec2;
 use crate::mesh::FaceId;
 use crate::surface::{Parametrisation, SurfacePoint};
 
-/// Cells along a parameter over the whole surface at least, between knots at least, and in all at most.
+/// Cells along a parameter: least number over the whole surface, least number between knots, and greatest number in
+/// all.
 const ALONG: usize = 48;
 const BETWEEN_KNOTS: usize = 3;
 const MOST_CELLS: usize = 250_000;
-/// Part of a cell by which corners keep away from the knots: curvature may jump there.
+/// Fraction of a cell by which corners keep away from the knots, where curvature may jump.
 const INSET: f64 = 1e-6;
 /// Part of a cell by which a place may lie outside of it.
 const BESIDE: f64 = 0.5;
-/// Part of the size within which two places are one.
+/// Fraction of the surface's size within which two places are the same.
 const SAME: f64 = 1e-5;
-/// Part of the curvature over the size that the field must grow with: less is no isolated point.
+/// Least growth of the field, as a fraction of the curvature over the size: below it a point is not isolated.
 const ISOLATED: f64 = 1e-6;
 
-/// The points of a field on the NURBS surface that it is a mesh of.
+/// The degenerate points of a field on the NURBS surface behind a mesh.
 pub fn on_nurbs(field: &TensorField, own: &Parametrisation, size: f64) -> Vec<DegeneratePoint> {
     let breaks = [0, 1].map(|axis| cell_bounds(own, axis));
     let search = Search { field, own, size };

@@ -1,8 +1,7 @@
 //! The anisotropic part of the strip-width tensor in the chart.
 //!
-//! In a conformal chart directions are kept, so that the tensor's entries along the chart's axes tell
-//! the best feed direction in the chart: with `p = (T11 - T22)/2` and `q = T12` it stands at half the
-//! angle of `(p, q)`.
+//! In a conformal chart directions are kept, so the tensor's entries along the chart's axes give the best feed
+//! direction in the chart: with `p = (T11 - T22)/2` and `q = T12` it lies at half the angle of `(p, q)`.
 
 use crate::flatten::{Chart, Locator};
 use crate::geometry::math::{atan2, cos, sin};
@@ -10,12 +9,12 @@ use crate::geometry::{DVec2, DVec3};
 use crate::mesh::{FaceId, VertexId};
 use crate::surface::{CurvatureField, ShapeOperator, Surface, SurfacePoint};
 
-/// Part of the way to the mean of its neighbours that a vertex goes in a round of smoothing: larger
-/// overshoots on even meshes.
+/// Fraction of the distance to the mean of its neighbours by which a vertex moves in a round of smoothing: larger
+/// values overshoot on regular meshes.
 const RELAXATION: f64 = 0.5;
 /// Most rounds of smoothing.
 const MOST_ROUNDS: usize = 500;
-/// Rounds that carry directions into areas without one.
+/// Rounds that spread directions into areas without one.
 const FILLING: usize = 400;
 
 /// Strip-width tensor at the vertices of a surface and between them.
@@ -95,7 +94,7 @@ impl<'a> TensorField<'a> {
         (0..3).map(|i| self.values[vertices[i].index()] * point.weights[i]).sum()
     }
 
-    /// Whether the field over a face comes from around it.
+    /// Whether the field over a face was taken from its surroundings.
     pub fn is_filled(&self, face: FaceId) -> bool {
         self.surface.connectivity().face(face).iter().any(|v| self.filled[v.index()])
     }
@@ -123,7 +122,7 @@ impl<'a> TensorField<'a> {
         }
     }
 
-    /// Gives the vertices marked the values that their surroundings make likely (harmonic).
+    /// Gives the marked vertices values interpolated from their surroundings (harmonic).
     pub fn fill(&mut self, marked: &[bool]) {
         if marked.iter().all(|m| !m) || marked.iter().all(|m| *m) {
             return;
@@ -157,8 +156,8 @@ impl<'a> TensorField<'a> {
         }
     }
 
-    /// Cotangent weights of the sides of the flat faces, none negative: with them the mean of the
-    /// neighbours of an inner vertex leaves linear fields alone.
+    /// Cotangent weights of the edges of the flat faces, none negative: with them the mean over the neighbours of an
+    /// inner vertex leaves linear fields unchanged.
     fn weights(&self) -> Vec<[f64; 3]> {
         let weight = |face: &[VertexId; 3]| {
             let uv = face.map(|v| self.chart.uv()[v.index()]);

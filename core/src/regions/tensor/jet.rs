@@ -1,5 +1,5 @@
-//! Height fields fitted to the surroundings of a place on a mesh, of a degree high enough to tell how
-//! the curvature changes, and the zero of a tensor's anisotropic part on a smooth surface.
+//! Height fields fitted to the surroundings of a place on a mesh, of a degree high enough to show how the curvature
+//! changes, and the zero of a tensor's anisotropic part on a smooth surface.
 //!
 //! # Source
 //! Cazals and Pouget, "Estimating differential quantities using polynomial fitting of osculating
@@ -8,9 +8,9 @@
 use crate::geometry::{DVec2, DVec3, any_perpendicular};
 use crate::surface::{ShapeOperator, Surface};
 
-/// Degrees that are tried, highest first, and vertices that each takes.
+/// Degrees that are tried, highest first, and the number of vertices that each needs.
 const DEGREES: [(usize, usize); 2] = [(6, 45), (4, 25)];
-/// Cosine between normals below which a vertex lies on another sheet.
+/// Cosine between normals below which a vertex belongs to another sheet.
 const SAME_SHEET: f64 = 0.3;
 /// Part of a column's norm that must be independent of the columns before it.
 const INDEPENDENT: f64 = 1e-9;
@@ -124,8 +124,8 @@ pub struct Patch {
 }
 
 impl Patch {
-    /// Fitted to the vertices within `radius` mm of `origin`, weighted less toward the rim; `None`
-    /// where there are too few of them.
+    /// The fit to the vertices within `radius` mm of `origin`, weighted less toward the rim; `None` where there are
+    /// too few of them.
     pub fn fit(surface: &Surface, origin: DVec3, normal: DVec3, radius: f64) -> Option<Self> {
         let x = any_perpendicular(normal);
         let frame = [x, normal.cross(x), normal];
@@ -180,8 +180,8 @@ impl Patch {
         Some(patch)
     }
 
-    /// The zero of `(p, q)` nearest to the middle, within the part of the disc that the fit tells
-    /// well, and the point there, mm.
+    /// The zero of `(p, q)` nearest to the middle, within the part of the disc where the fit is reliable, and the
+    /// point there, mm.
     pub fn zero(&self, start: DVec3) -> Option<(Zero, DVec3)> {
         let d = (start - self.origin) / self.radius;
         let start = DVec2::new(d.dot(self.frame[0]), d.dot(self.frame[1]));
@@ -226,7 +226,7 @@ impl Patch {
     }
 }
 
-/// Part of the disc's radius within which a zero is believed.
+/// Fraction of the disc's radius within which a zero is trusted.
 const TOLD: f64 = 0.7;
 
 /// Vertices within `radius` of `origin` whose normals are near to `normal`.

@@ -2,16 +2,14 @@
 //!
 //! - *Tensor*: `T = (k_tool I + K) / 2`. Its major eigenvector, the most convex principal direction,
 //!   is the best feed direction: across it the strip, `2 sqrt(h / (b^T T b))`, is the widest.
-//! - *Degenerate point*: all feed directions are as good, `T11 = T22` and `T12 = 0`. With
-//!   `p = (T11 - T22)/2`, `q = T12` and `delta = dp/dx dq/dy - dp/dy dq/dx` it is a *trisector*
-//!   (`delta < 0`, index -1/2, three sectors in which the directions bend away) or a *wedge*
-//!   (`delta > 0`, index 1/2, the directions turn around it).
-//! - *Separatrix*: a line of the best feed direction that begins at a trisector; it divides sectors
-//!   that no single family of passes serves well.
+//! - *Degenerate point*: all feed directions are equally good, `T11 = T22` and `T12 = 0`. With `p = (T11 - T22)/2`,
+//!   `q = T12` and `delta = dp/dx dq/dy - dp/dy dq/dx` it is a *trisector* (`delta < 0`, index -1/2, three sectors in
+//!   which the directions bend away) or a *wedge* (`delta > 0`, index 1/2, the directions turn around it).
+//! - *Separatrix*: a line of the best feed direction that begins at a trisector; it divides sectors for which no
+//!   single family of passes is suitable.
 //!
-//! Steps: field ([`TensorField`]), points (on meshes and on NURBS surfaces), separatrices, which are
-//! traced, smoothed, and returned as flat polylines that end on the boundary, at a point, or on each
-//! other.
+//! Steps: field ([`TensorField`]), points (on meshes and on NURBS surfaces), separatrices, which are traced,
+//! smoothed, and returned as flat polylines that end on the boundary, at a point, or on one another.
 //!
 //! # Source
 //! Xu, Li, Liu, J. Nanjing Univ. Aeronautics & Astronautics 48(6) 2016, 847-855; for ball ends Liu et
@@ -41,8 +39,8 @@ use crate::job::TensorOptions;
 use crate::surface::{CurvatureField, Surface};
 use points::{Sizes, Smoothing};
 
-/// Distance from a trisector, in mean edges, at which its separatrices begin on a mesh: nearer, the
-/// field is made of few faces.
+/// Distance from a trisector, in mean edges, at which its separatrices begin on a mesh: closer in, the field is
+/// determined by too few faces.
 const CLEAR_OF_POINT: f64 = 2.0;
 /// The same in parts of the size where the field is exact.
 const CLEAR_EXACT: f64 = 2e-3;
@@ -54,7 +52,7 @@ const HALVINGS: usize = 30;
 const MEETS: f64 = 2e-3;
 /// Largest distance of a smoothed separatrix from the traced one, in parts of the size.
 const SMOOTHING: f64 = 2e-3;
-/// Way of a line, in parts of the size, before it can meet what it comes from, and itself.
+/// Length of a line, in fractions of the size, before it can meet its origin or itself.
 const OWN_WAY: f64 = 0.02;
 
 /// The topology of the strip-width tensor of a surface, and its field.
@@ -101,7 +99,7 @@ pub fn topology<'a>(
     (topology, field)
 }
 
-/// How much wider the widest strip is than the narrowest `distance` mm away from a point.
+/// How much wider the widest strip is than the narrowest at a distance of `distance` mm from a point.
 fn gain(field: &TensorField, point: &DegeneratePoint, distance: f64) -> f64 {
     let vertices = field.surface().connectivity().face(point.at.face);
     let mean: f64 = (0..3).map(|i| field.means()[vertices[i].index()] * point.at.weights[i]).sum();

@@ -2,11 +2,11 @@
 //!
 //! - *Crossing*: a flat face over which the linear field `(p, q)` vanishes once. The field winds around
 //!   it once, forward or backward; half of that is the index of the directions.
-//! - *Pair*: a wedge and a trisector that noise has made; together they change nothing far away.
+//! - *Pair*: a wedge and a trisector produced by noise; together they change nothing far away.
 //! - *Free area*: vertices at which the field is indistinguishable from zero, as on a plane or a sphere.
 //!
-//! Steps: noise and the smoothing that it takes; free areas; crossings; pairs cancelled; every place
-//! left found again on a height field of high degree, over a disc as large as the noise takes.
+//! Steps: the noise and the smoothing that it requires; free areas; crossings; pairs cancelled; every remaining place
+//! located again on a height field of high degree, over a disc as large as the noise requires.
 //!
 //! # Source
 //! Delmarcelle, "The visualization of second-order tensor fields", thesis, Stanford 1994: index and
@@ -22,12 +22,12 @@ use crate::surface::{Surface, SurfacePoint};
 
 /// Places at which the noise is measured.
 const NOISE_SAMPLES: usize = 192;
-/// Radius over which it is, in mean edges.
+/// Radius over which it is measured, in mean edges.
 const NOISE_RADIUS: f64 = 3.6;
 /// The standard deviation of a Gaussian, in mean edges, that smooths as much as the default estimate
 /// of the curvature does.
 const ESTIMATE: f64 = 1.1;
-/// Part of the field's size that noise may be after smoothing.
+/// Largest noise after smoothing, as a fraction of the field's magnitude.
 const NOISE: f64 = 0.01;
 /// Largest smoothing, as a part of the size.
 const SMOOTHEST: f64 = 0.04;
@@ -35,7 +35,7 @@ const SMOOTHEST: f64 = 0.04;
 const ZERO_ON_MESH: f64 = 0.01;
 /// The same where the curvature is exact.
 const ZERO_EXACT: f64 = 1e-7;
-/// Standard deviations of the noise below which it is not either.
+/// Standard deviations of the noise below which the field is indistinguishable from zero, too.
 const TOLD_FROM_NOISE: f64 = 3.0;
 /// Part of the surface that an area without direction covers at least.
 const FREE_SHARE: f64 = 0.01;
@@ -51,7 +51,7 @@ const LARGEST_DISC: f64 = 0.2;
 const GROWTH: f64 = 1.3;
 /// Standard deviations that the gradient of the field must exceed.
 const SIGNIFICANT: f64 = 3.0;
-/// Most places that are found again; more are noise, of which the strongest are looked at.
+/// Greatest number of places that are located again; more are noise, of which only the strongest are looked at.
 const MOST_PLACES: usize = 256;
 
 /// What is found on a mesh.
@@ -97,7 +97,7 @@ pub struct Smoothing {
     pub noise: f64,
 }
 
-/// Smooths the field of a mesh as its noise asks, or over `scale` mm.
+/// Smooths the field of a mesh as its noise requires, or over `scale` mm.
 pub fn smooth(field: &mut TensorField, sizes: Sizes, scale: Option<f64>) -> Smoothing {
     // Second derivatives of white noise under a Gaussian of deviation s: p, which is a quarter of
     // their difference, has the deviation noise / (2 sqrt(16 pi density) s³).
@@ -115,7 +115,7 @@ pub fn smooth(field: &mut TensorField, sizes: Sizes, scale: Option<f64>) -> Smoo
     Smoothing { scale, noise: per_cube / (scale * scale * scale) }
 }
 
-/// Median distance of the vertices from smooth height fields around places all over, mm.
+/// Median distance of the vertices from smooth height fields around places spread over the surface, mm.
 fn noise(surface: &Surface, sizes: Sizes) -> f64 {
     let count = surface.positions().len();
     let step = (count / NOISE_SAMPLES).max(1);
@@ -128,7 +128,7 @@ fn noise(surface: &Surface, sizes: Sizes) -> f64 {
     all.get(all.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// Areas on which the field is indistinguishable from zero; its values there are taken from around them.
+/// Areas on which the field is indistinguishable from zero; there it is interpolated from the surroundings.
 pub fn free_areas(field: &mut TensorField, noise: f64) -> Vec<FreeArea> {
     let surface = field.surface();
     let part = if surface.parameters().is_some() { ZERO_EXACT } else { ZERO_ON_MESH };
@@ -236,8 +236,8 @@ fn crossing(field: &TensorField, face: FaceId, aside: DVec2) -> Option<Crossing>
     Some(Crossing { at, place, delta })
 }
 
-/// Twice the index of the directions along the boundary, summed over its loops with the surface on the
-/// left: what the crossings' signs add up to.
+/// Twice the index of the directions along the boundary, summed over its loops with the surface on the left: the
+/// crossings' signs must add up to it.
 #[cfg(test)]
 pub fn turns_of_boundary(field: &TensorField) -> i64 {
     let angle = |v: crate::mesh::VertexId| {
@@ -256,7 +256,7 @@ pub fn turns_of_boundary(field: &TensorField) -> i64 {
     field.surface().connectivity().boundary_loops().iter().map(turn).sum::<f64>().round() as i64
 }
 
-/// Takes out pairs of a wedge and a trisector nearer than `distance`, the nearest first.
+/// Removes pairs of a wedge and a trisector closer than `distance`, the closest first.
 pub fn cancel(mut crossings: Vec<Crossing>, distance: f64) -> (Vec<Crossing>, Vec<Cancelled>) {
     let mut pairs = Vec::new();
     for (i, a) in crossings.iter().enumerate() {
@@ -308,8 +308,8 @@ pub fn on_mesh(field: &TensorField, sizes: Sizes, smoothing: f64) -> Found {
     Found { points, cancelled, doubtful }
 }
 
-/// The place of a crossing on the least height field that tells it; `None` where the field around it
-/// is indistinguishable from noise.
+/// The place of a crossing on the smallest height field that determines it; `None` where the field around it is
+/// indistinguishable from noise.
 fn refined(field: &TensorField, crossing: &Crossing, sizes: Sizes) -> Option<DegeneratePoint> {
     let surface = field.surface();
     let mut radius = FIRST_DISC * sizes.edge;

@@ -1,4 +1,4 @@
-//! Points at which the best feed direction is undefined, and the lines that part the sectors around them.
+//! Points at which the best feed direction is undefined, and the lines that divide the sectors around them.
 
 use super::field::TensorField;
 use super::jet::Zero;
@@ -32,7 +32,7 @@ impl Kind {
     }
 }
 
-/// A place at which all feed directions are as good.
+/// A place at which all feed directions are equally good.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DegeneratePoint {
     /// What it is.
@@ -49,7 +49,7 @@ pub struct DegeneratePoint {
     pub delta: f64,
     /// Flat angles of the separatrices, rad.
     pub rays: Vec<f64>,
-    /// Whether separatrices were traced from it: a trisector around which the direction counts.
+    /// Whether separatrices were traced from it: a trisector around which the direction matters.
     pub divides: bool,
 }
 
@@ -75,25 +75,25 @@ impl DegeneratePoint {
     }
 }
 
-/// A wedge and a trisector that cancel: noise made them.
+/// A wedge and a trisector that cancel: they result from noise.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Cancelled {
     /// Between them, mm.
     pub place: DVec3,
-    /// How far they are apart, mm.
+    /// Distance between them, mm.
     pub distance: f64,
 }
 
-/// An area on which the tensor has no direction; it is not divided for its own sake.
+/// An area on which the tensor has no direction; it is not a reason to divide the surface.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct FreeArea {
-    /// Middle, mm; of a bent area, beside it.
+    /// Middle, mm; for a curved area it lies off the surface.
     pub place: DVec3,
     /// mm².
     pub area: f64,
 }
 
-/// A line that divides.
+/// A dividing line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Separatrix {
     /// Index of the trisector where it begins.
@@ -104,14 +104,14 @@ pub struct Separatrix {
     pub line: Vec<DVec2>,
 }
 
-/// What the best feed direction of a surface looks like.
+/// The topology of the best feed direction of a surface.
 #[derive(Clone, Debug)]
 pub struct Topology {
     /// Degenerate points, in the order of the faces.
     pub points: Vec<DegeneratePoint>,
-    /// Pairs that were taken for noise.
+    /// Pairs that were treated as noise.
     pub cancelled: Vec<Cancelled>,
-    /// Other places at which the field of a mesh vanishes that noise may have made.
+    /// Other places at which the field of a mesh vanishes, possibly because of noise.
     pub doubtful: usize,
     /// Areas without direction.
     pub free: Vec<FreeArea>,
@@ -119,8 +119,7 @@ pub struct Topology {
     pub smoothing: f64,
     /// Separatrices of the points that divide.
     pub separatrices: Vec<Separatrix>,
-    /// `#V` pairs `(p, q)`, 1/mm, at half the angle of which the best feed direction stands in the
-    /// chart.
+    /// `#V` pairs `(p, q)`, 1/mm; the best feed direction in the chart lies at half their angle.
     pub values: Vec<DVec2>,
 }
 

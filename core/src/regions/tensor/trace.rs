@@ -1,6 +1,6 @@
 //! Lines along the best feed direction.
 //!
-//! The direction field has no sign: a line goes on in the sense that turns the least.
+//! The direction field has no sign: a line continues in the sense that turns less.
 //!
 //! # Source
 //! Bogacki and Shampine, "A 3(2) pair of Runge-Kutta formulas", Appl. Math. Letters 2 (1989).
@@ -32,7 +32,7 @@ pub enum End {
     Point(usize),
     /// On another line or an earlier part of its own.
     Line,
-    /// Nowhere within the greatest length.
+    /// Not within the greatest length.
     Nowhere,
 }
 
