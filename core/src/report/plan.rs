@@ -208,10 +208,10 @@ pub struct GougeFigures {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct LiftedSpan {
-    /// Tool tip where the stretch begins, mm.
+    /// Tool tip where the span begins, mm.
     pub from_mm: [f64; 3],
     /// Its length, mm.
     pub length_mm: f64,
-    /// The largest raise, mm.
+    /// The largest lift, mm.
     pub lifted_by_mm: f64,
 }
