@@ -66,7 +66,7 @@ const MOST_BRANCHES: usize = 2000;
 pub struct RestOptions {
     /// How the cutter is located.
     pub pass: PassOptions,
-    /// Distance of passes, mm.
+    /// Distance between passes, mm.
     pub side_step: f64,
     /// Places higher than this are machined again, mm.
     pub limit: f64,
@@ -76,7 +76,7 @@ pub struct RestOptions {
     pub lag: f64,
     /// Whether passes must cover the surface up to its boundary: no wall stands there.
     pub has_open_rim: bool,
-    /// Threads to use; the branches do not depend on it.
+    /// Number of threads; the branches do not depend on it.
     pub threads: usize,
 }
 

@@ -61,7 +61,7 @@ pub struct Access<'a> {
     pub cusp: f64,
     /// Size of the cells that inaccessible places are gathered in, mm.
     pub cell: f64,
-    /// Threads to use.
+    /// Number of threads.
     pub threads: usize,
 }
 

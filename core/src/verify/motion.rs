@@ -9,7 +9,7 @@ use super::body::{Body, Nearest, Placed};
 use crate::geometry::DVec3;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 
-/// Longest step as a part of the cutter radius: half a window of the removal rate.
+/// Longest step as a fraction of the cutter radius: half a window of the removal rate.
 const LONGEST: f64 = 0.1;
 /// Largest turn on a step, rad; the error of a straight line from end to end at a distance `R` from the tip is its
 /// square times `R / 8`: 0.2 µm for 5 mm.

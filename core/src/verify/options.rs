@@ -31,7 +31,7 @@ pub struct VerifyOptions {
     pub inaccessible: Vec<Sphere>,
     /// The walls around the machined surface; `None` where its boundary is open.
     pub walls: Option<Walls>,
-    /// Threads to use; the result does not depend on it.
+    /// Number of threads; the result does not depend on it.
     pub threads: usize,
 }
 

@@ -4,7 +4,7 @@ use super::motion::Motion;
 use crate::geometry::DVec3;
 use crate::toolpath::Toolpath;
 
-/// Length of a window as a part of the cutter radius.
+/// Length of a window as a fraction of the cutter radius.
 const WINDOW: f64 = 0.2;
 
 /// The mean removal rates over a stretch of the path.

@@ -15,7 +15,7 @@ use crate::geometry::{DVec3, nearest_on_triangle};
 const TILE: f64 = 1024.0;
 /// Samples per block. Larger: more samples tested needlessly; smaller: more bounds.
 pub const BLOCK: usize = 16;
-/// Largest cell, as a part of the squared distance of samples: halving then leaves cells around it.
+/// Largest cell, as a fraction of the squared distance of samples: halving then leaves cells around it.
 const CELL: f64 = core::f64::consts::SQRT_2;
 /// How far a sample may lie from its cell's centroid, as a fraction of the distance to the cell's rim. With 0, a row
 /// of samples that runs along a cusp may miss its top; with 1, cells are no longer evenly covered.
