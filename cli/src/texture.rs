@@ -201,9 +201,8 @@ impl Texture {
     fn window(&self, job: &Job) -> Result<Option<TextureOptions>, Failed> {
         let numbers = |name: &str, given: &Option<Vec<f64>>, count: usize| match given {
             Some(numbers) if numbers.len() != count || numbers.iter().any(|x| !x.is_finite()) => {
-                let message = format!(
-                    "error: {name} takes {count} finite numbers separated by commas\n"
-                );
+                let message =
+                    format!("error: {name} takes {count} finite numbers separated by commas\n");
                 Err(Failed(Exit::BadJob, message))
             }
             given => Ok(given.clone()),

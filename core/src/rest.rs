@@ -103,7 +103,7 @@ enum Lowered {
     From(DVec2),
     /// It does not fit.
     Nowhere,
-    /// It would stand in a wall.
+    /// It would penetrate a wall.
     InWall,
 }
 
@@ -127,7 +127,7 @@ impl<'a> RestFinder<'a> {
         self.inaccessible
     }
 
-    /// All places to be looked at.
+    /// All places to be checked.
     fn look(&mut self, flat: &[FlatPoint]) {
         let RestOptions { pass, limit, .. } = self.options;
         (self.samples, self.in_rows) = match pass.tool.kind() {

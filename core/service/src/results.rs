@@ -85,7 +85,7 @@ pub struct Watch<'a> {
     pub show: &'a mut dyn FnMut(Early),
 }
 
-/// Plans a job, writes all files it asks for, and gives the numbers behind their pictures.
+/// Plans a job, writes all files it requests, and returns the numbers behind their pictures.
 ///
 /// Arguments and files as for [`results()`]; `watch` receives what can be shown before the end.
 ///
@@ -111,7 +111,7 @@ pub fn linked_results(
     Ok((written.finish(&inputs, &planned, judged.as_ref(), options.threads, progress), linked))
 }
 
-/// Plans a job and writes all files it asks for.
+/// Plans a job and writes all files it requests.
 ///
 /// `job_file`: the job as read; `files`: the contents of the files it names. A path that breaks a limit is a result
 /// as well: the report's `verification` says so.

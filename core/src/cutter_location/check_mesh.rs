@@ -322,7 +322,7 @@ fn frame_along(normal: DVec3, facets: &[Facet], middle: DVec3) -> DMat3 {
     DMat3::from_cols(normal, major, normal.cross(major))
 }
 
-/// Box that holds those of two nodes; no facet is looked at again.
+/// Box that contains those of two nodes; their facets are not visited again.
 fn join(a: &Node, b: &Node, span: &Span) -> Node {
     let (middle, normal) = (span.middle(), span.normal());
     let longest = span.high - span.low;

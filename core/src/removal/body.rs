@@ -18,7 +18,7 @@ use crate::tool::Tool;
 const UPRIGHT: f64 = 0.3;
 /// A cosine to the axis below this is a right angle.
 const FLAT: f64 = 1e-9;
-/// A squared sine below this is none.
+/// A squared sine below this counts as zero.
 const PARALLEL: f64 = 1e-18;
 /// Newton steps to the rounded corner; convergence is quadratic and from below.
 const STEPS: usize = 10;

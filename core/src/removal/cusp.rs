@@ -9,9 +9,9 @@
 //!
 //! beyond the contact, `b = R - r_c`, for all `d` below the axis, `d.a <= 0`. At a distance `y` across the feed its
 //! lower side is `P(y) = max over psi of y tan(psi) - S(psi) / cos(psi)`, which is concave in `tan(psi)`. A surface
-//! that falls away by `k y^2 / 2` adds that. Two passes a side step `D` apart leave the largest value of `min(P(y),
-//! P(y - D))`: on a plane `R - sqrt(R^2 - D^2/4)` for a ball, and `D sin(t) cos(t)` for a flat end that leans by `t`
-//! across the feed.
+//! that falls away by `k y^2 / 2` adds that. Two passes a side step `D` apart leave the largest value of
+//! `min(P(y), P(y - D))`: on a plane `R - sqrt(R^2 - D^2/4)` for a ball, and `D sin(t) cos(t)` for a flat end that
+//! leans by `t` across the feed.
 
 use crate::cutter_location::ToolAxis;
 use crate::geometry::DVec3;

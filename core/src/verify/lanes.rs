@@ -206,7 +206,7 @@ impl Step {
         }
     }
 
-    /// As [`Body::nearest`] and [`Step::approach`] tell it, with all over the same denominator.
+    /// As given by [`Body::nearest`] and [`Step::approach`], all over the same denominator.
     #[inline(always)]
     fn seen_on<const N: usize, const TURNS: bool>(
         &self,

@@ -4,8 +4,8 @@
 //! a lattice of half the sample distance, then on lattices four times as fine around the highest place found. Each
 //! lattice covers what is nearer to that place than to its neighbours on the previous one.
 //!
-//! One sample of every block is searched around, the highest first, and at most so many that the search takes a
-//! fraction of the time of the sweep. The places found have no area.
+//! One sample of every block is searched around, the highest first, and only so many that the search takes a fraction
+//! of the time of the sweep. The places found have no area.
 
 use super::body::Body;
 use super::excused::Excused;

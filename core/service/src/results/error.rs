@@ -63,7 +63,7 @@ pub enum TextureError {
     /// More nodes on a whole surface than a grid may have.
     #[error("{}", too_fine(*.nodes, *.spacing))]
     WholeTooFine {
-        /// The nodes asked for.
+        /// The requested number of nodes.
         nodes: f64,
         /// A spacing, mm, with which there are few enough.
         spacing: f64,
@@ -82,7 +82,7 @@ pub enum TextureError {
     X3p(#[from] X3pError),
 }
 
-/// The longest spacing that a job may ask for, mm.
+/// The longest spacing allowed in a job, mm.
 const LONGEST: f64 = 10.0;
 
 /// Message for a whole surface with too many nodes, with the spacing that works if a job may ask for it.

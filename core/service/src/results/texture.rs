@@ -319,9 +319,9 @@ fn too_fine(
     }
 }
 
-/// How far above the contact material reaches on the edge, mm: without end where that is not known.
+/// How far above the contact material reaches on the edge, mm: infinite where that is not known.
 ///
-/// `runout`: how far a tooth may stand off where it should be, mm, on which it meets material that is so much higher;
+/// `runout`: how far a tooth may be outside its intended position, mm; it then meets material that is higher by this;
 /// in a hollow that nearly fits the cutter it is engaged for far longer.
 fn engaged(
     job: &Job,
