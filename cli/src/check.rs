@@ -1,4 +1,4 @@
-//! `evencut check`: job files held against the format.
+//! `evencut check`: checks job files against the format.
 
 use std::path::{Path, PathBuf};
 
@@ -29,13 +29,13 @@ struct Finding {
     source: Vec<u8>,
     errors: Faults,
     warnings: Faults,
-    /// The job, if there are no errors in it.
+    /// The job, if it has no errors.
     job: Option<Job>,
     exit: Exit,
 }
 
 impl Check {
-    /// Checks all files; the exit code is that of the first bad one.
+    /// Checks all files; the exit code is that of the first faulty one.
     pub fn run(&self, streams: &mut Streams<'_>) -> Exit {
         let mut exit = Exit::Done;
         let mut objects = Vec::new();
@@ -60,7 +60,7 @@ impl Check {
     }
 }
 
-/// Reads one job file and what it refers to.
+/// Reads one job file and the files to which it refers.
 fn find(path: &Path) -> Finding {
     let mut finding = Finding {
         name: input::name(path),
@@ -98,7 +98,7 @@ impl Finding {
     }
 }
 
-/// Of the files that a job names, those that are not there.
+/// The files that a job names but that do not exist.
 fn missing_files(job_path: &Path, job: &Job, source: &[u8]) -> Vec<Fault> {
     let is_missing = |path: &PathBuf| !path.is_file();
     let surface = input::surface_path(job_path, job).filter(is_missing);

@@ -1,4 +1,4 @@
-//! `evencut compare`: one job planned with several patterns or divisions into regions, judged alike.
+//! `evencut compare`: one job planned with several patterns or divisions into regions, verified alike.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -17,7 +17,7 @@ use crate::input::Contents;
 use crate::plan::Failed;
 use crate::{Exit, Streams, input};
 
-/// Largest tilt, degrees: the largest lead of a job.
+/// Largest tilt, degrees: the largest lead angle of a job.
 const MOST_TILT: f64 = 60.0;
 
 /// Arguments of `evencut compare`.
@@ -73,7 +73,7 @@ fn pattern(text: &str) -> Result<Pattern, String> {
 }
 
 impl Compare {
-    /// Plans and judges the job once for every pattern; prints the table.
+    /// Plans and verifies the job once for every pattern; prints the table.
     pub fn run(&self, streams: &mut Streams<'_>) -> Exit {
         if !(self.tilts.is_empty() && self.feeds_per_tooth.is_empty()) {
             return self.textures(streams);
@@ -95,7 +95,7 @@ impl Compare {
         }
     }
 
-    /// Plans, judges and simulates the job once for every tilt and feed per tooth; prints the table.
+    /// Plans, verifies and simulates the job once for every tilt and feed per tooth; prints the table.
     fn textures(&self, streams: &mut Streams<'_>) -> Exit {
         match self.texture_rows(streams) {
             Ok((rows, exit)) => {
@@ -188,7 +188,7 @@ impl Compare {
         Failed(exit, text.trim_end().to_owned() + "\n")
     }
 
-    /// The rows, and that of their exit codes which all have, or [`Exit::NotVerified`].
+    /// The rows, and the exit code that they have in common, or [`Exit::NotVerified`].
     fn rows(&self, streams: &mut Streams<'_>) -> Result<(Vec<Row>, Exit), Failed> {
         let (source, job, contents) = self.read()?;
         let (mut rows, mut exits) = (Vec::new(), Vec::new());
@@ -233,7 +233,7 @@ impl Compare {
     }
 }
 
-/// The exit code that all have, or [`Exit::NotVerified`].
+/// The exit code that all have in common, or [`Exit::NotVerified`].
 fn of_all(exits: &[Exit]) -> Exit {
     let first = exits.first().filter(|first| exits.iter().all(|exit| exit == *first));
     first.copied().unwrap_or(Exit::NotVerified)

@@ -8,13 +8,13 @@ use evencut_core::plan::Files;
 use evencut_core::report::{FileRecord, Recorded};
 use evencut_service::faults::{NamedFile, fault};
 
-/// Longest job file that is read, bytes: enough for `job::read` to see that it is too much.
+/// Longest part of a job file that is read, bytes: enough for `job::read` to reject a longer one.
 const LONGEST_JOB: u64 = (1 << 20) + 1;
 
-/// Directories above results in which their surface is looked for, the results' own included.
+/// Directories above results in which their surface is searched, including the results' own.
 const MOST_ABOVE: usize = 4;
 
-/// Whether a path means standard input.
+/// Whether a path stands for standard input.
 pub fn is_standard_input(path: &Path) -> bool {
     path == Path::new("-")
 }
@@ -29,7 +29,7 @@ pub fn shown(path: &Path) -> String {
     path.display().to_string()
 }
 
-/// The bytes of a job file, or what keeps it from being read.
+/// The bytes of a job file, or why it cannot be read.
 pub fn read_job(path: &Path) -> Result<Vec<u8>, Fault> {
     let read = || -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
@@ -43,19 +43,20 @@ pub fn read_job(path: &Path) -> Result<Vec<u8>, Fault> {
     read().map_err(|error| fault(error.to_string(), None))
 }
 
-/// Where the surface file of a job is: its path is relative to the job file. `None` for a formula.
+/// Path of the surface file of a job: it is relative to the job file. `None` for a formula.
 pub fn surface_path(job_path: &Path, job: &Job) -> Option<PathBuf> {
     let SurfaceSource::File(file) = &job.surface.source else { return None };
     Some(job_path.parent().unwrap_or(Path::new("")).join(file))
 }
 
-/// Where the mesh beside the surface of a job is; `None` where it names none.
+/// Path of the mesh beside the surface of a job; `None` where it names none.
 pub fn wall_path(job_path: &Path, job: &Job) -> Option<PathBuf> {
     let file = job.path.wall_file.as_ref()?;
     Some(job_path.parent().unwrap_or(Path::new("")).join(file))
 }
 
-/// Where the files are that the job of results in a directory names: the surface's, and that of the mesh beside it.
+/// Paths of the files that the job of results in a directory names: that of the surface, and that of the mesh beside
+/// it.
 pub fn files_of_results(directory: &Path, job: &Job) -> (Option<PathBuf>, Option<PathBuf>) {
     let found = |name: &str| file_of_results(directory, name);
     let surface = match &job.surface.source {
@@ -65,14 +66,14 @@ pub fn files_of_results(directory: &Path, job: &Job) -> (Option<PathBuf>, Option
     (surface, job.path.wall_file.as_deref().map(found))
 }
 
-/// The report of the results in a directory; `None` where there is none that can be read.
+/// The report of the results in a directory; `None` where there is no readable one.
 pub fn recorded(directory: &Path) -> Option<Recorded> {
     Recorded::read(&std::fs::read(directory.join("report.json")).ok()?).ok()
 }
 
-/// A file that results in a directory were made from: under its name in the job from that directory, one above it or the
-/// current one, with the content that the report recorded. The job's own place where there is none, so that its absence
-/// is reported.
+/// A file from which the results in a directory were made: searched under its name in the job from that directory,
+/// one above it or the current one, with the content that the report recorded. If there is none, the path given by
+/// the job, so that its absence is reported.
 fn file_of_results(directory: &Path, name: &str) -> PathBuf {
     let report = recorded(directory);
     let sha256 = report.as_ref().and_then(|report| report.input(name)).map(|file| &file.sha256);
@@ -89,14 +90,14 @@ fn file_of_results(directory: &Path, name: &str) -> PathBuf {
 /// Contents of the files that a job names.
 #[derive(Clone, Debug, Default)]
 pub struct Contents {
-    /// The surface's place and content.
+    /// Path and content of the surface file.
     pub surface: Option<(PathBuf, Vec<u8>)>,
-    /// Those of the mesh beside it.
+    /// Path and content of the mesh beside it.
     pub wall: Option<(PathBuf, Vec<u8>)>,
 }
 
 impl Contents {
-    /// Reads the files at these places, or tells what keeps one from being read.
+    /// Reads the files at these paths, or returns why one cannot be read.
     pub fn read(
         surface: Option<PathBuf>,
         wall: Option<PathBuf>,
@@ -110,7 +111,7 @@ impl Contents {
         Ok(Self { surface, wall: read(wall, NamedFile::Wall)? })
     }
 
-    /// Reads what a job names, relative to where the job is.
+    /// Reads the files that a job names, relative to the job file.
     pub fn of_job(job_path: &Path, job: &Job, job_source: &[u8]) -> Result<Self, Fault> {
         Self::read(surface_path(job_path, job), wall_path(job_path, job), job_source)
     }
@@ -124,7 +125,7 @@ impl Contents {
     }
 }
 
-/// The bytes of a file that a job names, or what keeps it from being read.
+/// The bytes of a file that a job names, or why it cannot be read.
 fn read_named(path: &Path, file: NamedFile, job_source: &[u8]) -> Result<Vec<u8>, Fault> {
     if !path.exists() {
         return Err(file.missing(shown(path), job_source));

@@ -1,4 +1,4 @@
-//! `evencut inspect`: what a surface file holds.
+//! `evencut inspect`: the contents of a surface file.
 
 use std::path::{Path, PathBuf};
 
@@ -108,7 +108,7 @@ fn table(faces: &[Value]) -> String {
     text
 }
 
-/// The figures of a mesh file with its lengths multiplied by `scale`, or what is wrong with it.
+/// The figures of a mesh file with its lengths multiplied by `scale`, or why it cannot be used.
 pub fn inspect(file: &Path, scale: f64) -> Result<Inspection, String> {
     let name = file.to_string_lossy();
     let bytes = || std::fs::read(file).map_err(|error| format!("surface: {error}"));

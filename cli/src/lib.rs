@@ -1,7 +1,7 @@
 //! The `evencut` command: arguments → core → files, exit codes.
 //!
-//! Messages go to standard error, data to standard output. What the commands share is public so
-//! that it can be tested without starting a process.
+//! Messages go to standard error, data to standard output. What the commands share is public, so that it can be
+//! tested without starting a process.
 
 pub mod check;
 pub mod compare;
@@ -133,7 +133,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, mut streams: Streams<'
     streams.finish(exit)
 }
 
-/// Help and version are data; everything else that clap reports is bad usage.
+/// Help and version are data; every other output of clap is a usage error.
 fn usage(error: &clap::Error, streams: &mut Streams<'_>) -> Exit {
     let text = error.render().to_string();
     if error.use_stderr() {
@@ -144,7 +144,7 @@ fn usage(error: &clap::Error, streams: &mut Streams<'_>) -> Exit {
     streams.finish(Exit::Done)
 }
 
-/// Runs `command`; a panic becomes a message that asks for a report, and [`Exit::Internal`].
+/// Runs `command`; a panic becomes a message that asks for a bug report, and [`Exit::Internal`].
 pub fn guarded(command: impl FnOnce() -> Exit) -> Exit {
     std::panic::set_hook(Box::new(|panic| {
         use std::io::Write;

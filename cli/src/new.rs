@@ -22,7 +22,7 @@ pub struct New {
 }
 
 impl New {
-    /// Writes the job file; one that is there stays.
+    /// Writes the job file; an existing one is not overwritten.
     pub fn run(&self, streams: &mut Streams<'_>) -> Exit {
         let surface = input::shown(&self.surface);
         let inspection = match inspect(&self.surface, 1.0) {
@@ -36,9 +36,7 @@ impl New {
         let text = relative(&self.surface, &job).map(|name| template(&name, &facts(&inspection)));
         if let Err(error) = text.and_then(|text| write(&job, &text)) {
             let hint = match error.kind() {
-                io::ErrorKind::AlreadyExists => {
-                    "\n = it was not overwritten; give another name with -o"
-                }
+                io::ErrorKind::AlreadyExists => "\n = not overwritten; give another name with -o",
                 _ => "",
             };
             streams.message(&format!("error: {error}\n --> {}{hint}\n", input::shown(&job)));
@@ -62,12 +60,12 @@ impl New {
     }
 }
 
-/// Writes a file that must not be there yet.
+/// Writes a file that must not exist yet.
 fn write(path: &Path, text: &str) -> io::Result<()> {
     std::fs::File::create_new(path)?.write_all(text.as_bytes())
 }
 
-/// The path of `file` as the job file `job` names it: relative to the job's directory, with `/`.
+/// The path of `file` as written in the job file `job`: relative to the job's directory, with `/`.
 fn relative(file: &Path, job: &Path) -> io::Result<String> {
     let directory = match job.parent() {
         Some(parent) if parent != Path::new("") => parent,

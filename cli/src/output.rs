@@ -1,9 +1,8 @@
-//! A directory of results that is replaced as a whole or not at all.
+//! A directory of results that is replaced completely or not at all.
 //!
-//! Files are written into a temporary directory beside the target, which takes the target's place
-//! by a rename when all of them are there. A run that fails leaves earlier results as they were.
-//! Only a directory that holds nothing but earlier results is replaced: each carries a list of
-//! its files.
+//! Files are written into a temporary directory beside the target, which replaces the target by a rename once all of
+//! them are there. A run that fails leaves earlier results unchanged. Only a directory that contains nothing but
+//! earlier results is replaced: each contains a list of its files.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -21,7 +20,7 @@ pub enum OutputError {
     /// The target is a file.
     #[error("output: {0} is a file; give a directory with -o")]
     NotADirectory(PathBuf),
-    /// The target holds something else than results.
+    /// The target contains something other than results.
     #[error(
         "output: {directory} holds {example}, which is not a result of evencut; give another \
          directory with -o, or move it away"
@@ -29,21 +28,21 @@ pub enum OutputError {
     Foreign {
         /// The target.
         directory: PathBuf,
-        /// One file or directory in it that is not ours.
+        /// One file or directory in it that is not a result.
         example: String,
     },
-    /// The target has no name that a directory beside it could be named after.
+    /// The target has no name after which a directory beside it could be named.
     #[error("output: {0} cannot be replaced; give a directory with a name with -o")]
     Nameless(PathBuf),
     /// The name of a result is not a plain file name.
     #[error("output: {0:?} is not a plain file name")]
     FileName(String),
-    /// The system refused.
+    /// The operating system reported an error.
     #[error("output: {path}: {source}")]
     Io {
         /// What was written, read or renamed.
         path: PathBuf,
-        /// The system's answer.
+        /// The operating system's error.
         source: io::Error,
     },
 }
@@ -58,15 +57,15 @@ impl<T> At<T> for io::Result<T> {
     }
 }
 
-/// Whether `target` may become or be replaced by results.
+/// Whether results may be written to `target`, replacing earlier ones.
 ///
 /// # Errors
-/// [`OutputError`] if `target` is a file, holds what is not ours, or has no name.
+/// [`OutputError`] if `target` is a file, contains other files, or has no name.
 pub fn check(target: &Path) -> Result<(), OutputError> {
     check_replaceable(&resolved(target)?)
 }
 
-/// Results being written; dropped without [`ResultDirectory::commit`], they are removed.
+/// Results being written; if dropped without [`ResultDirectory::commit`], they are removed.
 #[derive(Debug)]
 pub struct ResultDirectory {
     target: PathBuf,
@@ -75,10 +74,10 @@ pub struct ResultDirectory {
 }
 
 impl ResultDirectory {
-    /// Starts results that are to become `target`.
+    /// Begins results that are to replace `target`.
     ///
     /// # Errors
-    /// [`OutputError`] if `target` is a file, holds what is not ours, or cannot be written beside.
+    /// [`OutputError`] if `target` is a file, contains other files, or no directory can be created beside it.
     pub fn begin(target: &Path) -> Result<Self, OutputError> {
         let target = resolved(target)?;
         check_replaceable(&target)?;
@@ -87,7 +86,7 @@ impl ResultDirectory {
         Ok(Self { target, partial, names: BTreeSet::new() })
     }
 
-    /// Writes one result, to the disk.
+    /// Writes one result to the disk.
     ///
     /// # Errors
     /// [`OutputError`] if `name` is not a plain file name or the file cannot be written.
@@ -108,10 +107,10 @@ impl ResultDirectory {
         file.sync_all().at(&path)
     }
 
-    /// Puts the results in the target's place; returns where they are.
+    /// Puts the results in the target's place; returns their path.
     ///
     /// # Errors
-    /// [`OutputError`]; earlier results are then where they were.
+    /// [`OutputError`]; earlier results are then still in place.
     pub fn commit(self) -> Result<PathBuf, OutputError> {
         let list: String = self.names.iter().map(|name| format!("{name}\n")).collect();
         self.store(LIST, list.as_bytes())?;
@@ -141,7 +140,7 @@ impl Drop for ResultDirectory {
     }
 }
 
-/// The directory itself where `target` is a link to one.
+/// The directory itself if `target` is a link to one.
 fn resolved(target: &Path) -> Result<PathBuf, OutputError> {
     let target = if target.exists() {
         fs::canonicalize(target).at(target)?
@@ -174,7 +173,7 @@ fn create_beside(target: &Path, purpose: &str) -> Result<PathBuf, OutputError> {
     }
 }
 
-/// A directory may be replaced if it is not there, empty, or holds what its list names.
+/// A directory may be replaced if it does not exist, is empty, or contains only what its list names.
 fn check_replaceable(target: &Path) -> Result<(), OutputError> {
     if !target.exists() {
         return Ok(());

@@ -44,7 +44,7 @@ struct Read {
     contents: Contents,
 }
 
-/// Why there are no results: the exit code and the messages.
+/// Why there are no results: exit code and messages.
 pub(crate) struct Failed(pub(crate) Exit, pub(crate) String);
 
 impl Failed {
@@ -55,7 +55,7 @@ impl Failed {
 }
 
 impl Plan {
-    /// Plans the job and writes its results, all or none.
+    /// Plans the job and writes all of its results, or none.
     pub fn run(&self, streams: &mut Streams<'_>) -> Exit {
         match self.plan(streams) {
             Ok(()) => Exit::Done,
@@ -89,7 +89,7 @@ impl Plan {
         }
     }
 
-    /// A window that was asked for and could not be simulated costs no plan, but is no success.
+    /// If a requested window cannot be simulated, the plan is written, but the run does not count as a success.
     fn asked_texture(&self, read: &Read, results: &Results) -> Result<(), Failed> {
         let warnings = &results.report.warnings;
         let failed = warnings.iter().find(|warning| warning.stage == "texture");
@@ -103,7 +103,7 @@ impl Plan {
         }
     }
 
-    /// Reads the job and the files it names; warnings are shown.
+    /// Reads the job and the files it names; prints warnings.
     fn read(&self, streams: &mut Streams<'_>) -> Result<Read, Failed> {
         let source = input::read_job(&self.job)
             .map_err(|fault| self.failed(Exit::BadJob, &Faults(vec![fault]), b""))?;
@@ -148,7 +148,7 @@ impl Plan {
         Failed(exit, text.trim_end().to_owned() + "\n")
     }
 
-    /// Where the results go: relative to where the command runs.
+    /// The output directory: relative to the current directory.
     fn target(&self) -> PathBuf {
         match &self.output {
             Some(directory) => directory.clone(),
@@ -167,7 +167,7 @@ fn write(target: &Path, files: &[OutputFile]) -> Result<PathBuf, OutputError> {
     Ok(target.to_owned())
 }
 
-/// The limits that the simulation found broken.
+/// The limits that the simulation found broken, as messages.
 pub fn broken(sentences: &[String]) -> String {
     sentences.iter().map(|sentence| format!("error: verification: {sentence}\n")).collect()
 }

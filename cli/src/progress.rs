@@ -8,23 +8,23 @@ use std::time::{Duration, Instant};
 /// Runs shorter than this show no progress.
 const QUIET: Duration = Duration::from_secs(1);
 
-/// Time between two drawings; less would flicker and cost time, more would seem stuck.
+/// Time between two updates; less would flicker and cost time, more would look stuck.
 const PAUSE: Duration = Duration::from_millis(100);
 
 /// Draws progress on a terminal, and nothing elsewhere.
 ///
-/// A thread of its own draws, so that the seconds go on in a stage that reports nothing. The line
-/// is cleared when the value is dropped, so that messages start on an empty line.
+/// A separate thread draws, so that the seconds continue in a stage that reports nothing. The line is cleared when
+/// the value is dropped, so that messages start on an empty line.
 pub struct Progress {
     /// `None` where nothing is drawn.
     drawing: Option<(Sender<State>, JoinHandle<()>)>,
 }
 
-/// How far a run has come.
+/// Progress of a run.
 #[derive(Copy, Clone)]
 struct State {
     stage: &'static str,
-    /// Part of the stage that is done, 0 to 1.
+    /// Fraction of the stage that is done, 0 to 1.
     part: f64,
 }
 
@@ -54,7 +54,7 @@ impl Progress {
         Self { drawing: Some((sender, std::thread::spawn(draw))) }
     }
 
-    /// Notes that `stage` has come to `part` (0 to 1) of its work.
+    /// Records that `stage` is done to the fraction `part` (0 to 1).
     pub fn report(&mut self, stage: &'static str, part: f64) {
         if let Some((sender, _)) = &self.drawing {
             // Progress that cannot be shown is no reason to stop.
@@ -86,7 +86,7 @@ impl<W: Write> Line<W> {
         Self { terminal, start: Instant::now(), state: None, last_drawn: None }
     }
 
-    /// Draws, if it is time to, `now` after the start.
+    /// Draws, if it is due, `now` after the start.
     fn draw_at(&mut self, now: Duration) {
         let due = now >= QUIET && self.last_drawn.is_none_or(|last| now >= last + PAUSE);
         let Some(State { stage, part }) = self.state.filter(|_| due) else { return };

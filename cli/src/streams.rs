@@ -6,7 +6,7 @@ use crate::Exit;
 
 /// Where a command writes: data and messages.
 ///
-/// A reader that goes away (`evencut schema | head`) ends the data without a message.
+/// A reader that closes the pipe (`evencut schema | head`) ends the data without a message.
 pub struct Streams<'a> {
     out: &'a mut dyn Write,
     err: &'a mut dyn Write,
@@ -15,12 +15,12 @@ pub struct Streams<'a> {
 }
 
 impl<'a> Streams<'a> {
-    /// Writes data to `out` and messages to `err`, these in colour if `colour`.
+    /// Writes data to `out` and messages to `err`, the latter in colour if `colour` is set.
     pub fn new(out: &'a mut dyn Write, err: &'a mut dyn Write, colour: bool) -> Self {
         Self { out, err, colour, failure: None }
     }
 
-    /// Writes data; after a failure, nothing more.
+    /// Writes data; after a failure, nothing more is written.
     pub fn data(&mut self, text: &str) {
         if self.failure.is_none() {
             self.failure = self.out.write_all(text.as_bytes()).err();

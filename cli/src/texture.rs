@@ -1,4 +1,4 @@
-//! `evencut texture`: a job or its results → the texture that the teeth leave in a window.
+//! `evencut texture`: a job or its results → the texture in a window.
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ use crate::plan::{Failed, of_output};
 use crate::progress::Progress;
 use crate::{Exit, Streams, input};
 
-/// Sizes and spacings, mm, that a job file may give, too.
+/// Sizes and spacings, mm, that a job file may have as well.
 const SIZES: RangeInclusive<f64> = 1e-4..=1000.0;
 const SPACINGS: RangeInclusive<f64> = 1e-5..=10.0;
 
@@ -62,7 +62,7 @@ pub struct Texture {
 }
 
 impl Texture {
-    /// Simulates the window and writes its files, all or none.
+    /// Simulates the window and writes all of its files, or none.
     pub fn run(&self, streams: &mut Streams<'_>) -> Exit {
         match self.simulate(streams) {
             Ok(()) => Exit::Done,
@@ -114,7 +114,7 @@ impl Texture {
         Ok(())
     }
 
-    /// Whether there is something to read.
+    /// Whether the input exists.
     fn exists(&self) -> Result<(), Failed> {
         if input::is_standard_input(&self.input) || self.input.exists() {
             return Ok(());
@@ -123,7 +123,7 @@ impl Texture {
         Err(Failed::file(Exit::BadJob, message, &self.input))
     }
 
-    /// The job's file: of results, the one that is with them, unless another is named.
+    /// The job file: for results, the one in their directory, unless another is named.
     fn job_file(&self) -> PathBuf {
         match &self.job {
             Some(job) => job.clone(),
@@ -157,7 +157,8 @@ impl Texture {
         Toolpath::from_csv(&text).map(Some).map_err(|error| failed(&error))
     }
 
-    /// Refuses a file of the results that is not what the plan wrote; where there is no record of that, any will do.
+    /// Rejects a file of the results that is not what the plan wrote; where there is no record of it, any is
+    /// accepted.
     fn is_of_plan(&self, name: &str, bytes: &[u8]) -> Result<(), Failed> {
         let report = recorded(&self.input);
         match report.as_ref().and_then(|report| report.output(name)) {
@@ -176,7 +177,7 @@ impl Texture {
         }
     }
 
-    /// Refuses files that the job of the results names and from which they were not made.
+    /// Rejects files that the job of the results names but from which they were not made.
     fn are_of_plan(&self, job: &Job, contents: &Contents) -> Result<(), Failed> {
         let surface = match &job.surface.source {
             SurfaceSource::File(name) => Some(name.as_str()),
@@ -196,7 +197,7 @@ impl Texture {
         Ok(())
     }
 
-    /// The job's window with what the arguments say otherwise.
+    /// The job's window, changed by the arguments.
     fn window(&self, job: &Job) -> Result<Option<TextureOptions>, Failed> {
         let numbers = |name: &str, given: &Option<Vec<f64>>, count: usize| match given {
             Some(numbers) if numbers.len() != count || numbers.iter().any(|x| !x.is_finite()) => {
@@ -273,7 +274,7 @@ impl Texture {
         })
     }
 
-    /// An error about a window that the arguments chose: it points at them, not at the job.
+    /// An error about a window given by arguments: it points at these, not at the job.
     fn of_arguments(&self, error: &ResultsError) -> Option<Failed> {
         let ResultsError::Texture(error) = error else { return None };
         let at = ("--at", self.at.is_some());
@@ -300,7 +301,7 @@ impl Texture {
         Failed(exit, text.trim_end().to_owned() + "\n")
     }
 
-    /// What the files' directory is named after: the job, or the directory of results by its own name, not by the way to
+    /// Name of the output directory: that of the job, or of the directory of results itself, whatever path leads to
     /// it.
     fn name(&self) -> String {
         let shown = |name: Option<&std::ffi::OsStr>| name.map(|n| n.to_string_lossy().into_owned());
@@ -312,7 +313,7 @@ impl Texture {
         name.unwrap_or_else(|| "job".into())
     }
 
-    /// Where the files go: relative to where the command runs.
+    /// The output directory: relative to the current directory.
     fn target(&self) -> PathBuf {
         match &self.output {
             Some(directory) => directory.clone(),

@@ -21,17 +21,17 @@ use crate::plan::{Failed, broken, of_output};
 use crate::progress::Progress;
 use crate::{Exit, Streams, input};
 
-/// Samples on a cutter radius where nothing else tells how dense they should be.
+/// Samples per cutter radius where nothing else determines their density.
 const SAMPLES_PER_RADIUS: f64 = 40.0;
-/// Depth of the stock where it is not given, as a part of the cutter radius; nothing is then said of
-/// the removal rate.
+/// Depth of the stock where it is not given, as a fraction of the cutter radius; the removal rate is then not
+/// reported.
 const UNKNOWN_DEPTH: f64 = 0.2;
 
 /// Least and largest factor on a mesh's lengths.
 const SCALES: (f64, f64) = (1e-6, 1e6);
 /// Least and largest height of a wall, mm.
 const WALL_HEIGHTS: (f64, f64) = (0.001, 10_000.0);
-/// Samples in a cutter radius, at least.
+/// Samples per cutter radius, at least.
 const FEWEST_PER_RADIUS: f64 = 4.0;
 /// Deepest stock that is simulated, cutter radii.
 const MOST_RADII: f64 = 20.0;
@@ -134,7 +134,7 @@ fn cutter(text: &str) -> Result<Tool, String> {
     Tool::new(0.5 * diameter, corner).map_err(|error| error.to_string())
 }
 
-/// All that a path is judged by.
+/// The data against which a path is verified.
 struct Subject {
     workpiece: Workpiece,
     options: VerifyOptions,
@@ -144,7 +144,7 @@ struct Subject {
 }
 
 impl Verify {
-    /// Judges the path.
+    /// Verifies the path.
     pub fn run(&self, streams: &mut Streams<'_>) -> Exit {
         match self.verify(streams) {
             Ok(()) => Exit::Done,
@@ -201,7 +201,7 @@ impl Verify {
         self.tell(&verdict, &file, subject.options.spacing, streams)
     }
 
-    /// The path's file, and where the plan beside it says that the cutter does not fit.
+    /// The path's file, and the places where the plan beside it says that the cutter does not fit.
     fn path_file(&self, streams: &mut Streams<'_>) -> Result<(PathBuf, Vec<Sphere>), Failed> {
         let (file, directory) = if self.path.is_dir() {
             (self.path.join("toolpath.csv"), self.path.as_path())
@@ -239,7 +239,7 @@ impl Verify {
         Ok((file, places.map(sphere).collect()))
     }
 
-    /// By the job that results were made with.
+    /// Subject from the job with which results were made.
     fn of_results(&self) -> Result<Subject, Failed> {
         let job = self.path.join("job.resolved.toml");
         if !job.is_file() {
@@ -254,7 +254,7 @@ impl Verify {
         })
     }
 
-    /// By a job; `paths` tells where its surface's file is and that of the mesh beside.
+    /// Subject from a job; `paths` returns the path of its surface file and that of the mesh beside it.
     fn of_job(
         &self,
         path: &Path,
@@ -402,7 +402,7 @@ impl Verify {
         self.threads.or_else(all).map_or(1, std::num::NonZeroUsize::get)
     }
 
-    /// Prints and writes the verdict.
+    /// Prints and writes the result.
     fn tell(
         &self,
         verdict: &Verdict,
@@ -440,7 +440,7 @@ impl Verify {
     }
 }
 
-/// What a program for a job's machine is held against.
+/// The limits for a program of a job's machine.
 fn rules_of(job: &Job) -> ProgramRules {
     ProgramRules {
         kinematics: job.machine.axes.into(),
@@ -476,7 +476,7 @@ fn mesh_file(file: &Path) -> Result<(String, Vec<u8>), Failed> {
     Ok((name, bytes))
 }
 
-/// Refuses an argument outside of a range.
+/// Rejects an argument outside its range.
 fn in_range(name: &str, value: f64, (least, most): (f64, f64)) -> Result<(), Failed> {
     if (least..=most).contains(&value) {
         return Ok(());
@@ -493,7 +493,7 @@ fn program_in(directory: &Path) -> Option<String> {
     names.filter(|name| name.starts_with("program.")).min()
 }
 
-/// Paths and programs beside a report whose content is not what the report says.
+/// Paths and programs beside a report whose content differs from the report's record.
 fn changed(report: &Recorded, directory: &Path) -> Vec<String> {
     let differs = |output: &&FileRecord| {
         let is_path = output.name == "toolpath.csv" || output.name.starts_with("program.");

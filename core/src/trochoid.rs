@@ -1,13 +1,13 @@
-//! Variable-radius trochoids: loops that take over-engaged stretches of a ring in thin bites.
+//! Variable-radius trochoids: loops that cut over-engaged stretches of a ring in thin bites.
 //!
 //! - *Guide*: the curve the loop centres run along, beside the ring.
-//! - *Corridor*: the room on the side of the guide; its half width is the loop radius.
+//! - *Corridor*: the free space on the side of the guide; its half width is the loop radius.
 //! - *Bite*: the step from one loop to the next; chosen so that the loop's peak removal rate,
 //!   measured against the stock, is just below the limit.
 //!
 //! 1. At each place of the ring the largest loop that touches the ring and stays in the corridor.
 //! 2. One revolution while the centre moves one bite and the radius changes linearly,
-//!    `C(t) = O(t) + R(t) (cos, sin)`, starting at the back, where all is cleared.
+//!    `C(t) = O(t) + R(t) (cos, sin)`, starting at the back, where everything is cleared.
 //! 3. The bite from the closed form for the first try, then corrected by measurement.
 //!
 //! Source: "Trajectory planning for constant-force milling of freeform surfaces based on conformal mapping",
@@ -18,22 +18,21 @@ use crate::geometry::{DVec2, math};
 use crate::toolpath::MoveKind;
 use core::f64::consts::{PI, TAU};
 
-/// A loop's peak is steered to this part of the limit. Higher: more loops are made twice; lower:
-/// more loops.
+/// A loop's peak is steered to this fraction of the limit. Higher: more loops are made twice; lower: more loops.
 const AIM_PEAK: f64 = 0.975;
-/// A loop whose peak is above this part of the limit is made again with a smaller bite.
+/// A loop whose peak is above this fraction of the limit is made again with a smaller bite.
 const HIGH_PEAK: f64 = 0.998;
-/// Loops in a row that are slowed before the ring is followed at limited feed instead.
+/// Number of consecutive slowed loops after which the ring is followed at limited feed instead.
 const MOST_FAILURES: usize = 25;
 /// Tries per loop before it is slowed instead.
 const TRIES: usize = 8;
-/// Smallest bite as a part of the cutter radius; where it is too much the feed is reduced.
+/// Smallest bite as a fraction of the cutter radius; where it is too much the feed is reduced.
 const SMALLEST_BITE: f64 = 2e-3;
 
-/// Passes that a loop may stand outside of ring 0, for the blur of the field between vertices.
+/// Passes by which a loop may lie outside of ring 0, to allow for the inaccuracy of the field between vertices.
 const ROOM_SLACK: f64 = 0.02;
 
-/// Turns of a helix; a limit that would need more is kept by a slower feed.
+/// Greatest number of turns of a helix; a limit that would need more is kept by a slower feed.
 const MOST_TURNS: f64 = 60.0;
 
 /// Options of the loops; lengths in mm on the surface, feeds in mm/s.
@@ -41,7 +40,7 @@ const MOST_TURNS: f64 = 60.0;
 pub struct Loops {
     /// Loop radius wanted, mm.
     pub radius: f64,
-    /// Loops smaller than this are not made; the ring is slowed there instead, mm.
+    /// Loops smaller than this are not made, mm; the ring is slowed there instead.
     pub smallest: f64,
     /// Largest bite, mm.
     pub max_bite: f64,
@@ -76,18 +75,17 @@ pub struct Span<'a> {
 /// A branch that leaves from a stretch.
 #[derive(Copy, Clone, Debug)]
 pub struct BranchRef<'a> {
-    /// Index of the point of the stretch that it leaves from and comes back to.
+    /// Index of the point of the stretch from which it leaves and to which it returns.
     pub at: usize,
-    /// Flat points between leaving and coming back.
+    /// Flat points between leaving and returning.
     pub points: &'a [DVec2],
 }
 
-/// Takes the stretch `span` of a ring by loops; `toward` is +1 for loops on the stock side of the
-/// ring and -1 for loops on the cleared side.
+/// Cuts the stretch `span` of a ring by loops; `toward` is +1 for loops on the stock side of the ring and -1 for
+/// loops on the cleared side.
 ///
-/// The simulation must stand where the first loop may start: see [`enter`]. Branches are no part of the
-/// guide: each is cut, slower where the limit asks for it, once the loops are past it.
-/// Returns the number of loops.
+/// The simulation must be where the first loop may start: see [`enter`]. Branches are not part of the guide: each is
+/// cut, slower where the limit requires it, once the loops are past it. Returns the number of loops.
 pub fn clear_span(simulation: &mut Simulation, span: &Span, loops: &Loops, toward: f64) -> usize {
     let guide = Guide::new(simulation, span.points, loops, toward);
     let mut branches = guide.branches(span).into_iter().peekable();
@@ -155,8 +153,8 @@ pub fn entry(
     (back, first.center, first.radius)
 }
 
-/// Bite of the closed form: `S` for which `cos(phi) = (Q² - R² - (S + r)²) / (2 R (S + r))`,
-/// `Q = R + r`, gives the engagement that meets the limit. An upper bound of the engagement.
+/// Bite of the closed form: `S` for which `cos(phi) = (Q² - R² - (S + r)²) / (2 R (S + r))`, `Q = R + r`, gives the
+/// engagement that meets the limit. This engagement is an upper bound.
 fn first_bite(simulation: &Simulation, radius: f64, disc: f64, loops: &Loops) -> f64 {
     let intensity = simulation.cutting.limit
         / (simulation.cutting.radius * simulation.cutting.depth * simulation.cutting.feed);
@@ -263,7 +261,7 @@ impl Guide {
     }
 }
 
-/// The polyline with points at most `spacing` apart, corners kept.
+/// The polyline with points at most `spacing` apart, keeping its corners.
 fn resample(points: &[DVec2], spacing: f64) -> Vec<DVec2> {
     let mut out = vec![points[0]];
     for w in points.windows(2) {
@@ -298,7 +296,7 @@ fn is_inside(simulation: &Simulation, p: DVec2) -> bool {
     simulation.terrain.room(p).is_some_and(|room| room >= -ROOM_SLACK)
 }
 
-/// `center + arm`, drawn in toward the centre until the cutter may be there.
+/// `center + arm`, shortened toward the centre until the cutter may be there.
 fn drawn_in(simulation: &Simulation, center: DVec2, mut arm: DVec2) -> DVec2 {
     for _ in 0..200 {
         if is_inside(simulation, center + arm) {
@@ -309,7 +307,7 @@ fn drawn_in(simulation: &Simulation, center: DVec2, mut arm: DVec2) -> DVec2 {
     center + arm
 }
 
-/// Whether a loop is cut at the nominal feed or slower where the limit asks for it.
+/// Whether a loop is cut at the nominal feed or slower where the limit requires it.
 #[derive(Copy, Clone)]
 enum Pace {
     Full,
@@ -334,12 +332,10 @@ struct LoopStep<'g> {
 }
 
 impl LoopStep<'_> {
-    /// Makes the loop with a bite whose peak stays below the limit; returns the bite to try next
-    /// and the one taken.
+    /// Makes the loop with a bite whose peak stays below the limit; returns the bite to try next and the one used.
     ///
-    /// Loops change little from one to the next, so a peak that is merely low is left as it is and
-    /// corrected in the next loop.
-    /// `Err`, with nothing cut and the last bite thought of, when no bite tried is small enough.
+    /// Loops change little from one to the next, so a peak that is merely low is accepted and corrected in the next
+    /// loop. `Err`, with nothing cut and the last bite considered, when no bite tried is small enough.
     fn take(&self, simulation: &mut Simulation, first: f64) -> Result<(f64, f64), f64> {
         let disc = simulation.disc(self.here.center);
         let per_mm = disc / simulation.cutting.radius;
@@ -369,7 +365,7 @@ impl LoopStep<'_> {
         Err(bite)
     }
 
-    /// Makes the loop with that bite, slower where the limit asks for it.
+    /// Makes the loop with that bite, slower where the limit requires it.
     fn slowed(&self, simulation: &mut Simulation, bite: f64) -> (f64, f64) {
         let used = bite.min(self.guide.length - self.from);
         self.run(simulation, used, Pace::Limited);
@@ -402,8 +398,7 @@ impl LoopStep<'_> {
     }
 }
 
-/// The bite to try after one whose peak is too high: on the line through this and the earlier try,
-/// or in proportion.
+/// The bite to try after one whose peak is too high: on the line through this and the previous try, or in proportion.
 fn smaller_bite((bite, peak): (f64, f64), earlier: Option<(f64, f64)>) -> f64 {
     let guess = match earlier {
         Some((b, p)) if p > peak && b > bite => bite - (peak - AIM_PEAK) * (b - bite) / (p - peak),
@@ -412,8 +407,8 @@ fn smaller_bite((bite, peak): (f64, f64), earlier: Option<(f64, f64)>) -> f64 {
     guess.clamp(0.3 * bite, 0.95 * bite)
 }
 
-/// Sides of a loop: its chords lie on the surface whatever their number, so that `tolerance` is
-/// not asked of them beyond what keeps the machine from slowing at corners.
+/// Number of sides of a loop: its chords lie on the surface whatever their number, so `tolerance` only has to keep
+/// the machine from slowing at corners.
 fn sides_of_loop(radius: f64, tolerance: f64) -> usize {
     let half = math::acos_clamped(1.0 - tolerance / radius.max(tolerance));
     ((PI / half).ceil() as usize).clamp(14, 18)

@@ -1,8 +1,8 @@
-//! One job planned with several patterns, or with several divisions into regions, judged alike, side by
-//! side.
+//! One job planned with several patterns, or with several divisions into regions, verified alike, for a comparison
+//! side by side.
 //!
-//! What every row has in common is the job's surface, cutter, limit and machine. The removal rate is not
-//! limited: paths are compared by their length and by the cusps that they leave.
+//! All rows have the job's surface, cutter, limit and machine in common. The removal rate is not limited: paths are
+//! compared by their length and by the cusps that they leave.
 
 pub mod texture;
 
@@ -33,15 +33,15 @@ pub enum Variant {
 /// A division into regions.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum RegionVariant {
-    /// One region, the stepover by the surface.
+    /// One region, with side steps adapted to the surface.
     Single,
-    /// One region, one flat stepover for the largest stretch of its map.
+    /// One region, with one flat stepover for the largest stretch of its map.
     Piecewise,
-    /// Regions that map evenly, each with one flat stepover.
+    /// Regions with even maps, each with one flat stepover.
     DistortionPiecewise,
-    /// The same regions, the stepover by the surface.
+    /// The same regions, with side steps adapted to the surface.
     Distortion,
-    /// Regions parted where the best feed direction parts.
+    /// Regions divided where the best feed direction divides.
     Tensor,
 }
 
@@ -71,7 +71,7 @@ impl Variant {
         }
     }
 
-    /// The job so varied, and without a limit on the rate.
+    /// The job with this variation, and without a limit on the rate.
     pub fn of(self, job: &Job) -> Job {
         match self {
             Self::Pattern(pattern) => with_pattern(job, pattern),
@@ -85,7 +85,7 @@ impl Variant {
 pub struct Row {
     /// What was varied.
     pub variant: Variant,
-    /// Seconds of computing without the judge, as the caller measured them.
+    /// Computing time without verification, s, as measured by the caller.
     pub seconds: f64,
     /// The figures, or why there are none.
     pub figures: Result<Figures, String>,
@@ -94,7 +94,7 @@ pub struct Row {
 /// Figures of a plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figures {
-    /// Report of the plan, with what the judge measured.
+    /// Report of the plan, with the verification.
     pub report: Report,
 }
 
@@ -152,10 +152,10 @@ pub fn planned(job: &Job, files: Files, threads: usize) -> Result<Planned, Resul
     Ok(plan(job, files, threads, &mut |_: Stage, _| {})?)
 }
 
-/// Judges a plan.
+/// Verifies a plan.
 ///
 /// # Errors
-/// [`ResultsError::Verify`] when the path cannot be judged.
+/// [`ResultsError::Verify`] when the path cannot be verified.
 pub fn judged(job: &Job, planned: &Planned, threads: usize) -> Result<Figures, ResultsError> {
     let (verification, options) = judge(job, planned, threads, &mut |_| {})?;
     let mut report = report(job, planned, Vec::new());
@@ -165,7 +165,7 @@ pub fn judged(job: &Job, planned: &Planned, threads: usize) -> Result<Figures, R
 }
 
 impl Figures {
-    /// What the judge found; `None` where it was not asked.
+    /// The verification; `None` where it was not run.
     pub fn verification(&self) -> Option<&VerificationFigures> {
         self.report.verification.as_ref()
     }
@@ -211,7 +211,7 @@ pub fn to_text(rows: &[Row]) -> String {
     out
 }
 
-/// What was allowed above the limit, and which limits do not hold.
+/// The tolerance above the limit, and which limits are broken.
 fn push_notes(out: &mut String, rows: &[Row]) {
     let judged = rows.iter().filter_map(|row| {
         let figures = row.figures.as_ref().ok()?;
@@ -327,7 +327,7 @@ fn csv_fields(row: &Row, figures: &Figures) -> Vec<String> {
         .collect()
 }
 
-/// The rows as a picture: lengths over the floor, times, and what is left over the limit.
+/// The rows as a chart: lengths as multiples of the floor, times, and what is left relative to the limit.
 pub fn to_svg(title: &str, rows: &[Row]) -> String {
     let bars = |row: &Row| {
         let figures = row.figures.as_ref().ok();

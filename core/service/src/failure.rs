@@ -46,15 +46,15 @@ const SOURCE: &[&str] = &["surface.file", "surface.analytic.kind"];
 /// How a failure is reported.
 struct Failure {
     exit: Exit,
-    /// Keys to point at: the first of them that the job file holds.
+    /// Keys to point at: the first one that the job file contains.
     keys: &'static [&'static str],
     hint: Hint,
 }
 
 enum Hint {
-    /// The message says all.
+    /// The message is complete.
     None,
-    /// More is known of the mesh.
+    /// `evencut inspect` shows more about the mesh.
     Inspect,
     /// It should not have happened.
     Bug,

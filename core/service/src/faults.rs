@@ -1,4 +1,4 @@
-//! Faults of a job that only whoever has its files can find, and where they are in the job file.
+//! Faults of a job that can only be found with its files, and their place in the job file.
 
 use std::fmt::Display;
 use std::ops::Range;
@@ -24,7 +24,7 @@ impl NamedFile {
         }
     }
 
-    /// What messages about it begin with.
+    /// Prefix of messages about it.
     fn subject(self) -> &'static str {
         match self {
             Self::Surface => "surface",
@@ -32,7 +32,7 @@ impl NamedFile {
         }
     }
 
-    /// There is no such file; `name`: as it is looked for.
+    /// There is no such file; `name`: the path that was tried.
     pub fn missing(self, name: impl Display, job_source: &[u8]) -> Fault {
         let mut fault = self.fault(format_args!("there is no file {name}"), job_source);
         fault.help.push("paths in a job file are relative to the job file".into());
@@ -45,7 +45,7 @@ impl NamedFile {
     }
 }
 
-/// A fault whose message says all, at a place of the job file if there is one.
+/// A fault with a complete message, at a place of the job file if there is one.
 pub fn fault(message: String, span: Option<Range<usize>>) -> Fault {
     Fault { key: String::new(), message, help: Vec::new(), span }
 }

@@ -1,15 +1,16 @@
-//! What every front end asks for: the command, the page, and whoever comes next.
+//! The operations that every front end needs: the command line, the page, and any other.
 //!
 //! | module | takes → gives |
 //! |---|---|
-//! | [`results`] | `Job` + bytes → files of its results; also the numbers behind the pictures, and what is there before the end |
+//! | [`results`] | `Job` + bytes → files of its results; also the numbers behind the pictures, and early results |
 //! | [`compare`] | `Job` + patterns, divisions, or tilts and feeds per tooth → a table |
-//! | [`verdict`] | table or program + mesh → the judge's report and pictures |
-//! | [`new_job`] | what a mesh holds → what a job for it starts from |
+//! | [`verdict`] | table or program + mesh → report and pictures of the verification |
+//! | [`new_job`] | inspection of a mesh → facts from which a job file is made |
 //! | [`faults`], [`failure`] | what is wrong with a job or its planning → message, place in the job file, remedy, exit code |
-//! | [`stages`] | stages of planning in words |
+//! | [`stages`] | names of the stages of planning |
 //!
-//! As the core it takes bytes and returns values: it opens no file, reads no clock and no environment, and prints nothing.
+//! Like the core it takes bytes and returns values: it opens no file, reads no clock and no environment, and prints
+//! nothing.
 
 pub mod compare;
 pub mod failure;

@@ -1,9 +1,9 @@
-//! What a job file for a surface starts from.
+//! Facts of a surface from which a job file is made.
 
 use evencut_core::job::SurfaceFacts;
 use evencut_core::surface::Inspection;
 
-/// What a job file for a surface starts from.
+/// Facts of a surface from which a job file is made.
 pub fn facts(inspection: &Inspection) -> SurfaceFacts {
     let Inspection { judgement, bounds, concave, convex, facing, .. } = inspection;
     SurfaceFacts {

@@ -1,4 +1,4 @@
-//! A plan → the files of its results, the same bytes wherever it was made.
+//! A plan → the files of its results, byte for byte the same on every machine.
 
 mod division;
 mod error;
@@ -36,15 +36,16 @@ use evencut_core::verify::{
 };
 use texture::{PathOn, TextureResults, texture_on};
 
-/// A flat map whose scale varies more than this gets a warning.
+/// A flat map whose scale varies by more than this factor gets a warning.
 const WIDEST_SCALE: f64 = 30.0;
-/// Stock that stands higher than this part of the smallest concave radius leans over what is cut beside it.
+/// Stock higher than this fraction of the smallest concave radius overhangs what is cut beside it.
 const DEEP: f64 = 0.15;
-/// Tables that make the path last longer than this many times are worth a word.
+/// Tables that make the path slower by more than this factor get a warning.
 const SLOW_TABLES: f64 = 1.25;
-/// Samples of the judge on a side step.
+/// Verification samples per side step.
 const SAMPLES_PER_STEP: f64 = 10.0;
-/// Samples of the judge on a cutter radius, at least: a window of travel, a fifth of the radius, is to hold several.
+/// Verification samples per cutter radius, at least: a window of travel, a fifth of the radius, has to contain
+/// several.
 const SAMPLES_PER_RADIUS: f64 = 20.0;
 
 /// The results of a job.
@@ -52,44 +53,44 @@ const SAMPLES_PER_RADIUS: f64 = 20.0;
 pub struct Results {
     /// All files, the report last.
     pub files: Vec<OutputFile>,
-    /// What the report tells.
+    /// The report.
     pub report: Report,
 }
 
 /// How results are made.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub struct ResultsOptions {
-    /// Threads to use, which change nothing but the time.
+    /// Number of threads; the results do not depend on it.
     pub threads: usize,
-    /// Whether the path is judged by a simulation.
+    /// Whether the path is verified by a simulation.
     pub verify: bool,
 }
 
-/// What can be shown before all results are there.
+/// Intermediate results that can be shown early.
 #[derive(Clone, Debug)]
 pub struct Early {
-    /// Files as the results will hold them; of a path that is only laid, pictures of it instead.
+    /// Files as the results will contain them; before the path is delivered, pictures of it instead.
     pub files: Vec<OutputFile>,
     /// The numbers behind the pictures.
     pub linked: Linked,
-    /// What is known of the planned path without its verification; `None` while it is only laid.
+    /// Report of the planned path without its verification; `None` before the path is delivered.
     pub report: Option<Report>,
 }
 
-/// How somebody follows the making of results.
+/// Callbacks during the making of results.
 pub struct Watch<'a> {
-    /// Called with the stage and the part of it that is done.
+    /// Called with the stage and the fraction of it that is done.
     pub progress: &'a mut dyn FnMut(Stage, f64),
-    /// Called when the path is laid, and when it is planned but not judged.
+    /// Called when the path is laid out, and when it is planned but not yet verified.
     pub show: &'a mut dyn FnMut(Early),
 }
 
-/// Plans a job, writes all files it asks for, and gives the numbers behind their pictures.
+/// Plans a job, writes all files it requests, and returns the numbers behind their pictures.
 ///
-/// Arguments and files as of [`results()`]; `watch` is given what can be shown before the end.
+/// Arguments and files as for [`results()`]; `watch` receives what can be shown before the end.
 ///
 /// # Errors
-/// [`ResultsError`]; nothing is half done.
+/// [`ResultsError`]; no partial results are returned.
 pub fn linked_results(
     job: &Job,
     job_file: Input,
@@ -110,13 +111,13 @@ pub fn linked_results(
     Ok((written.finish(&inputs, &planned, judged.as_ref(), options.threads, progress), linked))
 }
 
-/// Plans a job and writes all files it asks for.
+/// Plans a job and writes all files it requests.
 ///
-/// `job_file`: the job as read; `files`: the contents of those it names. A path that breaks a limit is a result too:
-/// the report's `verification` says so.
+/// `job_file`: the job as read; `files`: the contents of the files it names. A path that breaks a limit is a result
+/// as well: the report's `verification` says so.
 ///
 /// # Errors
-/// [`ResultsError`]; nothing is half done.
+/// [`ResultsError`]; no partial results are returned.
 pub fn results(
     job: &Job,
     job_file: Input,
@@ -131,7 +132,7 @@ pub fn results(
     Ok(written.finish(&inputs, &planned, judged.as_ref(), options.threads, progress))
 }
 
-/// The files that a job names, under the names that it gives them, as far as they are there.
+/// The files that a job names, under the names that it gives them, as far as they are available.
 pub fn named_files<'a>(job: &'a Job, files: Files<'a>) -> Vec<Input<'a>> {
     let surface = match &job.surface.source {
         SurfaceSource::File(name) => Some(name.as_str()),
@@ -144,7 +145,7 @@ pub fn named_files<'a>(job: &'a Job, files: Files<'a>) -> Vec<Input<'a>> {
     named.into_iter().filter_map(input).collect()
 }
 
-/// What results are made of.
+/// The data from which results are made.
 struct Inputs<'a> {
     job: &'a Job,
     job_file: Input<'a>,
@@ -174,7 +175,8 @@ impl Inputs<'_> {
         options.verify.then(judge).transpose()
     }
 
-    /// The texture of the job's window, if it has one. One that cannot be simulated costs no plan: a warning says why.
+    /// The texture of the job's window, if it has one. If it cannot be simulated, the plan is still made, with a
+    /// warning.
     fn texture(
         &self,
         planned: &Planned,
@@ -203,11 +205,11 @@ impl Inputs<'_> {
     }
 }
 
-/// What is written of a plan, whatever its verification finds.
+/// What is written of a plan, whether or not it passes verification.
 struct Written {
     /// The place on the surface of every point of the path.
     contacts: Vec<Option<DVec3>>,
-    /// Resolved job, table, and program with what its check found.
+    /// Resolved job, table, and program with the findings of its check.
     files: Vec<OutputFile>,
     findings: Vec<String>,
     pictures: Vec<Drawing>,
@@ -255,7 +257,7 @@ impl Written {
         Ok(Self { contacts, files, findings, pictures, report })
     }
 
-    /// The files, and pictures in the order in which the job asks for them; `measured`: further pictures.
+    /// The files, and pictures in the order in which the job lists them; `measured`: further pictures.
     fn in_order<'a>(
         &'a self,
         job: &'a Job,
@@ -339,12 +341,12 @@ fn text(picture: &OutputFile) -> &str {
     std::str::from_utf8(&picture.bytes).unwrap_or_default()
 }
 
-/// The limit on the removal rate, mm³/s, where there is one.
+/// The limit on the removal rate, mm³/s, if there is one.
 fn rate_limit(job: &Job) -> Option<f64> {
     (job.force.control != ForceControl::Off).then(|| job.mrr_limit())
 }
 
-/// Pictures of a path that is laid.
+/// Pictures of a path before delivery.
 fn sketched(job: &Job, sketch: &Sketch) -> Early {
     let path = sketched_path(sketch);
     let contacts = contacts(sketch.surface, sketch.chart, &path);
@@ -371,7 +373,7 @@ fn sketched(job: &Job, sketch: &Sketch) -> Early {
     }
 }
 
-/// The path that is laid, its tips on the surface.
+/// The path before delivery, its tips on the surface.
 fn sketched_path(sketch: &Sketch) -> Toolpath {
     let locator = Locator::new(sketch.surface.connectivity(), sketch.chart.uv());
     let mut time = 0.0;
@@ -416,7 +418,7 @@ pub(crate) fn judge(
     Ok((verification, options))
 }
 
-/// What a job asks of its path; `cusp_limit`: height of the cusps that are meant to stay, mm.
+/// The verification options of a job; `cusp_limit`: height of the cusps that are meant to stay, mm.
 pub fn verify_options(job: &Job, cusp_limit: f64, threads: usize) -> VerifyOptions {
     let limits_rate = job.force.control != ForceControl::Off;
     let of_radius = job.tool.radius() / SAMPLES_PER_RADIUS;
@@ -446,7 +448,7 @@ fn walls(job: &Job) -> Walls {
     Walls { height: job.path.wall_height, rise }
 }
 
-/// What a check of an emitted program finds.
+/// Findings of the check of an emitted program.
 fn checked(text: &str, job: &Job, rapid_plane: f64) -> Result<Vec<String>, GcodeError> {
     let reading = gcode::ReadOptions {
         kinematics: job.machine.axes.into(),
@@ -463,7 +465,7 @@ fn checked(text: &str, job: &Job, rapid_plane: f64) -> Result<Vec<String>, Gcode
     Ok(findings.iter().map(ToString::to_string).collect())
 }
 
-/// The pictures of the planned path that the job asks for; `regions`: what is reported of these.
+/// The pictures of the planned path that the job requests; `regions`: the figures of the regions.
 fn pictures(
     job: &Job,
     planned: &Planned,
@@ -501,7 +503,7 @@ fn pictures(
     job.output.pictures.iter().filter_map(draw).collect()
 }
 
-/// The pictures of the simulation that the job asks for.
+/// The pictures of the simulation that the job requests.
 fn measured(job: &Job, planned: &Planned, (found, options): &Judged) -> Vec<Drawing> {
     let (positions, faces) = planned.surface.triangles();
     let design = Facets { positions, faces: &faces };
@@ -545,12 +547,12 @@ fn lengths_of_passes(planned: &Planned, contacts: &[Option<DVec3>]) -> Vec<f64> 
     lengths
 }
 
-/// What is reported of a plan that was not judged yet.
+/// The report of a plan that is not yet verified.
 pub(crate) fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> Report {
     report_on(job, planned, inputs, &contacts(&planned.surface, &planned.chart, &planned.toolpath))
 }
 
-/// What a job's regions are made by: the bands of `mpf` are regions, whatever the job divides by.
+/// How a job's regions are made: the bands of `mpf` are regions, whatever division the job has.
 fn division_of(job: &Job) -> &'static str {
     match job.path.pattern {
         Pattern::Mpf => Pattern::Mpf.name(),
@@ -674,7 +676,7 @@ fn slowed(plain: &Toolpath, factor: f64, job: &Job) -> Toolpath {
     path
 }
 
-/// Runs of moves above the limit, rounding aside.
+/// Number of runs of moves above the limit, ignoring rounding.
 fn intervals_above(path: &Toolpath, limit: f64) -> u64 {
     let above = |p: &PathPoint| p.mrr > limit * (1.0 + 1e-9);
     let starts = |w: &&[PathPoint]| above(&w[1]) && !above(&w[0]);
@@ -716,7 +718,7 @@ fn warning(stage: &str, message: String, remedy: &str) -> Warning {
     Warning { stage: stage.into(), message, remedy: remedy.into() }
 }
 
-/// A message without the stage it begins with.
+/// A message without its leading stage name.
 fn without_stage(message: &str) -> String {
     message.split_once(": ").map_or(message, |(_, rest)| rest).to_owned()
 }

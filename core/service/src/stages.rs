@@ -1,8 +1,8 @@
-//! Stages of planning in words.
+//! Names of the stages of planning.
 
 use evencut_core::plan::Stage;
 
-/// A stage in words.
+/// The name of a stage.
 pub fn words(stage: Stage) -> &'static str {
     match stage {
         Stage::Surface => "reading the surface",
@@ -16,9 +16,9 @@ pub fn words(stage: Stage) -> &'static str {
     }
 }
 
-/// The part of the whole work that is done, roughly, where so much of a stage is.
+/// The approximate fraction of the whole work that is done at a fraction of a stage.
 ///
-/// Stages may come again for what earlier passes left: the greatest so far counts.
+/// Stages may be repeated for material that earlier passes left: the greatest value so far counts.
 pub fn done(stage: Stage, part: f64) -> f64 {
     let [from, to] = match stage {
         Stage::Surface => [0.0, 0.02],

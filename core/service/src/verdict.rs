@@ -1,4 +1,4 @@
-//! A path from a file → the judge's report and pictures, for paths made here and elsewhere.
+//! A path from a file → report and pictures of its verification, for paths made here and elsewhere.
 
 use crate::results::{Input, OutputFile};
 use evencut_core::gcode::{self, CheckOptions, Finding, GcodeError, Kinematics};
@@ -15,16 +15,16 @@ use evencut_core::toolpath::{CsvError, MoveKind, Toolpath};
 use evencut_core::verify::{Facets, VerifyError, VerifyOptions, verify};
 use thiserror::Error;
 
-/// Millimetres in an inch, and by how much a ratio may miss it: a path is larger than its surface by cutter
-/// and approaches.
+/// Millimetres in an inch, and the factor by which a ratio may differ from it: a path is larger than its surface by
+/// cutter and approaches.
 const INCH: f64 = 25.4;
 const INCH_SPREAD: f64 = 1.6;
-/// A path this many times as large as the surface, or as small, is likely in other units.
+/// A path this many times larger or smaller than the surface is probably in other units.
 const FAR_LARGER: f64 = 12.0;
-/// The same where it touches nothing.
+/// The same factor where the path touches nothing.
 const LARGER: f64 = 4.0;
 
-/// Why a path is not judged.
+/// Why a path is not verified.
 #[derive(Debug, Error)]
 pub enum VerdictError {
     /// The path's table cannot be read.
@@ -33,51 +33,51 @@ pub enum VerdictError {
     /// The path's program cannot be read.
     #[error(transparent)]
     Gcode(#[from] GcodeError),
-    /// The path is no text.
+    /// The path is not text.
     #[error("{name}: byte {at} is not UTF-8; a path is a toolpath.csv or a program in plain text")]
     NotText {
         /// The file.
         name: String,
-        /// Where it stops being text.
+        /// Index of the first byte that is not text.
         at: usize,
     },
     /// The file of a mesh cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// The file name does not tell a known format.
+    /// The file name has no known extension.
     #[error(
         "mesh: the format of {0:?} is not known; its name must end in .stl, .obj, .ply or .off"
     )]
     UnknownFormat(String),
-    /// The mesh names vertices that it does not have, or has ones that are not finite.
+    /// The mesh refers to vertices that do not exist or are not finite.
     #[error("mesh: face {face} refers to a vertex that does not exist or is not finite")]
     BadFace {
         /// Index of the face.
         face: usize,
     },
-    /// The job's surface cannot be made.
+    /// The job's surface cannot be built.
     #[error(transparent)]
     Surface(Box<PlanError>),
-    /// There is nothing to judge.
+    /// There is nothing to verify.
     #[error(transparent)]
     Verify(#[from] VerifyError),
 }
 
-/// The part that a path is judged against.
+/// The part against which a path is verified.
 #[derive(Clone, Debug, Default)]
 pub struct Workpiece {
     /// What is machined.
     pub design: Part,
-    /// What must only not be cut into.
+    /// What is not machined and must not be cut into.
     pub rest: Part,
-    /// What was mended about a mesh file; `None` where that is nothing worth a word.
+    /// Repairs of a mesh file; `None` where there is nothing worth mentioning.
     pub mended: Option<Warning>,
 }
 
-/// What makes it likely that a path and a surface do not belong together.
+/// Signs that a path and a surface do not belong together.
 #[derive(Copy, Clone, Debug, PartialEq, Error)]
 pub enum Mismatch {
-    /// One is far larger.
+    /// One is far larger than the other.
     #[error(
         "the path spans {path:.1} mm, the surface {surface:.1} mm{}; check the units of both",
         inches(*path, *surface)
@@ -102,7 +102,7 @@ pub enum Mismatch {
     Untouched,
 }
 
-/// What a ratio of sizes near 25.4 suggests.
+/// Hint for a ratio of sizes near 25.4.
 fn inches(path: f64, surface: f64) -> &'static str {
     let is_inch = |ratio: f64| (INCH / INCH_SPREAD..INCH * INCH_SPREAD).contains(&ratio);
     if is_inch(path / surface) {
@@ -115,7 +115,7 @@ fn inches(path: f64, surface: f64) -> &'static str {
 }
 
 impl Mismatch {
-    /// What is suspicious about a path that was judged.
+    /// What is suspicious about a path that was verified.
     pub fn of(path: &Toolpath, workpiece: &Workpiece, report: &VerificationReport) -> Option<Self> {
         let figures = &report.verification;
         let untouched = figures.untouched_mm2 >= (1.0 - 1e-9) * figures.area_mm2;
@@ -146,8 +146,8 @@ fn bounds(places: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
 }
 
 impl Workpiece {
-    /// The part of a job: what it selects is machined, and what stands beside it is guarded. Also gives the height of the cusps that the
-    /// job means to leave, mm.
+    /// The part of a job: what it selects is machined, the rest of the part and what stands beside it must not be cut
+    /// into. Also returns the height of the cusps that the job allows, mm.
     ///
     /// # Errors
     /// [`VerdictError`] where the surface cannot be read or used.
@@ -166,8 +166,8 @@ impl Workpiece {
         Ok((Self { rest, design, mended: None }, cusps))
     }
 
-    /// The part in a mesh file, its lengths multiplied by `scale`: faces whose normals lie within
-    /// `within` rad of +Z are machined. Welded and oriented outward, nothing else.
+    /// The part in a mesh file, its lengths multiplied by `scale`: faces whose normals lie within `within` rad of +Z
+    /// are machined. The mesh is welded and oriented outward, nothing else is repaired.
     ///
     /// # Errors
     /// [`VerdictError`] where the file cannot be read.
@@ -188,7 +188,8 @@ impl Workpiece {
         Ok(Self { design: of(true), rest: of(false), mended })
     }
 
-    /// Guards all of the mesh in a file, its lengths multiplied by `scale`, as more of the rest of the part.
+    /// Adds the mesh in a file, its lengths multiplied by `scale`, to the rest of the part, which must not be cut
+    /// into.
     ///
     /// # Errors
     /// [`VerdictError`] where the file cannot be read.
@@ -227,20 +228,20 @@ fn mended(file: Input, scale: f64) -> Result<Repaired, VerdictError> {
 pub struct ReadPath {
     /// The path.
     pub path: Toolpath,
-    /// Lines of its points, of a program.
+    /// Lines of its points, for a program.
     pub lines: Option<Vec<u32>>,
     /// What is wrong with the program.
     pub findings: Vec<Finding>,
 }
 
-/// How a program is read and what it is held against.
+/// How a program is read and checked.
 #[derive(Clone, Debug, Default)]
 pub struct ProgramRules {
     /// The machine's axes.
     pub kinematics: Kinematics,
-    /// Speed of rapids, mm/s; the reader's own where not given.
+    /// Speed of rapids, mm/s; the reader's default where not given.
     pub rapid_feed: Option<f64>,
-    /// What it is held against.
+    /// The limits against which it is checked.
     pub check: CheckOptions,
 }
 
@@ -272,7 +273,7 @@ impl ReadPath {
     }
 }
 
-/// What the judge says of a path.
+/// The result of verifying a path.
 #[derive(Clone, Debug)]
 pub struct Verdict {
     /// The report.
@@ -281,10 +282,10 @@ pub struct Verdict {
     pub files: Vec<OutputFile>,
 }
 
-/// Judges a path. `inputs`: the files it comes from, for the record.
+/// Verifies a path. `inputs`: the files it comes from, for the record.
 ///
 /// # Errors
-/// [`VerdictError::Verify`] when there is nothing to judge.
+/// [`VerdictError::Verify`] when there is nothing to verify.
 pub fn verdict(
     read: &ReadPath,
     workpiece: &Workpiece,
@@ -312,5 +313,5 @@ pub fn verdict(
     Ok(Verdict { report, files })
 }
 
-/// The direction from which slopes are counted.
+/// The direction from which slopes are measured.
 pub const UP: DVec3 = DVec3::Z;

@@ -1,14 +1,14 @@
-//! Where the tool axis points.
+//! Direction of the tool axis.
 
 use crate::geometry::DVec3;
 use crate::geometry::math::{cos, sin};
 
-/// Where the tool axis comes from.
+/// How the tool axis is determined.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub enum ToolAxis {
     /// The same unit direction everywhere (three-axis; 3+2 when not +Z).
     Fixed(DVec3),
-    /// Tilted by this angle, rad, from the surface normal toward the feed direction (five-axis).
+    /// Tilted from the surface normal toward the feed direction by this lead angle, rad (five-axis).
     Lead(f64),
 }
 

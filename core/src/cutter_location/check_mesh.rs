@@ -1,14 +1,13 @@
 //! How far a cutter must be lifted along its axis to touch no facet of the part.
 //!
-//! Steps: (1) a tree over the facets is built once; each node keeps a box along the mean normal and
-//! the longest direction of its facets. (2) A query keeps the cutter lifted as far as the facets
-//! seen so far ask for. A node is left out where a plane parts its box from that cutter (see
-//! [`super::solid`]); how far the cutter must rise for that orders the others, most first. On a smooth
-//! surface only nodes within about their own size of the contact are opened. (3) Facets whose
-//! planes the cutter crosses get the exact need (see [`super::drop`]).
+//! Steps: (1) a tree over the facets is built once; each node keeps a box along the mean normal and the longest
+//! direction of its facets. (2) A query keeps the cutter lifted as far as the facets seen so far require. A node is
+//! skipped where a plane separates its box from that cutter (see [`super::solid`]); the others are ordered by how far
+//! the cutter must rise for that, highest first. On a smooth surface only nodes within about their own size of the
+//! contact are opened. (3) Facets whose planes the cutter crosses are evaluated exactly (see [`super::drop`]).
 //!
-//! Queries keep no memory of earlier ones. Starting from the result of a neighbouring query would
-//! save one node in twenty, since the first descent ends beside the contact.
+//! Queries do not use earlier ones. Starting from the result of a neighbouring query would save one node in twenty,
+//! since the first descent ends beside the contact.
 
 use super::drop::Profile;
 use super::solid::{Block, Solid};
@@ -18,18 +17,18 @@ use crate::tool::Tool;
 /// Facets per leaf. Fewer: more memory and tree steps; more: needless facet tests.
 const LEAF_FACES: usize = 4;
 
-/// Subtrees up to this size are measured facet by facet, larger ones from their children. Larger
-/// costs building time (each doubling one more pass over all facets), smaller costs queries: boxes of
-/// boxes are loose.
+/// Subtrees up to this size are measured facet by facet, larger ones from their children. Larger: building takes
+/// longer (each doubling one more pass over all facets); smaller: queries take longer, since boxes of boxes are
+/// loose.
 const TIGHT_FACES: usize = 1 << 19;
 
-/// A facet that would raise the cutter by less than this more than others do is not looked at, mm.
+/// A facet that would raise the cutter by less than this beyond the others is ignored, mm.
 const NEGLIGIBLE: f64 = 1e-10;
 
-/// A facet of less than this height over length has no normal to rely on: it errs by 1e-16 over this, rad.
+/// A facet whose height over length is below this has no reliable normal: its error is 1e-16 over this, rad.
 const SLIVER: f64 = 1e-5;
 
-/// A cutter that still meets something after climbing this often is lifted clear of everything above.
+/// After this many lifts, a cutter that still touches something is lifted clear of everything above.
 const MOST_ROUNDS: u32 = 64;
 
 /// The part as an obstacle: facets of any connectivity, both sides solid.
@@ -73,13 +72,13 @@ impl Facet {
 struct Node {
     /// Its box, along the mean normal of the facets, the longest direction across it, and the third.
     block: Block,
-    /// Half its diagonal.
+    /// Half of its diagonal.
     radius: f64,
     first: u32,
     count: u32,
 }
 
-/// A facet on its way into the tree; single precision only decides on which side it is put.
+/// A facet during construction of the tree; single precision only decides on which side it goes.
 #[derive(Copy, Clone)]
 struct Item {
     centroid: [f32; 3],
@@ -90,7 +89,7 @@ struct Item {
 struct Query {
     tip: DVec3,
     frame: [DVec3; 3],
-    /// The cutter, lifted as far as is known to be needed.
+    /// The cutter, lifted as far as is known to be necessary.
     solid: Solid,
     /// Obstacles higher above the tip are ignored, mm.
     reach: f64,
@@ -101,7 +100,7 @@ struct Query {
 impl CheckMesh {
     /// An obstacle from `#V` positions, mm, and `#F` triples of indices into them.
     ///
-    /// Faces that name a vertex that does not exist, or one that is not finite, are left out.
+    /// Faces that refer to a vertex that does not exist, or to one that is not finite, are left out.
     pub fn new(positions: Vec<DVec3>, faces: Vec<[u32; 3]>) -> Self {
         let corners = |f: &[u32; 3]| -> Option<[DVec3; 3]> {
             let p = f.map(|v| positions.get(v as usize).copied().filter(|p| p.is_finite()));
@@ -131,8 +130,8 @@ impl CheckMesh {
         self.facets.len()
     }
 
-    /// The smallest distance, mm, by which a tip at `tip` must move along the unit `axis` so that the
-    /// cutter touches no facet; 0 where it is clear.
+    /// The smallest distance, mm, by which a tip at `tip` must move along the unit `axis` so that the cutter touches
+    /// no facet; 0 where it is clear.
     ///
     /// The cutter is its end (ball, flat or bull) under a cylinder of its radius up to `reach` mm above
     /// the tip (infinity for no limit); facets or parts of facets higher than that are ignored. The
@@ -234,7 +233,7 @@ impl CheckMesh {
     }
 }
 
-/// What a subtree tells its parent.
+/// What a subtree returns to its parent.
 struct Span {
     index: usize,
     low: DVec3,
@@ -323,7 +322,7 @@ fn frame_along(normal: DVec3, facets: &[Facet], middle: DVec3) -> DMat3 {
     DMat3::from_cols(normal, major, normal.cross(major))
 }
 
-/// Box that holds those of two nodes; no facet is looked at again.
+/// Box that contains those of two nodes; their facets are not visited again.
 fn join(a: &Node, b: &Node, span: &Span) -> Node {
     let (middle, normal) = (span.middle(), span.normal());
     let longest = span.high - span.low;

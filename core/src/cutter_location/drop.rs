@@ -5,11 +5,10 @@
 //! The *need* of a point is `z - g(rho)`: how far the tip must rise along the axis for the point
 //! to lie on the cutter and not inside it; a point with `rho >= R` needs nothing.
 //!
-//! `g` is convex and grows with `rho`, so need is a concave function of position. Its largest
-//! value over a triangle is therefore found in steps: (1) the point where the cutter is tangent to
-//! the plane; if it lies in the triangle, done; (2) else the largest need lies on one of the edges
-//! that this point is beyond. The concavity also gives a bound that costs a square root: need
-//! lies below each of its tangent planes.
+//! `g` is convex and increases with `rho`, so need is a concave function of position. Its largest value over a
+//! triangle is therefore found in steps: (1) the point where the cutter is tangent to the plane; if it lies in the
+//! triangle, done; (2) otherwise the largest need lies on one of the edges beyond which that point lies. The
+//! concavity also gives a bound that costs one square root: need lies below each of its tangent planes.
 
 use crate::geometry::{DVec2, DVec3};
 use crate::tool::Tool;
@@ -22,8 +21,8 @@ const SIDE_SLACK: f64 = 1e-6;
 
 /// A facet whose normal has less than this cosine to the axis is a wall: its edges decide.
 ///
-/// Too small and the tangent point loses its digits (error 1e-16 R / cosine); too large and the
-/// facet's own contact is missed (error `r_c` times cosine / 2). At 1e-8 both are below 1e-7 mm.
+/// Too small, and the tangent point loses its digits (error 1e-16 R / cosine); too large, and the facet's own contact
+/// is missed (error `r_c` times cosine / 2). At 1e-8 both are below 1e-7 mm.
 const WALL_COSINE: f64 = 1e-8;
 
 /// Shape of the cutter's lower side.

@@ -1,4 +1,4 @@
-//! Why a pass cannot be located.
+//! Why a pass has no cutter locations.
 
 use thiserror::Error;
 
@@ -22,7 +22,7 @@ pub enum LocateError {
         /// Angle between normal and axis there, degrees.
         degrees: f64,
     },
-    /// A contact that is no contact.
+    /// An invalid contact.
     #[error(
         "locate: contact {index} at ({:.3}, {:.3}, {:.3}) has a position, unit normal, feed direction or feed that is not finite",
         place.x, place.y, place.z

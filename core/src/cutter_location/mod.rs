@@ -1,5 +1,5 @@
-//! Cutter contact → cutter location: where the tip must be for the cutter to touch the surface at a
-//! point, and how far it must give way to the rest of the part.
+//! Cutter contact → cutter location: where the tip must be for the cutter to touch the surface at a point, and how
+//! far it must be lifted to clear the rest of the part.
 
 mod axis;
 mod check_mesh;

@@ -1,4 +1,4 @@
-//! All that the cutter must keep clear of: the part, with its allowance, and walls.
+//! Everything that the cutter must keep clear of: the part, with its allowance, and walls.
 
 use super::check_mesh::CheckMesh;
 use super::ruling::{Pushed, Ruling, Rulings};
@@ -8,7 +8,7 @@ use crate::tool::Tool;
 /// Rounds in which the cutter is lifted out of the part and out of walls in turn.
 const MOST_ROUNDS: usize = 8;
 
-/// The first part of the way down that is looked at.
+/// The first fraction of the way down that is tested.
 const FIRST_DROP: f64 = 0.125;
 
 /// The part and the walls beside it.
@@ -19,7 +19,7 @@ pub struct Obstacles {
     rulings: Rulings,
 }
 
-/// A cutter in place, and what is asked of it.
+/// A cutter in place, for a query.
 #[derive(Copy, Clone, Debug)]
 pub struct Standing {
     /// The cutter.
@@ -49,7 +49,7 @@ impl Standing {
         (0.0..=self.reach).contains(&height) && across <= wide * wide
     }
 
-    /// The cutter grown on all sides (shrunk where negative), mm; `None` where nothing is left.
+    /// The cutter offset outward on all sides (inward if negative), mm; `None` where nothing is left.
     pub fn grown(self, growth: f64) -> Option<Self> {
         let radius = self.tool.radius() + growth;
         let corner = (self.tool.corner_radius() + growth).max(0.0);
@@ -64,7 +64,7 @@ impl Obstacles {
         Self { part, walls: CheckMesh::new(Vec::new(), Vec::new()), rulings: Rulings::default() }
     }
 
-    /// A part with walls: as facets, and as rulings from which the cutter is pushed off.
+    /// A part with walls: as facets, and as rulings off which the cutter is pushed.
     pub fn with_walls(part: CheckMesh, walls: CheckMesh, rulings: Vec<Ruling>) -> Self {
         Self { part, walls, rulings: Rulings::new(rulings) }
     }
@@ -104,7 +104,8 @@ impl Obstacles {
         clears(&self.part, allowance - depth) && clears(&self.walls, -depth)
     }
 
-    /// The cutter moved across its axis until it just touches the walls it stood in; `None` where it does not fit.
+    /// The cutter moved across its axis until it just touches the walls that it penetrated; `None` where it does not
+    /// fit.
     pub fn pushed(&self, at: Standing) -> Option<Pushed> {
         if self.rulings.is_empty() {
             return Some(Pushed { tip: at.tip, away: None });
@@ -112,8 +113,8 @@ impl Obstacles {
         self.rulings.push(&at.tool, at.tip, at.axis, at.reach)
     }
 
-    /// The cutter let down, or lifted, along its axis until it rests on the part; where it was if there is nothing so
-    /// far `below` it, mm.
+    /// The cutter lowered, or lifted, along its axis until it rests on the part; unchanged if the part is not within
+    /// `below` mm beneath it.
     pub fn dropped(&self, at: Standing, allowance: f64, below: f64) -> DVec3 {
         let Some(grown) = at.grown(allowance) else { return at.tip };
         // Most surfaces lie little lower; from far below more of the part stands in the way.

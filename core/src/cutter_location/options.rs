@@ -1,4 +1,4 @@
-//! What a pass is located for: cutter, axis, allowance, tolerance.
+//! Parameters of locating a pass: cutter, axis, allowance, tolerance.
 
 use super::axis::ToolAxis;
 use crate::tool::Tool;
@@ -8,7 +8,7 @@ use crate::tool::Tool;
 pub struct PassOptions {
     /// The cutter.
     pub tool: Tool,
-    /// Where its axis comes from.
+    /// How its axis is determined.
     pub axis: ToolAxis,
     /// Fastest turn of the axis along the pass, rad/mm; infinity for none.
     pub axis_rate: f64,

@@ -1,13 +1,12 @@
 //! One pass of cutter contacts → the fewest cutter locations that keep to the tolerance.
 //!
-//! Steps: (1) an axis and a tip for every contact, the tip lifted clear of the part. (2) Between
-//! neighbours, middles are tested and lifted where the straight piece would cut in. (3) Points are
-//! left out while the path stays within half the tolerance of the dense one; points where the
-//! feed changes stay. (4) The pieces that remain are tested again against the part, and split where
-//! they penetrate.
+//! Steps: (1) an axis and a tip for every contact, the tip lifted clear of the part. (2) Between neighbours,
+//! midpoints are tested and lifted where the straight piece would gouge. (3) Points are dropped while the path stays
+//! within half the tolerance of the dense one; points where the feed changes are kept. (4) The remaining pieces are
+//! tested again against the part, and split where they gouge.
 //!
-//! The tolerance is shared out: a quarter for penetration that is let pass at contacts (walls
-//! beside the cutter), a quarter between them, half for the points left out.
+//! The tolerance is divided: a quarter for penetration that is accepted at contacts (walls beside the cutter), a
+//! quarter for penetration between them, half for the dropped points.
 
 use super::axis::tool_axis;
 use super::error::LocateError;
@@ -35,7 +34,7 @@ pub struct Contact {
     pub feed: f64,
     /// Purpose of the piece that ends here; a change of it survives the reduction.
     pub kind: MoveKind,
-    /// How far facets and smooth surface may lie apart here, mm; see [`facet_error`].
+    /// How far facets and smooth surface may be apart here, mm; see [`facet_error`].
     pub facet_error: f64,
 }
 
@@ -52,7 +51,7 @@ pub struct Located {
     pub normal: DVec3,
     /// Feed of the move that ends here, mm/s.
     pub feed: f64,
-    /// How far the tip was lifted from touching the contact, mm; infinite where there is no way between the points
+    /// How far the tip was lifted from touching the contact, mm; infinite where there is no path between the points
     /// before and behind.
     pub raise: f64,
     /// Keys of the first and the last contact whose pieces the move that ends here covers.
@@ -84,8 +83,8 @@ pub struct LocatedPass {
     pub lifted: Vec<LiftedSpan>,
 }
 
-/// A bound of the raise, mm, that comes from facets and interpolated normals alone, for a cutter of
-/// radius `radius` on a facet with these corners and unit vertex normals.
+/// An upper bound of the raise, mm, caused by facets and interpolated normals alone, for a cutter of radius `radius`
+/// on a facet with these corners and unit vertex normals.
 ///
 /// The arc over an edge whose normals differ by `beta` rises `length * beta / 8` above it, and a
 /// cutter tilted by `beta` against the facet cuts `radius * beta^2 / 2` into it.
@@ -102,15 +101,14 @@ pub fn facet_error(corners: [DVec3; 3], normals: [DVec3; 3], radius: f64) -> f64
 
 /// Locates the cutter along a pass.
 ///
-/// Three-axis passes keep the axis; five-axis ones turn it at most `axis_rate`. Every straight piece of
-/// the result stays within `tolerance` of the lifted path and penetrates the part (grown by the
-/// allowance) no deeper than that; in five axes the depth of the cut follows tip and axis and is held to
-/// the same tolerance. Where the wanted position would need a jump, the cutter is lifted
-/// along its axis beside the obstacle.
+/// Three-axis passes keep the axis; five-axis ones turn it by at most `axis_rate`. Every straight piece of the result
+/// stays within `tolerance` of the lifted path and penetrates the part (grown by the allowance) no deeper than that;
+/// in five axes the depth of the cut follows from tip and axis and is held to the same tolerance. Where the wanted
+/// position would require a jump, the cutter is lifted along its axis beside the obstacle.
 ///
 /// # Errors
 /// [`LocateError::BelowHorizon`] where the surface faces away from a fixed axis,
-/// [`LocateError::NotFinite`] for a contact that is none.
+/// [`LocateError::NotFinite`] for an invalid contact.
 pub fn locate_pass(
     contacts: &[Contact],
     options: &PassOptions,
@@ -144,17 +142,17 @@ struct Dense {
     at_contact: bool,
     /// Whether it was tested to penetrate by at most a quarter of the tolerance.
     tested: bool,
-    /// Whether it was lifted out of all that it would penetrate.
+    /// Whether it was lifted out of everything that it would penetrate.
     is_free: bool,
-    /// Out of the wall that the cutter was moved off, unit.
+    /// Direction out of the wall off which the cutter was moved, unit.
     away: Option<DVec3>,
 }
 
 impl Probe<'_> {
-    /// The longest step, mm, of which only the middle is tested.
+    /// The longest step, mm, of which only the midpoint is tested.
     ///
-    /// A cutter that turns about its contact leaves it: its rounding, of radius `r`, passes by what it was never
-    /// near to. Between places `s/2` apart that stands into it by up to `s²/(32 r)`, here three quarters of the tolerance.
+    /// When a cutter turns about its contact, its rounding, of radius `r`, passes places that it was not near before.
+    /// Between places `s/2` apart it penetrates by up to `s²/(32 r)`, here three quarters of the tolerance.
     fn longest_step(&self, a: &Dense, b: &Dense) -> f64 {
         let longest = 0.5 * self.tool.radius();
         let is_swing = a.tip.distance(b.tip) > SWING * a.contact.distance(b.contact);
@@ -166,13 +164,14 @@ impl Probe<'_> {
         longest.min((24.0 * rounding * self.tolerance).sqrt())
     }
 
-    /// Whether two places of one contact lie apart: beside a wall, the cutter was moved off it to one side and the other.
+    /// Whether two places of one contact are apart: beside a wall, the cutter was moved off it to one side and to the
+    /// other.
     fn is_jump(&self, a: &Dense, b: &Dense) -> bool {
         same_axis(a.axis, b.axis) && a.contact.distance(b.contact) < self.tolerance
     }
 
-    /// Whether the cutter penetrates nothing, by more than three quarters of the tolerance, on the straight way: between
-    /// places `s` apart it stands in a sharp edge by `s²/(8R)` more.
+    /// Whether the cutter penetrates nothing by more than three quarters of the tolerance on the straight line:
+    /// between places `s` apart it penetrates a sharp edge by `s²/(8R)` more.
     fn is_straight_clear(&self, a: &Dense, b: &Dense) -> bool {
         let apart = (4.0 * self.tool.radius() * self.tolerance).sqrt();
         let count = (a.tip.distance(b.tip) / apart).ceil().max(1.0);
@@ -182,18 +181,18 @@ impl Probe<'_> {
             .all(|u| self.clears(a.tip.lerp(b.tip, u), axis(u), 0.25 * self.tolerance))
     }
 
-    /// Whether the way between two places leads from the cut up onto what stands beside the surface: the cut is to
-    /// reach as far as the foot of that.
+    /// Whether the move between two places leads from the cut up onto what stands beside the surface: the cut is to
+    /// reach its foot.
     fn is_ramp(&self, a: &Dense, b: &Dense) -> bool {
         !self.obstacles.rulings().is_empty() && (a.raise - b.raise).abs() > self.tool.radius()
     }
 
-    /// Whether the cutter in the middle between two places penetrates by less than a quarter of the tolerance
-    /// for certain, because it does nothing there.
+    /// Whether the cutter in the middle between two places certainly penetrates by less than a quarter of the
+    /// tolerance, because it penetrates nothing at either place.
     ///
-    /// A cutter of corner radius `r` is a ball of that radius swept over a convex set. What both ends of a step
-    /// `s` leave clear is at least `r` from each of the two copies of every ball, and so
-    /// `sqrt(r² - s²/4)` from the one in the middle (parallelogram law).
+    /// A cutter of corner radius `r` is a ball of that radius swept over a convex set. What is clear at both ends of
+    /// a step `s` is at least `r` from each of the two copies of every ball, and so `sqrt(r² - s²/4)` from the one in
+    /// the middle (parallelogram law).
     fn is_between(&self, a: &Dense, b: &Dense) -> bool {
         let r = self.tool.corner_radius();
         let square = 0.25 * a.tip.distance_squared(b.tip);
@@ -230,8 +229,8 @@ fn require_reachable(contacts: &[Contact], axes: &[DVec3]) -> Result<(), LocateE
 
 /// The axis at every contact, turning no faster than allowed.
 ///
-/// The means of the wanted axes over ever longer windows turn ever slower; the shortest window, by
-/// doubling, that is slow enough is used.
+/// The means of the wanted axes over longer windows turn more slowly; the shortest window, by doubling, that is slow
+/// enough is used.
 fn pass_axes(contacts: &[Contact], options: &PassOptions) -> Vec<DVec3> {
     let wanted: Vec<DVec3> =
         contacts.iter().map(|c| tool_axis(options.axis, c.normal, c.feed_direction)).collect();
@@ -322,8 +321,8 @@ fn dense_path(
     dense
 }
 
-/// The point in the corner of two walls, where the way from the last point that touches one to `b`, which touches the
-/// other, cuts that corner.
+/// The point in the corner of two walls, where the move from the last point that touches one to `b`, which touches
+/// the other, cuts that corner.
 fn in_corner(dense: &[Dense], b: &Dense, probe: &Probe) -> Option<Dense> {
     let last = dense.iter().rposition(|d| d.away.is_some())?;
     let a = &dense[last];
@@ -349,16 +348,16 @@ fn in_corner(dense: &[Dense], b: &Dense, probe: &Probe) -> Option<Dense> {
     is_low.then_some(Dense { tip, raise, is_free, away: away.or(a.away), ..middle })
 }
 
-/// A corner lies at most so many times as far from the way between its walls as that is long.
+/// Greatest distance of a corner from the line between its walls, in lengths of that line.
 const CORNER: f64 = 4.0;
-/// Times as far as its contact goes the tip, where the cutter turns about it.
+/// Greatest travel of the tip, in travels of its contact, where the cutter turns about it.
 const SWING: f64 = 2.0;
-/// What a lifted cutter may still penetrate, mm: a bound of [`CheckMesh::raise`].
+/// Penetration that a lifted cutter may still have, mm: a bound of [`CheckMesh::raise`].
 const FREE: f64 = 2e-6;
 /// Halvings of a piece between contacts; 2^12 parts of a long piece are shorter than any tolerance.
 const DEEPEST: u32 = 12;
 
-/// Appends the points needed between `a` and `b` for no straight piece to cut in; returns whether any.
+/// Appends the points needed between `a` and `b` so that no straight piece gouges; returns whether there are any.
 fn between(a: &Dense, b: &Dense, probe: &Probe, depth: u32, out: &mut Vec<Dense>) -> bool {
     let step = b.tip - a.tip;
     let is_short = step.length() < probe.longest_step(a, b);
@@ -404,7 +403,7 @@ fn between(a: &Dense, b: &Dense, probe: &Probe, depth: u32, out: &mut Vec<Dense>
     true
 }
 
-/// The middle of a piece; [`between`] keeps it only after testing it.
+/// The midpoint of a piece; [`between`] keeps it only after testing it.
 fn midpoint(a: &Dense, b: &Dense) -> Dense {
     Dense {
         tip: 0.5 * (a.tip + b.tip),
@@ -420,7 +419,7 @@ fn midpoint(a: &Dense, b: &Dense) -> Dense {
     }
 }
 
-/// The lower of two points, lifted along its axis to the height of the higher: a lift up a wall.
+/// The lower of two points, lifted along its axis to the height of the higher one: a lift up a wall.
 fn lifted_beside(a: &Dense, b: &Dense) -> Dense {
     let climb = (b.tip - a.tip).dot(a.axis);
     let (low, axis) = if climb > 0.0 { (a, a.axis) } else { (b, b.axis) };
@@ -438,7 +437,7 @@ fn lifted_beside(a: &Dense, b: &Dense) -> Dense {
     }
 }
 
-/// Steps 3 and 4: indices into `dense` of the points that stay.
+/// Steps 3 and 4: indices into `dense` of the points that are kept.
 fn reduce(
     dense: &[Dense],
     contacts: &[Contact],
@@ -474,7 +473,7 @@ fn reduce(
     kept
 }
 
-/// The furthest point, found by doubling and halving, that a straight piece from `start` may go to.
+/// The farthest point, found by doubling and bisection, to which a straight piece from `start` may go.
 fn furthest(dense: &[Dense], start: usize, end: usize, options: &PassOptions) -> usize {
     let allowed = 0.5 * options.tolerance;
     let within = |stop: usize| {
@@ -515,8 +514,8 @@ fn same_axis(a: DVec3, b: DVec3) -> bool {
     a.distance_squared(b) < 1e-24
 }
 
-/// Distance of dense point `k` from the straight piece `a`-`b`: of the tip, or along the normal of the
-/// contact that tip and axis give, whichever is larger. Along the surface a contact may slide on the cutter.
+/// Distance of dense point `k` from the straight piece `a`-`b`: that of the tip, or that along the normal of the
+/// contact given by tip and axis, whichever is larger. Along the surface a contact may slide on the cutter.
 fn deviation(dense: &[Dense], a: usize, b: usize, k: usize, tool: &Tool) -> f64 {
     let p = &dense[k];
     let (tip, axis) = on_chord(dense, a, b, k, tool.radius());
@@ -529,7 +528,7 @@ fn deviation(dense: &[Dense], a: usize, b: usize, k: usize, tool: &Tool) -> f64 
     of_tip.max(slip.dot(p.normal).abs())
 }
 
-/// Appends `b`, and before it the points at which the piece `a`-`b` must be split not to cut in.
+/// Appends `b`, and before it the points at which the piece `a`-`b` must be split so as not to gouge.
 fn split_where_cutting(dense: &[Dense], a: usize, b: usize, probe: &Probe, kept: &mut Vec<usize>) {
     let cuts = |k: usize| {
         let (tip, axis) = on_chord(dense, a, b, k, probe.tool.radius());

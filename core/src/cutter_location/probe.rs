@@ -1,4 +1,4 @@
-//! One cutter tried at a place: off walls, down on the part, or lifted clear of both.
+//! One cutter tested at a place: moved off walls, lowered onto the part, or lifted clear of both.
 
 use super::axis::tool_axis;
 use super::obstacles::{Obstacles, Standing};
@@ -7,19 +7,20 @@ use super::tip::tip;
 use crate::geometry::DVec3;
 use crate::tool::Tool;
 
-/// Part of the way that a cutter is moved off a wall by which the part may lie lower there: slopes up to 80 degrees.
+/// How much lower the part may lie beside a wall, as a multiple of the distance by which the cutter is moved off it:
+/// slopes up to 80 degrees.
 const BELOW: f64 = 6.0;
-/// Part of the tolerance that a cutter beside a wall may stand in it: between rulings it is an eighth.
+/// Fraction of the tolerance by which a cutter beside a wall may penetrate it: between rulings it is an eighth.
 const AT_WALL: f64 = 0.2;
 
-/// Where the cutter stands instead of where it was to stand.
+/// Position of the cutter instead of the intended one.
 pub(super) struct Placed {
     pub tip: DVec3,
     /// How far it was lifted.
     pub raise: f64,
-    /// Whether it is clear of all.
+    /// Whether it is clear of everything.
     pub is_free: bool,
-    /// Out of the wall that it was moved off, unit.
+    /// Direction out of the wall off which it was moved, unit.
     pub away: Option<DVec3>,
 }
 
@@ -47,8 +48,8 @@ impl<'a> Probe<'a> {
         self.obstacles.is_clear(self.standing(tip, axis), self.allowance, depth)
     }
 
-    /// Where the cutter stands that was to stand at `tip`: moved off walls and then let down on the part; lifted
-    /// where it does not fit.
+    /// Position of the cutter intended at `tip`: moved off walls and then lowered onto the part; lifted where it does
+    /// not fit.
     pub fn placed(&self, tip: DVec3, axis: DVec3) -> Placed {
         let pushed = self.obstacles.pushed(self.standing(tip, axis));
         if let Some(pushed) = pushed
@@ -68,8 +69,8 @@ impl<'a> Probe<'a> {
         Placed { tip: tip + axis * raise, raise, is_free, away: None }
     }
 
-    /// The raise, and whether it is all that is asked for: a small penetration is forgiven where undoing it
-    /// would take a long way up a wall.
+    /// The raise, and whether it is sufficient: a small penetration is accepted where removing it would require a
+    /// large lift along a wall.
     fn raise(&self, tip: DVec3, axis: DVec3) -> (f64, bool) {
         let raise = self.obstacles.raise(self.standing(tip, axis), self.allowance);
         if raise > 0.5 * self.tolerance && self.clears(tip, axis, 0.25 * self.tolerance) {
@@ -80,7 +81,7 @@ impl<'a> Probe<'a> {
 }
 
 /// How far the cutter must be lifted where it is to touch one contact of a path going along `feed`, mm; infinite
-/// where that cannot be: the surface faces away, or the allowance leaves nothing of the cutter.
+/// where that is impossible: the surface faces away, or the allowance leaves nothing of the cutter.
 pub fn raise_at(
     contact: DVec3,
     normal: DVec3,
@@ -92,7 +93,7 @@ pub fn raise_at(
         .map_or(f64::INFINITY, |at| obstacles.raise(at, options.allowance))
 }
 
-/// The cutter that touches one contact of a path going along `feed`, where nothing stands in its way.
+/// The cutter that touches one contact of a path going along `feed`, if nothing obstructs it.
 pub fn standing_clear(
     contact: DVec3,
     normal: DVec3,
@@ -104,8 +105,8 @@ pub fn standing_clear(
     obstacles.is_clear(at, options.allowance, 0.25 * options.tolerance).then_some(at)
 }
 
-/// The cutter that is to touch one contact of a path going along `feed` and would stand in a wall: moved off it and let
-/// down on the part; `None` where no wall is in its way, or the surface faces away.
+/// The cutter that is to touch one contact of a path going along `feed` and would penetrate a wall: moved off it and
+/// lowered onto the part; `None` where no wall obstructs it, or the surface faces away.
 pub fn lowest_off_walls(
     contact: DVec3,
     normal: DVec3,
@@ -119,7 +120,7 @@ pub fn lowest_off_walls(
     Some(Standing { tip: placed.tip, ..at })
 }
 
-/// Whether the cutter stands in a wall where it touches one contact of a path going along `feed`.
+/// Whether the cutter penetrates a wall where it touches one contact of a path going along `feed`.
 pub fn is_in_wall(
     contact: DVec3,
     normal: DVec3,
@@ -133,8 +134,8 @@ pub fn is_in_wall(
         .is_some_and(|stand| stand.depth > 0.25 * options.tolerance)
 }
 
-/// The cutter touching a contact of a path going along `feed`, whatever stands in its way; `None` where the surface
-/// faces away or the allowance leaves nothing of the cutter.
+/// The cutter touching a contact of a path going along `feed`, ignoring obstacles; `None` where the surface faces
+/// away or the allowance leaves nothing of the cutter.
 fn touching(contact: DVec3, normal: DVec3, feed: DVec3, options: &PassOptions) -> Option<Standing> {
     let axis = tool_axis(options.axis, normal, feed);
     let tip = tip(&options.tool, contact, normal, axis, options.allowance);

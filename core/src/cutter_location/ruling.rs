@@ -1,31 +1,31 @@
-//! Walls beside the cutter: how deep it stands in them, and where it just touches them.
+//! Walls beside the cutter: how deep it penetrates them, and where it just touches them.
 //!
-//! - *Ruling*: a straight line up a wall. Rulings stand so close that between two of them a cutter enters the wall
-//!   by an eighth of the tolerance at most (`s²/(8R)`).
-//! - *Stand*: how deep the cutter stands in the worst ruling, and the way out of it, across the cutter's axis.
+//! - *Ruling*: a straight line up a wall. Rulings are so close together that between two of them a cutter enters the
+//!   wall by an eighth of the tolerance at most (`s²/(8R)`).
+//! - *Stand*: how deep the cutter penetrates the worst ruling, and the direction out of it, across the cutter's axis.
 //!
-//! A cutter is pushed off walls across its axis: out of the worst ruling, then out of the next; where it is back in
-//! the one before, to the place where it touches both, as in a corner.
+//! A cutter is pushed off walls across its axis: out of the worst ruling, then out of the next; if that brings it
+//! back into the previous one, to the place where it touches both, as in a corner.
 
 use crate::geometry::{DVec3, any_perpendicular};
 use crate::tool::Tool;
 use rstar::{AABB, RTree, RTreeObject};
 
-/// Steps out of rulings at most; a corner of two walls takes two or three.
+/// Greatest number of steps out of rulings; a corner of two walls takes two or three.
 const MOST_STEPS: usize = 64;
-/// Farther than this a cutter is not pushed, cutter radii: from where it touches the surface its axis is a radius behind
-/// a wall at most, and out of a corner of 60 degrees it is twice as far as out of a wall.
+/// Farthest distance that a cutter is pushed, cutter radii: where it touches the surface, its axis is at most a
+/// radius behind a wall, and out of a corner of 60 degrees it moves twice as far as out of a wall.
 const FARTHEST: f64 = 4.0;
-/// A cutter that stands in a wall by less than this touches it, mm.
+/// A cutter that penetrates a wall by less than this touches it, mm.
 const TOUCH: f64 = 1e-7;
-/// Distance from the axis, cutter radii, within which a ruling tells on which side of the wall the cutter stands.
+/// Distance from the axis, cutter radii, within which a ruling shows on which side of the wall the cutter stands.
 const AROUND: f64 = 2.1;
-/// Steps of the search along a ruling for the place where a rounded end stands deepest in it.
+/// Steps of the search along a ruling for the deepest penetration of a rounded end.
 const THIRDS: usize = 24;
-/// What a rounded end may stand deeper in a ruling than its side does is not looked for below this, mm.
+/// Below this, mm, it does not matter how much deeper a rounded end penetrates a ruling than the cutter's side does.
 const NEGLIGIBLE: f64 = 1e-5;
-/// Two ways out less than this apart (sine) are one: those from neighbouring rulings of a straight wall differ by up to
-/// their distance over the cutter's radius.
+/// Two directions out that differ by less than this (sine) are the same: those from neighbouring rulings of a
+/// straight wall differ by up to their distance over the cutter's radius.
 const SAME_WAY: f64 = 0.1;
 /// Rulings less than this apart, across the axis, are one line, mm.
 const SAME_LINE: f64 = 1e-9;
@@ -41,7 +41,7 @@ pub struct Ruling {
     pub inward: DVec3,
     /// Allowance on the wall, mm.
     pub allowance: f64,
-    /// Whether a cutter whose axis is behind the wall is moved out before it; else it has no place there.
+    /// Whether a cutter whose axis is behind the wall is moved out in front of it; otherwise it has no place there.
     pub clears_behind: bool,
 }
 
@@ -53,12 +53,12 @@ impl RTreeObject for Ruling {
     }
 }
 
-/// How the cutter stands to the walls around it.
+/// Position of the cutter relative to the walls around it.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Stand {
-    /// How deep it stands in the worst of them, mm; negative where it is clear.
+    /// How deep it penetrates the worst of them, mm; negative where it is clear.
     pub depth: f64,
-    /// Unit way out of that, across the axis.
+    /// Unit direction out of that, across the axis.
     pub away: DVec3,
     /// Whether its axis is behind a wall from where it is not moved out.
     pub is_lost: bool,
@@ -69,17 +69,17 @@ pub struct Stand {
 pub struct Pushed {
     /// Its tip, mm.
     pub tip: DVec3,
-    /// Out of the wall that it touches last; `None` where it was clear.
+    /// Direction out of the last wall that it touches; `None` where it was clear.
     pub away: Option<DVec3>,
 }
 
-/// The walls of a part, for questions about places.
+/// The walls of a part, for queries at places.
 #[derive(Clone, Debug, Default)]
 pub struct Rulings {
     tree: RTree<Ruling>,
 }
 
-/// The cutter of a question.
+/// The cutter of a query.
 struct Query<'a> {
     tool: &'a Tool,
     tip: DVec3,
@@ -91,9 +91,9 @@ struct Query<'a> {
 struct Seen {
     /// Smallest distance from the axis, mm.
     distance: f64,
-    /// From the axis to the ruling where it is that near.
+    /// From the axis to the nearest point of the ruling.
     across: DVec3,
-    /// How deep the cutter stands in it, and from the axis to where.
+    /// How deep the cutter penetrates it, and from the axis to where.
     depth: f64,
     deepest: DVec3,
 }
@@ -109,9 +109,10 @@ impl Rulings {
         self.tree.size() == 0
     }
 
-    /// How a cutter with its tip at `tip`, `reach` mm long, stands to the walls; `None` where none is near.
+    /// Position relative to the walls of a cutter with its tip at `tip`, `reach` mm long; `None` where no wall is
+    /// near.
     ///
-    /// Where its axis is behind the nearest wall it stands in it by its radius and the way to the axis.
+    /// Where its axis is behind the nearest wall, it penetrates the wall by its radius plus the distance to the axis.
     pub fn stand(&self, tool: &Tool, tip: DVec3, axis: DVec3, reach: f64) -> Option<Stand> {
         if self.is_empty() {
             return None;
@@ -158,7 +159,7 @@ impl Rulings {
         Some(Stand { depth, away, is_lost: false })
     }
 
-    /// The cutter moved across its axis until it stands in no wall; `None` where it does not fit between them.
+    /// The cutter moved across its axis until it penetrates no wall; `None` where it does not fit between them.
     pub fn push(&self, tool: &Tool, tip: DVec3, axis: DVec3, reach: f64) -> Option<Pushed> {
         let mut pushed = Pushed { tip, away: None };
         // The plane that the tip was last pushed out to: its direction and offset.
@@ -181,7 +182,7 @@ impl Rulings {
         None
     }
 
-    /// A box around the cutter and what lies so far beside it.
+    /// A box around the cutter, extended by the given distance.
     fn envelope(&self, query: &Query, around: f64) -> AABB<[f64; 3]> {
         let all = self.tree.root().envelope();
         let [low, high] = [all.lower(), all.upper()].map(DVec3::from);
@@ -198,7 +199,8 @@ fn place(ruling: &Ruling) -> [f64; 3] {
     ruling.from.to_array()
 }
 
-/// The place nearest to `out`, which lies on the plane `second`, that lies on `first`, too, if `out` lies behind it.
+/// The point nearest to `out`, which lies on the plane `second`, that also lies on `first`, if `out` lies behind
+/// that.
 fn touching_both(
     out: DVec3,
     first: (DVec3, f64),
@@ -211,8 +213,8 @@ fn touching_both(
     (missing > 0.0 && slope.abs() > SAME_WAY).then(|| out + along * (missing / slope))
 }
 
-/// Where the cutter at `a` and at `b`, each of which touches a wall, would touch both walls: the corner between
-/// them; `None` where the walls run alike.
+/// Where the cutter at `a` and at `b`, each touching a wall, would touch both walls: the corner between them; `None`
+/// where the walls are parallel.
 pub fn corner(a: (DVec3, DVec3), b: (DVec3, DVec3), axis: DVec3) -> Option<DVec3> {
     let (first, second) = (a.1.reject_from(axis), b.1.reject_from(axis));
     let along = axis.cross(second.try_normalize()?);
@@ -228,14 +230,14 @@ pub fn corner(a: (DVec3, DVec3), b: (DVec3, DVec3), axis: DVec3) -> Option<DVec3
 }
 
 impl Query<'_> {
-    /// The ruling's way out of the wall, across the axis.
+    /// The ruling's direction out of the wall, across the axis.
     fn inward(&self, ruling: &Ruling) -> DVec3 {
         let across = ruling.inward.reject_from(self.axis);
         across.try_normalize().unwrap_or(any_perpendicular(self.axis))
     }
 
-    /// `None` for a ruling that lies wholly below the tip or above the cutter; less deep than `floor` the depth beside
-    /// the rounded end does not matter.
+    /// `None` for a ruling that lies wholly below the tip or above the cutter; if less deep than `floor`, the depth
+    /// beside the rounded end does not matter.
     fn sees(&self, ruling: &Ruling, floor: f64) -> Option<Seen> {
         let (a, b) = (ruling.from - self.tip, ruling.to - self.tip);
         let (low, high) = (a.dot(self.axis), b.dot(self.axis));

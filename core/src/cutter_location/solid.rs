@@ -1,19 +1,18 @@
-//! Whether the cutter, put somewhere, is clear of a box or of a facet's plane.
+//! Whether the cutter, in a given place, is clear of a box or of a facet's plane.
 //!
-//! Terms. The *core* is the flat bottom disk of radius `R - r_c` at height `r_c` above the tip and all
-//! that lies straight above it; for a ball end a ray. The cutter is all that lies closer to the
-//! core than the corner radius. Both are convex, so wherever box and cutter are apart a plane parts
-//! them.
+//! Terms. The *core* is the flat bottom disk of radius `R - r_c` at height `r_c` above the tip and everything
+//! straight above it; for a ball end a ray. The cutter is everything closer to the core than the corner radius. Both
+//! box and cutter are convex, so wherever they are apart a plane separates them.
 //!
 //! Ball: (1) the core's point nearest to the box's centre; (2) from there to the nearest point of the
 //! box; (3) the plane across that direction. Below the ball's centre this is their exact distance.
 //!
-//! Flat and bull: (1) the point of the box nearest to where the cutter would touch the box's middle plane;
-//! (2) planes whose normals lie in the plane through the axis and that point, so that the rim supports
-//! them there: across the axis, along the box's own normal and across the gap to that point. On a
-//! slope that a flat end touches, a node drops out two of its sizes away from the contact.
+//! Flat and bull: (1) the point of the box nearest to where the cutter would touch the box's middle plane; (2) planes
+//! whose normals lie in the plane through the axis and that point, so that the rim supports them there: across the
+//! axis, along the box's own normal and across the gap to that point. On a slope that a flat end touches, a node is
+//! skipped at twice its size from the contact.
 //!
-//! How far a plane lies inside the cutter over its slope to the axis bounds how far the cutter must rise.
+//! How far a plane lies inside the cutter, over its slope to the axis, bounds how far the cutter must rise.
 
 use super::drop::Profile;
 use crate::geometry::{DMat3, DVec3};
@@ -68,9 +67,9 @@ impl View<'_> {
         touch.clamp(-self.half, self.half) - self.tip
     }
 
-    /// How far the cutter must rise for a plane to part it from the box: one that touches it and faces
-    /// along `lateral * outward + axis * up`, with `lateral` across the axis and `rho` long, `outward >= 0` and
-    /// `up <= 0`. Not positive where the plane parts them now; infinite where it never will.
+    /// How far the cutter must rise for a plane to separate it from the box: one that touches it and faces along
+    /// `lateral * outward + axis * up`, with `lateral` across the axis and `rho` long, `outward >= 0` and `up <= 0`.
+    /// Not positive where the plane separates them now; infinite where it never will.
     fn rise(&self, lateral: DVec3, rho: f64, outward: f64, up: f64) -> f64 {
         let Profile { corner, bottom, .. } = *self.profile;
         let (w, out) = (lateral * outward + self.a * up, rho * outward);

@@ -1,10 +1,10 @@
-//! Where the tip of the cutter stands that touches a contact.
+//! Position of the tip of a cutter that touches a contact.
 
 use crate::geometry::DVec3;
 use crate::tool::Tool;
 
-/// Sine of the slope below which ground is level. Larger: flat ends cut into slopes by this times their radius;
-/// smaller: the rounding of coordinates in files decides on which side of its contact the cutter stands.
+/// Sine of the slope below which ground counts as level. Larger: flat ends cut into slopes by this times their
+/// radius; smaller: the rounding of coordinates in files decides on which side of its contact the cutter stands.
 const LEVEL: f64 = 1e-4;
 
 /// From the tip of the cutter to the point at which it touches a surface of unit `normal`, mm.

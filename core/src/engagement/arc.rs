@@ -3,7 +3,7 @@
 use crate::geometry::math;
 use crate::job::FeedComponent;
 
-/// How much of the leading half circle is in stock.
+/// Engagement of the leading half circle.
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
 pub struct Engagement {
     /// Engagement angle, rad.

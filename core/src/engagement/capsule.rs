@@ -1,4 +1,4 @@
-//! What one straight move of the cutter disc sweeps in the plane.
+//! The area that one straight move of the cutter disc sweeps in the plane.
 
 use crate::geometry::DVec2;
 
@@ -71,7 +71,7 @@ impl Capsule {
 
     /// Calls `visit` with every point where the circle may cross the hull's outline.
     ///
-    /// Points of the two discs and two sides that are not on the outline are given too.
+    /// Points of the two discs and two sides that are not on the outline are included.
     pub fn crossings(&self, center: DVec2, radius: f64, mut visit: impl FnMut(DVec2)) {
         circle_circle(center, radius, self.start, self.start_radius, &mut visit);
         if self.length == 0.0 {

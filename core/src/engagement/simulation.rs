@@ -1,4 +1,4 @@
-//! The cutter walking through the stock: every move measured, then swept, in cutting order.
+//! The cutter moving through the stock: every move measured, then swept, in cutting order.
 
 use super::arc::Engagement;
 use super::capsule::Capsule;
@@ -8,17 +8,17 @@ use crate::geometry::DVec2;
 use crate::job::FeedComponent;
 use crate::toolpath::MoveKind;
 
-/// Distance between engagement samples as a part of the cutter radius. Larger: peaks between
-/// samples are missed; smaller: slower in proportion.
+/// Distance between engagement samples as a fraction of the cutter radius. Larger: peaks between samples are missed;
+/// smaller: proportionally slower.
 const SAMPLE: f64 = 0.1;
-/// Longest capsule as a part of the cutter radius; the scale is taken as linear along it.
+/// Longest capsule as a fraction of the cutter radius; the scale is taken as linear along it.
 const LONGEST: f64 = 0.5;
 /// Reduced feeds come from the ladder `nominal * RUNG^n`, so that the program is not full of feed
 /// words. Smaller: fewer words, more time lost.
 const RUNG: f64 = 0.97;
-/// An engagement below this is rounding.
+/// An engagement below this counts as rounding.
 const IDLE: f64 = 1e-9;
-/// Limited moves aim at this part of the limit, so that rounding of the program stays below it.
+/// Limited moves aim at this fraction of the limit, so that rounding of the program stays below it.
 pub const AIM: f64 = 0.995;
 
 /// Cutting data of the simulation.
@@ -43,7 +43,7 @@ impl Cutting {
     }
 }
 
-/// A mark in a simulation to come back to.
+/// A saved state of a simulation.
 #[derive(Debug)]
 pub struct Mark {
     points: usize,
@@ -51,11 +51,11 @@ pub struct Mark {
     at: DVec2,
 }
 
-/// A cutter on its way through the stock.
+/// A cutter moving through the stock.
 pub struct Simulation<'a> {
     /// Cutting data.
     pub cutting: Cutting,
-    /// The surface as the plane sees it.
+    /// The surface as seen in the plane.
     pub terrain: &'a dyn Terrain,
     stock: Stock,
     points: Vec<FlatPoint>,
@@ -66,7 +66,7 @@ pub struct Simulation<'a> {
 }
 
 impl<'a> Simulation<'a> {
-    /// A simulation that has not begun.
+    /// A simulation before its first move.
     pub fn new(cutting: Cutting, terrain: &'a dyn Terrain, stock: Stock) -> Self {
         Self {
             cutting,
@@ -110,8 +110,7 @@ impl<'a> Simulation<'a> {
         self.pass += 1;
     }
 
-    /// Cutter radius in the plane, flat mm; the scale of the last known point stands in where the
-    /// chart ends.
+    /// Cutter radius in the plane, flat mm; where the chart ends, the scale of the last known point is used.
     pub fn disc(&self, at: DVec2) -> f64 {
         let scale = self.terrain.scale(at).or_else(|| self.terrain.scale(self.at));
         self.cutting.radius / scale.unwrap_or(1.0)
@@ -122,14 +121,14 @@ impl<'a> Simulation<'a> {
         Mark { points: self.points.len(), stock: self.stock.checkpoint(), at: self.at }
     }
 
-    /// Takes back everything since the mark.
+    /// Undoes everything since the mark.
     pub fn undo(&mut self, mark: &Mark) {
         self.points.truncate(mark.points);
         self.stock.rollback(&mark.stock);
         self.at = mark.at;
     }
 
-    /// Gives up the possibility to go back.
+    /// Discards the mark.
     pub fn keep(&mut self) {
         self.stock.commit();
     }
@@ -145,7 +144,7 @@ impl<'a> Simulation<'a> {
         self.push(to, height, kind, 0.0, self.cutting.feed, Engagement::default(), 0.0);
     }
 
-    /// Removes the disc at the present place without accounting for it: a plunge.
+    /// Removes the disc at the present place without measuring it: a plunge.
     pub fn plunge(&mut self) {
         let r = self.disc(self.at);
         self.stock.sweep(Capsule::new(self.at, r, self.at, r));
@@ -168,13 +167,13 @@ impl<'a> Simulation<'a> {
         self.advance(to, kind, false);
     }
 
-    /// Moves straight to `to`, slower where the limit asks for it.
+    /// Moves straight to `to`, slower where the limit requires it.
     pub fn cut_limited(&mut self, to: DVec2, kind: MoveKind) {
         self.advance(to, kind, true);
     }
 
-    /// Makes moves on which the cutter keeps facing the way it goes now: a leaning axis would swing
-    /// round with every turn of a short way out and back.
+    /// Makes moves on which the cutter keeps facing its present direction: a leaning axis would swing round with
+    /// every turn of a short detour.
     pub fn facing_on(&mut self, moves: impl FnOnce(&mut Self)) {
         if let [.., a, b] = &self.points[..] {
             self.heading = (b.at - a.at).try_normalize();
@@ -183,7 +182,7 @@ impl<'a> Simulation<'a> {
         self.heading = None;
     }
 
-    /// Moves at a height through stock whose removal rate at that feed is known beforehand, mm³/s.
+    /// Moves at a height through stock whose removal rate at that feed is known, mm³/s.
     pub fn descend(&mut self, to: DVec2, height: f64, mrr: f64, feed: f64) {
         let (from, r0) = (self.at, self.disc(self.at));
         let r1 = self.disc(to);
@@ -207,8 +206,8 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// One capsule, measured in pieces before it is swept: what a straight move has swept itself
-    /// never lies under its own leading half circle.
+    /// One capsule, measured in pieces before it is swept: what a straight move has swept itself never lies under its
+    /// own leading half circle.
     fn advance_capsule(&mut self, to: DVec2, kind: MoveKind, limited: bool) {
         let from = self.at;
         let (r0, r1) = (self.disc(from), self.disc(to));

@@ -1,23 +1,22 @@
-//! What is still to be cut: the region minus everything swept so far.
+//! The remaining stock: the region minus everything swept so far.
 //!
-//! A quadtree over the plane. A leaf is *done* when it lies outside of the region or inside one
-//! capsule; otherwise it lists the capsules and the sides of the region that touch it, so that
-//! every answer is exact for the polyline path: the tree only says which few shapes to ask.
-//! Changes are journalled, so that a trial move can be taken back.
+//! A quadtree over the plane. A leaf is *done* when it lies outside of the region or inside one capsule; otherwise it
+//! lists the capsules and the edges of the region that touch it, so every answer is exact for the polyline path: the
+//! tree only selects the few shapes to test. Changes are recorded, so that a trial move can be undone.
 
 use super::arc::Engagement;
 use super::capsule::{Capsule, circle_segment};
 use crate::geometry::DVec2;
 use crate::outline::Outline;
 
-/// A leaf that a capsule touches is split down to this part of the cutter radius. Larger: longer
-/// lists in each leaf; smaller: more leaves on the front.
+/// A leaf that a capsule touches is split down to this fraction of the cutter radius. Larger: longer lists in each
+/// leaf; smaller: more leaves along the front.
 const LEAF_SIZE: f64 = 1.0 / 6.0;
 /// A leaf with more capsules than this is split further…
 const CROWDED: usize = 16;
-/// …down to this part of the cutter radius.
+/// …down to this fraction of the cutter radius.
 const FINEST: f64 = 1.0 / 200.0;
-/// A leaf with more sides than this is split until it is this part of the region's size.
+/// A leaf with more edges than this is split until it is this fraction of the region's size.
 const MANY_SIDES: usize = 6;
 const FINEST_SIDES: f64 = 1e-5;
 
@@ -86,7 +85,7 @@ impl Square {
     }
 }
 
-/// A place to come back to; see [`Stock::checkpoint`].
+/// A saved state; see [`Stock::checkpoint`].
 #[derive(Debug)]
 pub struct Checkpoint {
     journal: usize,
@@ -154,7 +153,7 @@ impl Stock {
         Checkpoint { journal: 0, capsules: self.capsules.len(), nodes: self.nodes.len() }
     }
 
-    /// Takes back everything swept since the checkpoint.
+    /// Undoes everything swept since the checkpoint.
     pub fn rollback(&mut self, to: &Checkpoint) {
         while self.journal.len() > to.journal {
             match self.journal.pop() {
@@ -368,10 +367,10 @@ impl Stock {
         }
     }
 
-    /// Calls `visit` with points that still have stock and the flat area each stands for.
+    /// Calls `visit` with points that still have stock and the flat area that each represents.
     ///
-    /// Leaves are sampled on a grid of `per_side²` points at most `spacing` apart, so areas are
-    /// estimates good to a few of those cells.
+    /// Leaves are sampled on a grid of `per_side²` points at most `spacing` apart, so areas are accurate to a few of
+    /// those cells.
     #[cfg(test)]
     pub fn remaining(&self, spacing: f64, mut visit: impl FnMut(DVec2, f64)) {
         self.remaining_node(0, self.root_square(), spacing, &mut visit);
@@ -409,7 +408,7 @@ impl Stock {
     }
 }
 
-/// One engagement question and its running answer.
+/// One engagement query and its intermediate result.
 struct Query {
     center: DVec2,
     radius: f64,
@@ -436,7 +435,7 @@ impl Query {
     }
 }
 
-/// How many of the sides the segment from `p` to `q` crosses.
+/// Number of the edges that the segment from `p` to `q` crosses.
 fn crossings_between(
     p: DVec2,
     q: DVec2,

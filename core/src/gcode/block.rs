@@ -142,7 +142,8 @@ fn bad(rest: &str) -> Fault {
         return Fault::Refused { word, remedy: super::codes::SUBPROGRAM };
     }
     if rest.contains(['#', '[', ']', '=', '<', '>']) {
-        let remedy = "variables and expressions are the controller's to work out; have the program written with plain numbers";
+        let remedy =
+            "variables and expressions are evaluated by the controller; have plain numbers written";
         return Fault::Refused { word, remedy };
     }
     Fault::Word(word)

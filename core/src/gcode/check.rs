@@ -134,10 +134,10 @@ impl Checker<'_> {
         };
         let without = |m: &Move| !m.feed.is_some_and(|feed| feed > 0.0);
         let mut findings = self.findings(FindingKind::NoFeed, rule(without), |_| {
-            "move at feed without one; F must be above 0, under G93 in every block".to_string()
+            "feed move without a feed; F must be above 0, under G93 in every block".to_string()
         });
         findings.extend(self.findings(FindingKind::SpindleOff, rule(|m| !m.spindle), |_| {
-            "move at feed while the spindle stands; it needs M3 or M4 and S".to_string()
+            "feed move while the spindle is stopped; it needs M3 or M4 and S".to_string()
         }));
         let Some(most) = self.options.max_feed else { return findings };
         let fast = |i: usize, m: &Move| self.fast(i, m, most);

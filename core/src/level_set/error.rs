@@ -1,8 +1,8 @@
-//! Why no passes can be laid.
+//! Why passes cannot be laid out.
 
 use thiserror::Error;
 
-/// Why no rings can be laid.
+/// Why passes cannot be laid out.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum LevelSetError {
     /// The mesh would need too many triangles.
@@ -11,7 +11,7 @@ pub enum LevelSetError {
          for the distance field; choose a larger cut.stepover or cut.scallop, or machine a smaller part"
     )]
     TooFine {
-        /// Typical side step asked for, mm.
+        /// Typical requested side step, mm.
         side_step: f64,
         /// Largest number of triangles.
         limit: usize,

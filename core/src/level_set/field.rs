@@ -10,7 +10,7 @@ use crate::geometry::{DVec2, DVec3};
 use crate::mesh::{Connectivity, FaceId, HalfEdgeId, VertexId};
 use crate::surface::Surface;
 
-/// Most passes that a paced field may ask for.
+/// Greatest number of passes of a paced field.
 const MOST_PASSES: f64 = 20_000.0;
 /// Intervals per pass in which a field is paced. More: slower; fewer: the tightest place of an interval affects more
 /// than its own pass.

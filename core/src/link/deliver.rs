@@ -42,7 +42,7 @@ pub struct DeliverOptions {
     pub rapid_plane: f64,
     /// Where the cutter would have to be lifted by more than this, mm, it retracts instead.
     pub highest_raise: f64,
-    /// Threads to use; the path does not depend on it.
+    /// Number of threads; the path does not depend on it.
     pub threads: usize,
     /// Feed of approach and retract through air, mm/s.
     pub air_feed: f64,

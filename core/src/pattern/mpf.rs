@@ -22,7 +22,7 @@ use crate::mesh::FaceId;
 const EFFICIENCY: f64 = 0.95;
 /// Start curves that are compared.
 const CURVES: usize = 24;
-/// Shortest start curve, as a part of the size of what is left.
+/// Shortest start curve, as a fraction of the size of what is left.
 const SHORTEST: f64 = 0.5;
 /// Most bands; what is then left is one more.
 const MOST_BANDS: usize = 12;

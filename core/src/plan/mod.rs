@@ -356,7 +356,7 @@ fn division(
     Ok((regions, topology))
 }
 
-/// The regions that the job asks for; `None` for a single one.
+/// The regions that the job specifies; `None` for a single one.
 fn divided(
     job: &Job,
     surface: &Surface,

@@ -60,7 +60,7 @@ impl Regions {
     /// Divides a surface until every region maps evenly; `least`: least area of a region, mm².
     ///
     /// # Errors
-    /// [`FlattenError`] when the surface cannot be laid flat.
+    /// [`FlattenError`] when the surface cannot be flattened.
     pub fn even(
         surface: &Surface,
         chart: &Chart,
@@ -90,7 +90,7 @@ impl Regions {
     /// [`even`](Self::even).
     ///
     /// # Errors
-    /// [`FlattenError`] when a region cannot be laid flat.
+    /// [`FlattenError`] when a region cannot be flattened.
     pub fn along(
         surface: &Surface,
         chart: &Chart,

@@ -21,6 +21,6 @@ pub struct LayoutOptions<'a> {
     pub tilted: Option<Strip>,
     /// Clearance between cutter and walls, if there are any.
     pub clearance: Option<Clearance<'a>>,
-    /// Threads to use.
+    /// Number of threads.
     pub threads: usize,
 }

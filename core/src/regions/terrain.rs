@@ -18,7 +18,7 @@ impl<'a> JointTerrain<'a> {
         Self { parts, last: Cell::new(0) }
     }
 
-    /// The first answer, the last region asked first.
+    /// The first answer, starting with the last region.
     fn ask<T>(&self, question: impl Fn(&FieldTerrain) -> Option<T>) -> Option<T> {
         let last = self.last.get();
         let others = (0..self.parts.len()).filter(|&k| k != last);

@@ -1,34 +1,34 @@
 //! The cutter's body against a straight column of material.
 //!
-//! Terms. The *core* is the flat bottom disc of radius `b = R - r_c` at height `r_c` above the tip
-//! and all that lies straight above it; the body is all within `r_c` of the core. A *column* stands
-//! on the surface along its normal, from the allowance up to allowance and depth. The body is convex,
-//! so it meets a column's line in one interval: the column falls to where that begins. What leans
-//! over its end counts as fallen, too, by its length only: the height of a column is the amount left.
+//! Terms. The *core* is the flat bottom disc of radius `b = R - r_c` at height `r_c` above the tip and everything
+//! straight above it; the body is everything within `r_c` of the core. A *column* stands on the surface along its
+//! normal, from the allowance up to allowance plus depth. The body is convex, so it meets a column's line in one
+//! interval: the column is cut down to where that begins. Material that overhangs the end of a column counts as
+//! removed as well, but only by its length: the height of a column is the amount left.
 //!
-//! A wall parallel to the columns would let each fall at once, and a rate summed over columns would
-//! jump with them. There the wall is smeared over the width of a column: it takes the part of the
-//! column that it covers. A column that leans lets a wall pass over it by and by, and is cut as it is.
+//! A wall of the cutter parallel to the columns would cut each down at once, and a rate summed over columns would
+//! jump with them. Such a wall is therefore smeared over the width of a column: it takes the fraction of the column
+//! that it covers. A wall passes gradually over an inclined column, which is cut without smearing.
 
 use crate::geometry::DVec3;
 use crate::geometry::disc::{self, Disc};
 use crate::tool::Tool;
 
-/// A column that leans over its foot by less than this part of its width is upright: a wall is smeared over it.
+/// A column that leans by less than this fraction of its width counts as upright: a wall is smeared over it.
 const UPRIGHT: f64 = 0.3;
 /// A cosine to the axis below this is a right angle.
 const FLAT: f64 = 1e-9;
-/// A squared sine below this is none.
+/// A squared sine below this counts as zero.
 const PARALLEL: f64 = 1e-18;
-/// Newton steps to the corner's round; convergence is quadratic and from below.
+/// Newton steps to the rounded corner; convergence is quadratic and from below.
 const STEPS: usize = 10;
-/// A corner met this closely is met, mm.
+/// Accuracy to which the corner is found, mm.
 const MET: f64 = 2e-5;
 /// Steps to the lowest height in a move.
 const ROUNDS: usize = 6;
 /// A height this close to the lowest is the lowest, mm.
 const CLOSE: f64 = 1e-4;
-/// A column falls in a move by no more than this part of its length below where the end would have it:
+/// In a move a column is cut to no more than this fraction of its length below its height at the end of the move:
 /// steeper sides have passed it before.
 const STEEP: f64 = 0.25;
 
@@ -40,7 +40,7 @@ pub(super) struct Pose {
 }
 
 impl Pose {
-    /// A part `t` of the way to another pose, tip and axis linear as the move is.
+    /// The pose at a fraction `t` toward another, tip and axis linear as in the move.
     pub fn toward(&self, other: &Self, t: f64) -> Self {
         let axis = self.axis + (other.axis - self.axis) * t;
         Self { tip: self.tip.lerp(other.tip, t), axis: axis.normalize_or(self.axis) }
@@ -176,16 +176,16 @@ impl View {
 struct Clear {
     /// Squared distance from the core, mm².
     square: f64,
-    /// How fast the distance falls, times itself, over the whole move.
+    /// How fast the distance decreases, times the distance, over the whole move.
     approach: f64,
 }
 
-/// What is known of an entry before it is sought.
+/// What is known of an entry before it is computed.
 #[derive(Copy, Clone)]
 struct Known {
-    /// A height near it; infinite where there is none.
+    /// A height near it; infinite if none is known.
     near: f64,
-    /// Above this it does not matter.
+    /// Above this height it does not matter.
     limit: f64,
 }
 
@@ -212,13 +212,13 @@ impl Body {
         self.layer
     }
 
-    /// Radius of all that the body can take, the smear included, mm.
+    /// Radius of everything that the body can remove, including the smear, mm.
     pub fn reach(&self) -> f64 {
         self.radius + 0.5 * self.smear
     }
 
-    /// How far the body reaches from the origin in the unit direction `d`, which looks down from
-    /// the cutter; above `length` over the tip it is not looked at.
+    /// How far the body extends from the origin in the unit direction `d`, which points down from the cutter; beyond
+    /// `length` above the tip it is ignored.
     pub fn support(&self, pose: &Pose, d: DVec3, length: f64) -> f64 {
         let up = d.dot(pose.axis);
         let across = (1.0 - up * up).max(0.0).sqrt();
@@ -228,7 +228,7 @@ impl Body {
             + up.max(0.0) * length
     }
 
-    /// The larger of that at both ends of a stroke, and that at its end.
+    /// The larger of that distance at both ends of a stroke, and the distance at its end.
     pub fn supports(&self, stroke: &Stroke, d: DVec3, length: f64) -> [f64; 2] {
         let end = self.support(&stroke.to, d, length);
         let start = match stroke.turn {
@@ -243,12 +243,12 @@ impl Body {
         self.gap(pose, place).try_normalize()
     }
 
-    /// How far from a round body a point must be at the end of a move to be clear of it all the way, if
-    /// it is at the start, mm; `None` where an edge or a wall is in the material.
+    /// How far from a round body a point must be at the end of a move to be clear of it throughout, if it is clear at
+    /// the start, mm; `None` where an edge or a wall is in the material.
     ///
-    /// The distance from a body whose radii of curvature are `r_c` at least is convex along the move,
-    /// with a second derivative of at most `1/r_c`: `f(s) >= s f(1) - s (1 - s) way² / (2 r_c)`. A turn
-    /// moves what lies beside the tip.
+    /// The distance from a body with radii of curvature of at least `r_c` is convex along the move, with a second
+    /// derivative of at most `1/r_c`: `f(s) >= s f(1) - s (1 - s) way² / (2 r_c)`. A turn moves everything beside the
+    /// tip.
     pub fn dip(&self, stroke: &Stroke) -> Option<f64> {
         if self.corner < self.layer.top() {
             return None;
@@ -258,7 +258,7 @@ impl Body {
         Some(way * way / (2.0 * self.corner))
     }
 
-    /// Whether the top of a column stays out of a round body during a move at whose start it was out.
+    /// Whether the top of a column stays outside a round body during a move at whose start it was outside.
     ///
     /// The distance is convex along the move: it stays positive if it still falls at the end, or already
     /// grows at the start, or between as long as the tangents at both ends do.
@@ -282,7 +282,7 @@ impl Body {
         to * fall + from * rise > fall * rise
     }
 
-    /// How the top of a column is clear of a round body: only if the column leads away from it.
+    /// Clearance of the top of a column from a round body: only if the column points away from it.
     #[inline]
     fn clear_of(&self, pose: &Pose, stroke: &Stroke, line: &Line, top: DVec3) -> Option<Clear> {
         let q = top - pose.tip;
@@ -330,7 +330,7 @@ impl Body {
         if self.smear > 0.0 { self.lowered_by_side(stroke, line, height) } else { height }
     }
 
-    /// The same without what the edge of a flat end leaves in between.
+    /// As above, without what the edge of a flat end leaves in between.
     fn lowered_by_side(&self, stroke: &Stroke, line: &Line, height: f64) -> f64 {
         if self.stays_clear(stroke, line, height) {
             return height;
@@ -350,8 +350,9 @@ impl Body {
         lean < UPRIGHT * self.smear
     }
 
-    /// How low a flat end comes over a column in a move. Not only at its end: on the side of a strip, and behind a
-    /// cutter that sinks, a column is the lowest where the edge leaves it. Of an upright one all is to be covered.
+    /// Lowest position of a flat end over a column during a move. Not only at the end of the move: on the side of a
+    /// strip, and behind a sinking cutter, a column is lowest where the edge leaves it. An upright column counts only
+    /// where its whole width is covered.
     fn under_disc(&self, stroke: &Stroke, line: &Line) -> Option<f64> {
         let ends = [&stroke.from, &stroke.to].map(|p| Disc { middle: p.tip, axis: p.axis });
         let lean = self.layer.depth * line.normal.cross(stroke.to.axis).length();
@@ -388,7 +389,7 @@ impl Body {
         height
     }
 
-    /// Where the column falls to at a pose; none, too, where that is surely above what matters.
+    /// Height to which the column is cut at a pose; none also where that is certainly above what matters.
     fn meet(&self, pose: &Pose, stroke: &Stroke, line: &Line, known: Known) -> Option<Meeting> {
         let q = line.foot - pose.tip;
         let (z, cosine) = (q.dot(pose.axis), line.normal.dot(pose.axis));
@@ -418,7 +419,7 @@ impl Body {
         }
     }
 
-    /// A column all of which lies over the flat bottom.
+    /// A column that lies entirely over the flat bottom.
     fn under_bottom(
         &self,
         pose: &Pose,
@@ -459,12 +460,12 @@ impl Body {
         })
     }
 
-    /// The highest entry that matters: from above the layer the corner may have come down into it before.
+    /// The highest relevant entry: from above the layer the corner may have come down into the column earlier.
     fn highest(&self, known: Known) -> f64 {
         known.limit.min(self.layer.top() + self.corner)
     }
 
-    /// Beside a wall that is parallel to the column, which covers a part of it.
+    /// Beside a wall that is parallel to the column and covers a fraction of it.
     fn meet_smeared(
         &self,
         pose: &Pose,
@@ -549,8 +550,8 @@ impl Body {
         (outward.dot(pose.axis) <= 0.0).then_some(Entry { height, outward })
     }
 
-    /// Newton on the distance from the core, which is convex along the line: from what is known, which a
-    /// first step leaves outward, or from `outside`.
+    /// Newton's method on the distance from the core, which is convex along the line: from a known height, from which
+    /// the first step leads outside, or from `outside`.
     fn height_at_corner(&self, view: &View, outside: f64, known: Known) -> Option<f64> {
         let top = self.highest(known);
         let mut height = if known.near.is_finite() { known.near.min(top) } else { outside };

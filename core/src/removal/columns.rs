@@ -1,10 +1,9 @@
 //! Columns of material on the surface, in tiles.
 //!
-//! Steps: (1) the chart, turned by an angle that no path keeps to, is halved both ways until a
-//! square of `SIDE x SIDE` cells is as fine as asked for at its scale. (2) Every cell whose middle
-//! lies on a face is a column: it stands on that face along the interpolated normal and has the
-//! cell's area on the surface. (3) Neighbouring tiles are gathered into blocks, pieces of work
-//! for threads, with a tree over the tiles of each.
+//! Steps: (1) the chart, rotated by an angle that no path follows, is halved in both directions until a square of
+//! `SIDE x SIDE` cells is as fine as required at its scale. (2) Every cell whose middle lies on a face is a column:
+//! it stands on that face along the interpolated normal and has the cell's area on the surface. (3) Neighbouring
+//! tiles are grouped into blocks, units of work for threads, with a tree over the tiles of each.
 
 use crate::flatten::Chart;
 use crate::geometry::{DVec2, DVec3, cross2, math};
@@ -13,16 +12,15 @@ use crate::surface::{Surface, SurfacePoint};
 
 use super::body::Line;
 
-/// Cells along a tile's side. More: larger tiles are opened for the sake of a corner; fewer: more
-/// of them.
+/// Cells along a tile's side. More: larger tiles are opened because of one corner; fewer: more tiles.
 const SIDE: usize = 4;
-/// Columns to a nominal side step. More: smoother rates; time grows with the square.
+/// Columns per nominal side step. More: smoother rates; time grows quadratically.
 const PER_STEP: f64 = 10.0;
-/// Columns aimed at at most: a whole part at the finest costs memory and time.
+/// Greatest number of columns aimed at: a whole part at the finest resolution costs memory and time.
 const MOST_COLUMNS: f64 = 8e5;
-/// Angle of the grid, rad; the golden section of a right angle keeps it from lining up with paths.
+/// Angle of the grid, rad; the golden section of a right angle keeps it from aligning with paths.
 const TURN: f64 = 0.599_997;
-/// Halvings below the squares of the mean scale: an uneven chart is followed over this range.
+/// Halvings below the squares of the mean scale: range over which an uneven chart is followed.
 const MOST_HALVINGS: u32 = 8;
 /// Tiles in a block.
 const BLOCK: usize = 512;
@@ -104,8 +102,8 @@ fn turned(p: DVec2, by: DVec2) -> DVec2 {
 }
 
 impl Columns {
-    /// Columns over all of a surface, about an eighth of `side_step` mm apart; `top`: the height
-    /// of the layer's upper side, mm.
+    /// Columns over a whole surface, about an eighth of `side_step` mm apart; `top`: height of the layer's upper
+    /// side, mm.
     pub fn new(surface: &Surface, chart: &Chart, side_step: f64, top: f64) -> Self {
         let by = DVec2::new(math::cos(TURN), math::sin(TURN));
         let points: Vec<DVec2> = chart.uv().iter().map(|&p| turned(p, by)).collect();
@@ -134,8 +132,8 @@ impl Columns {
         Self { blocks, spacing }
     }
 
-    /// Columns without areas so far inside of the boundary of a surface, mm, and `spacing` mm apart; `top`: the height
-    /// of the layer's upper side, mm.
+    /// Columns without areas, up to the given distance inside the boundary of a surface, mm, and `spacing` mm apart;
+    /// `top`: height of the layer's upper side, mm.
     pub fn along_boundary(
         surface: &Surface,
         chart: &Chart,
@@ -193,7 +191,7 @@ impl Columns {
     }
 }
 
-/// Puts neighbouring lines one after the other, and each few of them into a leaf.
+/// Orders lines so that neighbours follow each other, and puts a few of them into each leaf.
 fn halve(lines: &[(Line, DVec2)], ids: &mut [u32], axis: usize, leaves: &mut Vec<Leaf>) {
     if ids.len() <= SIDE * SIDE {
         let column = |&id: &u32| {

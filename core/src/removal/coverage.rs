@@ -1,4 +1,4 @@
-//! What the path leaves standing, and whether the cutter could have taken it.
+//! What the path leaves uncut, and whether the cutter could have removed it.
 
 use super::body::{Cutter, Layer, Line};
 use super::columns::{Column, Columns};
@@ -8,10 +8,10 @@ use crate::geometry::{DVec2, DVec3};
 use crate::parallel;
 use crate::toolpath::{PathPoint, Toolpath};
 
-/// Part of the tolerance by which a column may stand above the cusps: the rest is for the cusps' tops,
-/// which lie between columns.
+/// Fraction of the tolerance by which a column may stand above the cusps: the rest is for the tops of cusps, which
+/// lie between columns.
 const SHARE: f64 = 0.5;
-/// A column that lost less than this part of the layer's depth is untouched.
+/// A column that lost less than this fraction of the layer's depth counts as untouched.
 const UNTOUCHED: f64 = 1e-6;
 
 /// What a delivered path leaves above the cusps that are meant to stay, as areas on the surface.
@@ -19,17 +19,17 @@ const UNTOUCHED: f64 = 1e-6;
 pub struct Coverage {
     /// Area of all columns, mm².
     pub area: f64,
-    /// Left although the cutter could touch there, mm².
+    /// Uncut although the cutter could touch there, mm².
     pub never_covered: f64,
-    /// The highest of it, mm.
+    /// Its greatest height, mm.
     pub never_covered_at: Option<DVec3>,
     /// Flat places of all of it.
     pub never_covered_flat: Vec<DVec2>,
-    /// Left where the cutter cannot touch, mm².
+    /// Uncut because the cutter cannot touch there, mm².
     pub inaccessible: f64,
-    /// The highest of it, mm.
+    /// Its greatest height, mm.
     pub inaccessible_at: Option<DVec3>,
-    /// Spheres that hold all that is inaccessible.
+    /// Spheres that contain everything inaccessible.
     pub inaccessible_places: Vec<Place>,
 }
 
@@ -42,26 +42,26 @@ pub struct Place {
     pub radius: f64,
 }
 
-/// What decides where the cutter can touch.
+/// What determines where the cutter can touch.
 pub struct Access<'a> {
-    /// How the cutter stands.
+    /// How the cutter is located.
     pub pass: PassOptions,
     /// The layer.
     pub layer: Layer,
     /// The part and its walls.
     pub obstacles: &'a Obstacles,
-    /// The path, at whose nearest point the cutter faces the same way.
+    /// The path: the cutter faces as at its nearest point.
     pub path: &'a Toolpath,
     /// Columns close to walls, which those of the layer may miss; `None` without walls.
     pub rim: Option<Columns>,
     /// Whether passes run along the walls. Where they end at them instead, what is left within reach of a wall is
-    /// its doing.
+    /// attributed to the wall.
     pub follows_walls: bool,
     /// Height over the allowance that may stay, mm.
     pub cusp: f64,
     /// Size of the cells that inaccessible places are gathered in, mm.
     pub cell: f64,
-    /// Threads to use.
+    /// Number of threads.
     pub threads: usize,
 }
 
@@ -101,19 +101,19 @@ pub fn coverage(columns: &Columns, removed: &Removed, access: &Access) -> Covera
     out
 }
 
-/// What the path of `access` leaves of fresh columns, for [`coverage`]: what is removed where is not recorded.
+/// What the path of `access` leaves of fresh columns, for [`coverage`], without recording what each piece removes.
 pub fn remains(columns: &Columns, access: &Access) -> Removed {
     let cutter = Cutter { tool: access.pass.tool, length: access.pass.reach };
     columns.remains(access.path, cutter, access.layer, access.allowed(), access.threads)
 }
 
 impl Access<'_> {
-    /// How far from a wall that it touches the cutter leaves it by the tolerance, mm.
+    /// Distance beside its contact with a wall at which the cutter is off the wall by the tolerance, mm.
     fn wedge(&self) -> f64 {
         (2.0 * self.pass.tool.radius() * self.pass.tolerance).sqrt()
     }
 
-    /// The highest column that is none too high, mm.
+    /// The greatest height of a column that is not too high, mm.
     fn allowed(&self) -> f64 {
         // What no move took from is left, however high a cusp may be.
         let untouched = self.layer.top() - UNTOUCHED * self.layer.depth;
@@ -133,8 +133,8 @@ fn left_over(columns: &Columns, removed: &Removed, access: &Access) -> Vec<Left>
     left
 }
 
-/// Whether the cutter could lower each column far enough: from where it touches it, or beside walls from where it
-/// stands the nearest to that.
+/// Whether the cutter could lower each column far enough: from where it touches the column, or beside walls from the
+/// nearest possible position.
 fn fits(left: &[Left], access: &Access) -> Vec<bool> {
     let feeds = FeedIndex::new(access.path, access.pass.axis);
     let (pass, obstacles) = (access.pass, access.obstacles);
@@ -150,14 +150,14 @@ fn fits(left: &[Left], access: &Access) -> Vec<bool> {
     })
 }
 
-/// The directions that the cutter faces along a path, by place.
+/// The directions in which the cutter faces along a path, by place.
 pub(crate) struct FeedIndex {
     /// Flat place and direction of the points, by their first coordinate.
     points: Vec<(DVec2, DVec3)>,
 }
 
 impl FeedIndex {
-    /// Empty where the axis does not ask for the feed.
+    /// Empty where the axis does not depend on the feed.
     pub fn new(path: &Toolpath, axis: ToolAxis) -> Self {
         let mut points: Vec<_> = match axis {
             ToolAxis::Fixed(_) => Vec::new(),
@@ -171,7 +171,7 @@ impl FeedIndex {
         Self { points }
     }
 
-    /// Where the cutter faces at the point nearest to `at`.
+    /// The direction in which the cutter faces at the point nearest to `at`.
     pub fn nearest(&self, at: DVec2) -> DVec3 {
         let start = self.points.partition_point(|m| m.0.x < at.x);
         let mut best = (f64::INFINITY, DVec3::ZERO);

@@ -1,17 +1,17 @@
 //! The cusp that two neighbouring passes leave.
 //!
-//! Seen along the feed, the moving cutter is a convex shape that touches the surface at the contact:
-//! all that lies below every one of its supporting lines stays. With the unit direction
+//! Seen along the feed, the moving cutter is a convex shape that touches the surface at the contact: everything below
+//! each of its supporting lines stays. With the unit direction
 //! `d = sin(psi) e - cos(psi) n` (`n` normal, `e` across the feed, `m` from the contact to the
 //! bottom's middle) the shape reaches
 //!
 //! `S(psi) = b (d.m) + b sqrt(1 - (d.a)^2) + r_c (1 - cos psi)`
 //!
-//! beyond the contact, `b = R - r_c`, for all `d` below the axis, `d.a <= 0`. At a distance `y` across
-//! its lower side is `P(y) = max over psi of y tan(psi) - S(psi) / cos(psi)`, which is concave in
-//! `tan(psi)`. A surface that falls away by `k y^2 / 2` adds that. Two passes a side step `D` apart
-//! leave the larger of all `min(P(y), P(y - D))`: on a plane `R - sqrt(R^2 - D^2/4)` for a ball, and
-//! `D sin(t) cos(t)` for a flat end that leans by `t` across the feed.
+//! beyond the contact, `b = R - r_c`, for all `d` below the axis, `d.a <= 0`. At a distance `y` across the feed its
+//! lower side is `P(y) = max over psi of y tan(psi) - S(psi) / cos(psi)`, which is concave in `tan(psi)`. A surface
+//! that falls away by `k y^2 / 2` adds that. Two passes a side step `D` apart leave the largest value of
+//! `min(P(y), P(y - D))`: on a plane `R - sqrt(R^2 - D^2/4)` for a ball, and `D sin(t) cos(t)` for a flat end that
+//! leans by `t` across the feed.
 
 use crate::cutter_location::ToolAxis;
 use crate::geometry::DVec3;
@@ -20,9 +20,9 @@ use crate::surface::{CurvatureField, Surface};
 use crate::tool::Tool;
 use core::f64::consts::{FRAC_PI_2, PI};
 
-/// Steps of the searches; each halves, or nearly, what is not known.
+/// Steps of the searches; each roughly halves the uncertainty.
 const STEPS: usize = 32;
-/// Part of an interval that a golden-section step keeps.
+/// Fraction of an interval that a golden-section step keeps.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 /// Directions of the slope against the feed that are tried.
 const HEADINGS: usize = 5;
@@ -31,7 +31,7 @@ const CLASS: f64 = PI / 90.0;
 /// Steepest supporting line, rad from the surface.
 const STEEPEST: f64 = FRAC_PI_2 - 1e-3;
 
-/// How the tool axis leans against the surface normal.
+/// Inclination of the tool axis to the surface normal.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Lean {
     /// Angle from the normal, rad.
@@ -110,11 +110,9 @@ pub fn cusp(tool: &Tool, lean: Lean, curvature: f64, side_step: f64) -> f64 {
     section.height(low).max(section.height(high - side_step))
 }
 
-/// The highest cusp, mm, that passes `side_step` mm apart may leave anywhere on a surface, whatever
-/// their direction.
+/// The highest cusp, mm, that passes `side_step` mm apart can leave anywhere on a surface, whatever their direction.
 ///
-/// Vertices of about the same slope against a fixed axis are one class; the most convex of a class
-/// stands for it.
+/// Vertices of about the same slope against a fixed axis form one class, represented by its most convex vertex.
 pub fn worst_cusp(
     tool: &Tool,
     axis: ToolAxis,

@@ -1,18 +1,18 @@
 //! The true removal rate of the delivered path, and feeds set by it.
 //!
-//! The plane engine ([`crate::engagement`]) takes the cutter for a disc around the contact that
-//! removes the whole layer. A ball leaves cusps and meets the layer in a smaller circle; a flat or bull
-//! end that leans against the surface touches with its edge, and its body stands beside the contact.
-//! Here the body itself runs along the delivered path through columns of material on the surface.
+//! The plane engine ([`crate::engagement`]) models the cutter as a disc around the contact that removes the whole
+//! layer. But a ball leaves cusps and meets the layer in a smaller circle, and a flat or bull end that is inclined to
+//! the surface touches with its edge while its body stands beside the contact. Here the body itself runs along the
+//! delivered path through columns of material on the surface.
 //!
-//! - *Layer*: the material, from the allowance up to allowance and axial depth along the normals.
+//! - *Layer*: the material, from the allowance up to allowance plus axial depth along the normals.
 //! - *Column*: a small area of the surface with the height that is left of the layer.
 //! - *Piece*: a tenth of a cutter radius of a move, or less where the axis turns.
 //!
-//! Steps: columns are laid (`columns`); the path takes from them piece by piece (`sweep`, with the
-//! cutter in `body`); feeds follow from what a window of pieces takes (`rates`); what is left at
-//! the end is the coverage (`coverage`), judged by the cusps that are meant to stay (`cusp`). Where only
-//! that is asked, most columns need not be swept (`remains`).
+//! Steps: columns are placed (`columns`); the path cuts them piece by piece (`sweep`, with the cutter in `body`);
+//! feeds follow from what a window of pieces removes (`rates`); what is left at the end is the coverage (`coverage`),
+//! compared with the cusps that are meant to stay (`cusp`). Where only the coverage is needed, most columns need not
+//! be swept (`remains`).
 
 mod body;
 mod columns;

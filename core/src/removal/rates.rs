@@ -1,10 +1,10 @@
-//! What was removed → the removal rate of every move, and feeds that keep it to the limit.
+//! Removed volumes → the removal rate of every move, and feeds that keep it to the limit.
 //!
-//! Terms. A *window* is a stretch of travel of `WINDOW` cutter radii: what single columns do is
-//! noise, what a window takes is the cut. Steps: (1) volume per millimetre of every piece, as the
-//! largest mean over the windows that hold a part of it, and over some longer ones. (2) The feed that keeps this to the limit,
-//! from a ladder below the nominal feed. (3) The rate of every piece, as the mean over the window
-//! around it. (4) Neighbouring pieces of a move with one feed and nearly one rate are joined.
+//! Terms. A *window* is a stretch of travel of `WINDOW` cutter radii: single columns are noise, the volume of a
+//! window is the cut. Steps: (1) volume per millimetre of every piece, as the largest mean over the windows that
+//! contain a part of it, and over some longer ones. (2) The feed that keeps this to the limit, from a ladder below
+//! the nominal feed. (3) The rate of every piece, as the mean over the window around it. (4) Neighbouring pieces of a
+//! move with one feed and nearly one rate are joined.
 
 use super::sweep::{Piece, Removed};
 use crate::engagement::AIM;
@@ -12,17 +12,17 @@ use crate::geometry::{DVec2, DVec3};
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use std::ops::Range;
 
-/// Length of a window, cutter radii. Longer: peaks are flattened; shorter: noise of columns.
+/// Length of a window, cutter radii. Longer: peaks are flattened; shorter: noise of the columns.
 const WINDOW: f64 = 0.15;
-/// Feeds keep windows of these lengths to the limit, [`WINDOW`]s: where the cut comes in pulses a longer one may hold more
-/// of them for its length. One of two lengths or more is made of these, nearly.
+/// Feeds keep windows of these lengths to the limit, in [`WINDOW`]s: where the cut comes in pulses, a longer window
+/// may contain more of them per length. A window of twice this length or more is nearly made up of these.
 const LENGTHS: [f64; 3] = [1.0, 4.0 / 3.0, 5.0 / 3.0];
 /// Reduced feeds come from the ladder `nominal * RUNG^n`, so that the program is not full of feed
 /// words. Smaller: fewer words, more time lost.
 const RUNG: f64 = 0.97;
-/// Pieces whose rates differ by less than this part of the limit are one.
+/// Pieces whose rates differ by less than this fraction of the limit are joined.
 const SAME: f64 = 0.05;
-/// Pieces of a move shorter than this many cutter radii are one.
+/// Pieces of a move shorter than this many cutter radii are joined.
 const SHORTEST: f64 = 0.1;
 
 /// The limit and the feeds to start from.
@@ -34,7 +34,7 @@ pub struct Limit {
     pub feed: f64,
     /// Nominal feed of trochoid returns, mm/s.
     pub return_feed: f64,
-    /// Moves below this part of their nominal feed are not planned.
+    /// Moves slower than this fraction of their nominal feed are not planned.
     pub slowest: f64,
 }
 
@@ -49,10 +49,10 @@ pub struct TooSlow {
     pub feed: f64,
 }
 
-/// What the feeds are to follow.
+/// What determines the feeds.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub enum Feeds {
-    /// Those that the path has, but links and plunges follow the limit, as far as they can.
+    /// Those of the path; but links and plunges keep to the limit as far as they can.
     LinksLimited(Limit),
     /// The limit.
     Limited(Limit),
@@ -64,7 +64,7 @@ pub enum Feeds {
 /// `radius`: of the cutter, mm.
 ///
 /// # Errors
-/// [`TooSlow`] at the place that is to be slowed most, where that is slower than allowed.
+/// [`TooSlow`] at the place that must be slowed most, where that is slower than allowed.
 pub fn rated(
     path: &Toolpath,
     removed: &Removed,
@@ -114,7 +114,7 @@ fn runs(path: &Toolpath, removed: &Removed) -> Vec<Range<usize>> {
     runs
 }
 
-/// Sums up to each, one more than there are.
+/// Cumulative sums, one more than there are values.
 fn running(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut sum = 0.0;
     let sums = values.map(|v| {
@@ -139,7 +139,7 @@ fn nominal_feeds(path: &Toolpath, removed: &Removed, feeds: Feeds) -> Vec<f64> {
     out
 }
 
-/// Whether each piece is slowed where the limit asks for it.
+/// Whether each piece may be slowed to keep to the limit.
 fn follow_limit(path: &Toolpath, removed: &Removed, feeds: Feeds) -> Vec<bool> {
     let mut out = Vec::with_capacity(removed.pieces.len());
     for (i, p) in path.points.iter().enumerate().skip(1) {
@@ -152,7 +152,7 @@ fn follow_limit(path: &Toolpath, removed: &Removed, feeds: Feeds) -> Vec<bool> {
     out
 }
 
-/// The integral of a quantity, given with its sums at the ends of pieces, up to a travel.
+/// The integral of a quantity, given by its cumulative sums at the ends of pieces, up to a distance travelled.
 struct Integral<'a> {
     travel: &'a [f64],
     sums: Vec<f64>,
@@ -167,11 +167,10 @@ impl Integral<'_> {
     }
 }
 
-/// For every piece the largest mean volume per mm over the windows that hold a part of it. A run shorter than a window is
-/// one.
+/// For every piece the largest mean volume per mm over the windows that contain a part of it. A run shorter than a
+/// window counts as one window.
 ///
-/// Volume over travel is linear between the ends of pieces, so the largest window begins or ends
-/// at one.
+/// Volume over travel is linear between the ends of pieces, so the largest window begins or ends at one of them.
 fn worst_windows(pieces: &[Piece], travel: &[f64], runs: &[Range<usize>], window: f64) -> Vec<f64> {
     let volume = Integral { travel, sums: running(pieces.iter().map(|p| p.volume)) };
     let mut worst = vec![0.0f64; pieces.len()];
@@ -239,7 +238,7 @@ fn window_rates(
     rates
 }
 
-/// The largest rung of the ladder at which `per_mm` mm³ for each mm keep to the limit.
+/// The largest rung of the ladder at which `per_mm` mm³ per mm keep to the limit.
 fn on_ladder(nominal: f64, per_mm: f64, limit: Limit) -> f64 {
     let mut feed = nominal;
     let highest = limit.rate * AIM / per_mm;

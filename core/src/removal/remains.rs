@@ -1,7 +1,7 @@
-//! What a path leaves above a height, without what it removes where.
+//! What a path leaves above a height, without recording where it removes what.
 //!
-//! Nearly every column is cut down by the moves that end nearest to it in the chart. 1. These are tried on
-//! it. 2. Only what still stands is swept by the whole path, in time order, as [`Columns::cut`] does.
+//! Nearly every column is cut down by the moves that end nearest to it in the chart. 1. These are tested on it. 2.
+//! Only columns that still stand are swept by the whole path, in time order, as in [`Columns::cut`].
 
 use super::body::{Body, Cutter, Layer, Stroke};
 use super::columns::{Block, Columns};
@@ -10,16 +10,15 @@ use crate::geometry::DVec2;
 use crate::parallel;
 use crate::toolpath::{PathPoint, Toolpath};
 
-/// Pieces before and behind the nearest one that are tried. Fewer: more columns are left to the sweep; more:
-/// slower.
+/// Pieces before and behind the nearest one that are tested. Fewer: more columns are left to the sweep; more: slower.
 const BESIDE: usize = 4;
 /// Ends of pieces in a leaf of the tree over them.
 const LEAF: usize = 8;
 
-/// Flat places where pieces end, found by nearness.
+/// Flat places where pieces end, searchable by distance.
 struct Ends {
-    /// Flat place and piece; the middle one of every range parts the others by its first coordinate and
-    /// by its second one in turn.
+    /// Flat place and piece; the middle one of every range divides the others, alternately by its first and its
+    /// second coordinate.
     ends: Vec<(DVec2, u32)>,
 }
 
@@ -91,8 +90,8 @@ fn search(ends: &[(DVec2, u32)], axis: usize, at: DVec2, best: &mut (f64, u32)) 
 }
 
 impl Columns {
-    /// The heights that a path leaves on fresh columns: exact where they are above `enough` mm, and at most
-    /// that elsewhere. What is removed by which piece is not recorded.
+    /// The heights that a path leaves on fresh columns: exact where they are above `enough` mm, and at most that
+    /// elsewhere. Which piece removes what is not recorded.
     pub(crate) fn remains(
         &self,
         path: &Toolpath,
@@ -118,8 +117,7 @@ impl Columns {
     }
 }
 
-/// The heights of a block's columns that the nearest pieces cut down, and of the others as if they were
-/// fresh.
+/// The heights of a block's columns that the nearest pieces cut down; the others are left at full height.
 fn tried(block: &Block, body: &Body, (strokes, ends): (&[Stroke], &Ends), enough: f64) -> Vec<f64> {
     let top = body.layer().top();
     let mut heights = vec![top; block.columns.len()];

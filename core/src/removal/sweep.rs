@@ -1,8 +1,8 @@
-//! A path cuts columns: what every short piece of it takes.
+//! A path cuts columns: the volume that every short piece of it removes.
 //!
-//! Blocks of columns are independent of each other. Each runs through all pieces in time order and
-//! down its tree: a node is left out where a plane that supports the cutter, at the point nearest to
-//! the node's middle, has all that is left of the node's columns on its other side.
+//! Blocks of columns are independent of each other. Each goes through all pieces in time order and down its tree: a
+//! node is skipped where a supporting plane of the cutter, at the point nearest to the node's middle, has everything
+//! that is left of the node's columns on its other side.
 
 use super::body::{Body, Cutter, Layer, Pose, Stroke};
 use super::columns::{Block, Bound, Columns};
@@ -12,9 +12,10 @@ use crate::parallel;
 use crate::tool::Tool;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 
-/// Longest piece as a part of the cutter radius.
+/// Longest piece as a fraction of the cutter radius.
 const LONGEST: f64 = 0.1;
-/// Longest piece as a part of the corner's radius: at its end the corner is still over what it was the lowest over.
+/// Longest piece as a fraction of the corner radius: at its end the corner is still over the place where it was
+/// lowest.
 const LONGEST_AT_CORNER: f64 = 0.4;
 /// Largest turn of the axis in a piece, rad.
 const LARGEST_TURN: f64 = 0.026;
@@ -22,17 +23,17 @@ const LARGEST_TURN: f64 = 0.026;
 const RUN: usize = 64;
 /// Pieces that are tested together against a tile.
 pub(super) const SHORT: usize = 8;
-/// A node is opened only for what is deeper than this, mm: rounding, and faces of the mesh.
+/// A node is opened only for what is deeper than this, mm: allows for rounding and the faces of the mesh.
 const NEGLIGIBLE: f64 = 2e-4;
-/// Most length of the cutter, cutter radii, that is held against planes.
+/// Greatest length of the cutter, cutter radii, that is tested against planes.
 const LENGTH: f64 = 20.0;
 
 /// A short piece of a move.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Piece {
-    /// Part of the move that is done at its end.
+    /// Fraction of the move that is done at its end.
     pub end: f64,
-    /// Length that the feed refers to, mm.
+    /// Length to which the feed refers, mm.
     pub length: f64,
     /// Volume removed, mm³.
     pub volume: f64,
@@ -92,8 +93,8 @@ impl Run {
 }
 
 impl Columns {
-    /// Runs a path through the columns, fresh or as an earlier path left them, on `threads` threads, which
-    /// change nothing but the time.
+    /// Runs a path through the columns, fresh or as an earlier path left them, on `threads` threads, on which the
+    /// result does not depend.
     pub fn cut(
         &self,
         path: &Toolpath,
@@ -185,9 +186,9 @@ pub(super) struct BlockCut<'a> {
     block: &'a Block,
     body: &'a Body,
     pub heights: Vec<f64>,
-    /// Columns that are no higher are not looked at any more.
+    /// Columns of at most this height are no longer looked at.
     enough: f64,
-    /// Per node, the level below which all that is left of it is; minus infinity where nothing is.
+    /// Per node the level below which everything left of it lies; minus infinity where nothing is left.
     levels: Vec<f64>,
     /// Per tile, its node.
     nodes: Vec<u32>,
@@ -197,7 +198,7 @@ pub(super) struct BlockCut<'a> {
 }
 
 impl<'a> BlockCut<'a> {
-    /// A block whose columns are `heights` high; those that are at most `enough` are left as they are.
+    /// A block whose columns are `heights` high; those of at most `enough` are left as they are.
     pub fn new(block: &'a Block, body: &'a Body, heights: Vec<f64>, enough: f64) -> Self {
         let mut nodes = vec![0; block.tiles.len()];
         for (i, node) in block.nodes.iter().enumerate() {
@@ -256,7 +257,7 @@ impl<'a> BlockCut<'a> {
         }
     }
 
-    /// Runs through all strokes, tile by tile: fast where little is left. `short`: runs of [`SHORT`].
+    /// Goes through all strokes, tile by tile: fast where little is left. `short`: runs of [`SHORT`].
     pub fn run_on_tiles(&mut self, strokes: &[Stroke], long: &[Run], short: &[Run]) {
         for (t, tile) in self.block.tiles.iter().enumerate() {
             let node = self.nodes[t] as usize;
@@ -303,10 +304,10 @@ impl<'a> BlockCut<'a> {
         volume
     }
 
-    /// A plane that supports the cutter throughout a stroke, toward what is left of a node.
+    /// A supporting plane of the cutter throughout a stroke, toward what is left of a node.
     ///
-    /// The body is held against at both ends; a round one at the end only, since what is left was clear
-    /// of the start, where the stroke before ended: `dip`, see [`Body::dip`].
+    /// The body is tested at both ends; a round one at the end only, since what is left was clear of it at the start,
+    /// where the previous stroke ended: `dip`, see [`Body::dip`].
     fn supporting_plane(
         &self,
         stroke: &Stroke,

@@ -69,7 +69,7 @@ const MOST_BRANCHES: usize = 2000;
 pub struct RestOptions {
     /// How the cutter is located.
     pub pass: PassOptions,
-    /// Distance of passes, mm.
+    /// Distance between passes, mm.
     pub side_step: f64,
     /// Places higher than this are machined again, mm.
     pub limit: f64,
@@ -79,7 +79,7 @@ pub struct RestOptions {
     pub lag: f64,
     /// Whether passes must cover the surface up to its boundary: no wall stands there.
     pub has_open_rim: bool,
-    /// Threads to use; the branches do not depend on it.
+    /// Number of threads; the branches do not depend on it.
     pub threads: usize,
 }
 
@@ -106,7 +106,7 @@ enum Lowered {
     From(DVec2),
     /// It does not fit.
     Nowhere,
-    /// It would stand in a wall.
+    /// It would penetrate a wall.
     InWall,
 }
 
@@ -130,7 +130,7 @@ impl<'a> RestFinder<'a> {
         self.inaccessible
     }
 
-    /// All places to be looked at.
+    /// All places to be checked.
     fn look(&mut self, flat: &[FlatPoint]) {
         let RestOptions { pass, limit, .. } = self.options;
         (self.samples, self.in_rows) = match pass.tool.kind() {

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 /// Greatest number of clusters that get passes, largest first: each costs a retract. On a mesh whose facets are
 /// coarser than the requested cusps there would be no end of them; what stays is reported.
 const MOST_CLUSTERS: usize = 60;
-/// Part of a side step between passes over a cluster.
+/// Fraction of a side step between passes over a cluster.
 const STEP: f64 = 0.7;
 /// Attempts to pull the end of a pass back to where the cutter may be.
 const TRIES: usize = 24;

@@ -20,7 +20,7 @@ use core::f64::consts::{FRAC_1_SQRT_2, TAU};
 const SPACING: f64 = 0.06;
 /// How much denser they are beside the boundary, where the affected places are small.
 const DENSER: f64 = 4.0;
-/// Distance of samples on the rim, side steps.
+/// Distance between samples on the rim, side steps.
 const ON_RIM: f64 = 0.02;
 /// Distance along a pass of the samples beside it, side steps.
 const ALONG: f64 = 0.2;
@@ -105,7 +105,7 @@ pub struct Places<'a> {
     pub chart: &'a Chart,
     /// Over its flat faces.
     pub locator: &'a Locator<'a>,
-    /// Distance of passes, mm.
+    /// Distance between passes, mm.
     pub side_step: f64,
 }
 

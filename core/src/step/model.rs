@@ -574,7 +574,7 @@ fn widened(edges: &Edges, measure: &dyn Fn(DVec3) -> f64) -> Shape<(f64, f64)> {
     let low = points().map(measure).fold(f64::INFINITY, f64::min);
     let high = points().map(measure).fold(f64::NEG_INFINITY, f64::max);
     if low >= high {
-        return Err("its edges do not tell how far it reaches".to_owned());
+        return Err("its edges do not determine its extent".to_owned());
     }
     let margin = MARGIN * (high - low);
     Ok((low - margin, high + margin))
@@ -609,7 +609,7 @@ fn as_spline(curve: Curve, edges: &Edges, along: &dyn Fn(DVec3) -> f64) -> Shape
         Curve::Line(p, d) => {
             let slope = along(p + d) - along(p);
             if slope.abs() < 1e-9 {
-                return Err("the line that is turned is square to the axis".to_owned());
+                return Err("the revolved line is perpendicular to the axis".to_owned());
             }
             let (low, high) = widened(edges, along)?;
             let at = |h: f64| p + d * ((h - along(p)) / slope);
@@ -623,7 +623,7 @@ fn extruded(curve: Curve, way: DVec3, edges: &Edges) -> Shape<NurbsSurface> {
     let curve = match curve {
         Curve::Line(p, d) => {
             let across =
-                (d - way * d.dot(way)).try_normalize().ok_or("a line pushed along itself")?;
+                (d - way * d.dot(way)).try_normalize().ok_or("a line extruded along itself")?;
             let (low, high) = widened(edges, &|q| (q - p).dot(across) / d.dot(across))?;
             NurbsCurve::line(p + d * low, p + d * high).map_err(as_text)?
         }

@@ -9,13 +9,13 @@ use crate::tool::Tool;
 
 /// A line whose direction has less than this squared part across the axis runs along it.
 const ALONG_AXIS: f64 = 1e-14;
-/// A line that rises less than this along the axis hardly meets the flat end, mm/mm.
+/// A line that rises less than this along the axis hardly enters the flat end, mm/mm.
 const FLAT: f64 = 1e-6;
-/// Newton steps on the rounded rim; each doubles the digits, from below.
+/// Newton steps on the rounded rim; each doubles the number of correct digits, from below.
 const MOST_STEPS: usize = 24;
-/// Newton steps from a guess; a good one takes two.
+/// Newton steps from a starting value; a good one takes two.
 const FEW_STEPS: usize = 6;
-/// What a further step from a guess may change, mm.
+/// Largest change by a further step from a starting value, mm.
 const CLOSE: f64 = 1e-7;
 /// A point this close to the rim lies on it, mm.
 const TOUCH: f64 = 1e-9;
@@ -40,7 +40,7 @@ pub struct Placed {
     pub axis: DVec3,
 }
 
-/// Where a point lies seen from the cutter.
+/// A point as seen from the cutter.
 #[derive(Copy, Clone, Debug)]
 pub struct Nearest {
     /// Distance from the cutter, mm; zero or negative inside.
@@ -85,7 +85,7 @@ impl Body {
         self.length
     }
 
-    /// Whether it has no edge.
+    /// Whether it has no sharp edge.
     pub fn is_rounded(&self) -> bool {
         self.corner > 0.0
     }
@@ -100,11 +100,11 @@ impl Body {
         self.corner < height
     }
 
-    /// How far from a round cutter a point must be at the end of a straight way of `way` mm to be clear of
-    /// it all the way, if it is at the start, mm; `None` where the cutter has an edge.
+    /// How far from a round cutter a point must be at the end of a straight move of `way` mm to be clear of it
+    /// throughout, if it is clear at the start, mm; `None` where the cutter has a sharp edge.
     ///
-    /// The distance from a solid whose radii of curvature are `r_c` at least is convex along the way,
-    /// with a second derivative of at most `1/r_c`: `f(s) >= s f(1) - s (1 - s) way² / (2 r_c)`.
+    /// The distance from a solid with radii of curvature of at least `r_c` is convex along the move, with a second
+    /// derivative of at most `1/r_c`: `f(s) >= s f(1) - s (1 - s) way² / (2 r_c)`.
     pub fn dip(&self, way: f64) -> Option<f64> {
         (self.corner > 0.0).then(|| way * way / (2.0 * self.corner))
     }
@@ -141,8 +141,8 @@ impl Body {
         self.entry_of(&Line::new(at, origin, direction))
     }
 
-    /// The same, sooner where it is near a guess; the guess does not change it by more than the tolerance
-    /// of the search.
+    /// As above, but faster with a starting value near the solution, which does not change the result by more than
+    /// the tolerance of the search.
     pub fn entry_near(
         &self,
         at: &Placed,
@@ -157,11 +157,11 @@ impl Body {
         near.or_else(|| self.entry_of(&line))
     }
 
-    /// The lowest entry of a line during a step, given by its ends, of a cutter with an edge that does not turn, and
-    /// where the cutter is then, if that is known at once.
+    /// The lowest entry of a line during a step, given by its ends, of a cutter with a sharp edge that does not turn,
+    /// and the pose of the cutter then, if that is known at once.
     ///
-    /// The entry is convex along the step, and linear as long as it is through the flat. So the end is
-    /// the lowest if it is through the flat and the cutter does not rise, the start if it is and does.
+    /// The entry is convex along the step, and linear as long as it is through the flat bottom. So the end is the
+    /// lowest if the entry is through the flat bottom and the cutter does not rise; the start, if it does rise.
     pub fn lowest_through_flat(
         &self,
         [from, to]: [Placed; 2],
@@ -176,7 +176,7 @@ impl Body {
         (line.rise > FLAT && within).then_some((t, at))
     }
 
-    /// By how much the squared distance from the axis, where a line goes through the plane of the flat bottom, is larger
+    /// By how much the squared distance from the axis, where a line crosses the plane of the flat bottom, is larger
     /// than that of the bottom's edge, mm²; not finite for a line along that plane.
     pub fn outside_of_bottom(&self, at: &Placed, origin: DVec3, direction: DVec3) -> f64 {
         let line = Line::new(at, origin, direction);
@@ -220,10 +220,10 @@ impl Body {
         self.rim_entry(line, outer)
     }
 
-    /// Entry by Newton's steps from a guess; `None` where that does not lead to it.
+    /// Entry by Newton's method from a starting value; `None` where it does not converge to it.
     ///
-    /// The squared distance from the core is convex along the line and, on this side of its least, falls. So a
-    /// step from within the cutter leaves it, and the next ones come back to it from outside.
+    /// The squared distance from the core is convex along the line and decreases on this side of its minimum. So a
+    /// step from inside the cutter leads outside, and the next ones approach it from there.
     fn entry_from_guess(&self, line: &Line, guess: f64) -> Option<f64> {
         let mut t = guess;
         for _ in 0..FEW_STEPS {
@@ -260,8 +260,8 @@ impl Body {
         (out * out + under * under).sqrt()
     }
 
-    /// Entry through the rounded rim, from a place before it on. The distance from the core is convex
-    /// along the line, so Newton's steps never overshoot.
+    /// Entry through the rounded rim, starting from a place before it. The distance from the core is convex along the
+    /// line, so Newton's steps never overshoot.
     fn rim_entry(&self, line: &Line, start: f64) -> Option<f64> {
         let mut t = start;
         for _ in 0..MOST_STEPS {
@@ -314,7 +314,7 @@ impl Body {
     }
 }
 
-/// Through what a line enters a cylinder.
+/// The part of the surface through which a line enters a cylinder.
 #[derive(Copy, Clone, PartialEq)]
 enum Through {
     Side,
@@ -341,7 +341,7 @@ impl Line {
         self.q[0] + t * (2.0 * self.q[1] + t * self.q[2])
     }
 
-    /// Entry into the cylinder of that radius between two heights, and through what.
+    /// Entry into the cylinder of that radius between two heights, and the part of its surface.
     fn entry(&self, radius: f64, low: f64, high: f64) -> Option<(f64, Through)> {
         let c = self.q[0] - radius * radius;
         let (mut first, mut last) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -370,7 +370,7 @@ impl Line {
         (first <= last).then_some((first, through))
     }
 
-    /// Entry into the ball of that radius about the point that high on the axis.
+    /// Entry into the ball of that radius about the point at that height on the axis.
     fn ball_entry(&self, radius: f64) -> Option<f64> {
         let up = self.height - radius;
         let b = self.q[1] + up * self.rise;

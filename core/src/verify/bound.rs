@@ -1,7 +1,7 @@
-//! What bounds samples that lie together, so that a step that stays clear of all of them is seen at once.
+//! Bounds of groups of samples, by which a step that stays clear of a whole group is recognised at once.
 //!
-//! Samples are left out where a plane parts them from the cutter: the plane through the cutter's point
-//! nearest to their highest point, across the way to it. The cutter is convex, so it lies behind that
+//! Samples are skipped where a plane separates them from the cutter: the plane through the cutter's point nearest to
+//! their highest point, perpendicular to the line between the two. The cutter is convex, so it lies behind that
 //! plane.
 
 use super::body::Body;
@@ -11,10 +11,10 @@ use super::motion::Step;
 use super::samples::Sample;
 use crate::geometry::DVec3;
 
-/// Material thinner than this is none, mm: a flat end slides over what it has cut.
+/// Material thinner than this is ignored, mm: a flat end slides over what it has cut.
 pub const NOTHING: f64 = 1e-7;
 
-/// Bounds of sets of samples, one a lane.
+/// Bounds of groups of samples, one per lane.
 pub struct Bounds<const N: usize> {
     len: usize,
     centres: [DVec3; N],
@@ -73,7 +73,7 @@ impl<const N: usize> Bounds<N> {
         self.settle(lane, samples);
     }
 
-    /// Takes note of what is left of a set.
+    /// Updates the bound with what is left of a group.
     pub fn settle(&mut self, lane: usize, samples: &[Swept]) {
         let (centre, normal) = (self.centres[lane], self.normals.get(lane));
         let top = |s: &Swept| {
@@ -86,7 +86,7 @@ impl<const N: usize> Bounds<N> {
         self.depth[lane] = (top - self.bottom[lane]).max(0.0);
     }
 
-    /// The sets of which the cutter may reach something during a step.
+    /// The groups of which the cutter may reach something during a step.
     pub fn reached(&self, step: &Step, body: &Body) -> u32 {
         let near = body.nearest_of(&step.to, &self.tops);
         let up = near.outward.dot(&self.normals);

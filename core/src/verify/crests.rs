@@ -1,16 +1,15 @@
-//! How high the cusps between neighbouring passes are, one by one, from sections across the passes.
+//! The heights of the individual cusps between neighbouring passes, from sections across the passes.
 //!
-//! - *Place*: a point on a cutting move; places stand for equal lengths of it.
-//! - *Section*: where the plane across the move meets the surface at the place's contact.
-//! - *Crest*: the highest residual on a section between the footprint of this pass and that of the next
-//!   one, on either side.
+//! - *Place*: a point on a cutting move; all places represent equal lengths of it.
+//! - *Section*: where the plane perpendicular to the move meets the surface at the place's contact.
+//! - *Crest*: the highest residual on a section between the footprints of this pass and of the next one, on either
+//!   side.
 //!
-//! Steps: (1) places evenly along the cutting moves; (2) the contact of each: of the samples that this
-//! move left, the one nearest to the cutter there; (3) residuals on the section, at first a few a pass
-//! distance, then closer around the highest. The next pass is known by its index in the table, or, as in
-//! programs and spirals, by its move, which is far along the path; loops of a trochoid are no pass of
-//! their own. Where there is no next pass, where the boundary or the end of a pass is nearer than the
-//! passes are to each other, the crest is left out.
+//! Steps: (1) places evenly along the cutting moves; (2) the contact of each: of the samples that this move left, the
+//! one nearest to the cutter there; (3) residuals on the section, at first a few per pass distance, then closer
+//! around the highest. The next pass is recognised by its index in the table, or, in programs and on spirals, by its
+//! move, which is far away along the path; loops of a trochoid are not separate passes. Where there is no next pass,
+//! or where the boundary or the end of a pass is nearer than the passes are to each other, the crest is left out.
 
 use super::body::Body;
 use super::material::{Material, Swept};
@@ -23,38 +22,38 @@ use crate::geometry::DVec3;
 use crate::parallel;
 use crate::toolpath::{MoveKind, Toolpath};
 
-/// Places on a path, which give shares to a percentage point. Fewer on a path that tells its removal rate:
+/// Number of places on a path, which gives shares to a percentage point. Fewer on a path with a stated removal rate:
 /// it is meant for an even cut, and trochoids leave cusps of their own.
 const PLACES: usize = 1200;
 const PLACES_OF_EVEN_CUT: usize = 300;
-/// Mean distances of passes that a section reaches to either side.
+/// Reach of a section to either side, mean pass distances.
 const REACH: f64 = 1.75;
-/// Samples a mean distance of passes at first.
+/// Initial samples per mean pass distance.
 const COARSE: f64 = 7.0;
-/// Parts into which the ways beside the highest sample are cut, and how often: a crest is then found to
-/// 1/1512 of a pass, where a cusp of straight flanks has lost less than half a percent.
+/// Number of parts into which the intervals beside the highest sample are divided, and number of divisions: a crest
+/// is then found to 1/1512 of a pass, where a cusp with straight flanks has lost less than half a percent.
 const FINER: usize = 6;
 const ROUNDS: usize = 3;
-/// A pass is left behind where the residual fell below this part of its crest.
+/// A pass has been left where the residual falls below this fraction of its crest.
 const FALLEN: f64 = 0.6;
-/// Moves farther along the path than this are another pass, cutter radii.
+/// Moves farther away along the path than this belong to another pass, cutter radii.
 const ANOTHER: f64 = 1.0;
-/// A contact is no farther from the cutter than this part of the stock's height.
+/// A contact is no farther from the cutter than this fraction of the stock's height.
 const TOUCH: f64 = 0.25;
-/// Samples of one move that are looked at for a contact.
+/// Samples of one move that are examined for a contact.
 const MOST_LOOKED_AT: usize = 4096;
-/// Cusps from this part of the limit to the limit use it well.
+/// Cusps from this fraction of the limit to the limit make good use of it.
 const FULL: f64 = 0.9;
 
-/// The heights of the cusps, mm, and where they could not be measured.
+/// The heights of the cusps, mm, and how many could not be measured.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Crests {
-    /// Heights in ascending order; each stands for as much of the path.
+    /// Heights in ascending order; each represents an equal part of the path.
     pub heights: Vec<f64>,
-    /// Sides of the places at which the cutter touches; those without a height have no next pass, or lie near the
-    /// boundary or the end of a pass.
+    /// Number of sides of the places at which the cutter touches; those without a height have no next pass, or lie
+    /// near the boundary or the end of a pass.
     pub sides: usize,
-    /// The highest, where.
+    /// The place of the highest cusp.
     pub highest_at: Option<DVec3>,
 }
 
@@ -81,7 +80,7 @@ impl Crests {
     }
 }
 
-/// What crests are looked for on.
+/// Where crests are searched.
 pub struct Survey<'a> {
     /// The path.
     pub path: &'a Toolpath,
@@ -105,11 +104,11 @@ struct Place {
 
 /// Where the moves lie on their passes.
 struct Course {
-    /// Way along cuts to the start of every move, and to the end of the last, mm.
+    /// Distance along cuts to the start of every move, and to the end of the last, mm.
     cut: Vec<f64>,
     /// The same along cuts and trochoids.
     all: Vec<f64>,
-    /// Where, on that way, the pass of a move begins and ends.
+    /// Where, in that distance, the pass of a move begins and ends.
     ends: Vec<[f64; 2]>,
 }
 
@@ -126,7 +125,7 @@ struct Contact {
 }
 
 impl Survey<'_> {
-    /// The crests beside the passes. `samples`: what was found on the surface.
+    /// The crests beside the passes. `samples`: the simulated samples of the surface.
     pub fn crests(&self, design: Facets, samples: &[Outcome], threads: usize) -> Crests {
         let surface = Surface::new(design);
         let left = left_by(samples, self.motion.moves().len());
@@ -151,7 +150,7 @@ impl Survey<'_> {
         }
     }
 
-    /// The area that moves along passes left as it is, mm².
+    /// The area whose final height moves along passes determined, mm².
     fn cut_area(&self, samples: &[Outcome]) -> f64 {
         let is_cut = |s: &&Outcome| {
             let end = s.by.and_then(|by| self.path.points.get(by as usize + 1));
@@ -160,7 +159,7 @@ impl Survey<'_> {
         samples.iter().filter(is_cut).map(|s| f64::from(s.area)).sum()
     }
 
-    /// Where the cutter touches at a place, if it does.
+    /// Contact of the cutter at a place, if it touches there.
     fn contact(&self, place: &Place, left: &[Vec<DVec3>]) -> Option<Contact> {
         let m = &self.motion.moves()[place.of];
         let at = m.at(place.part);
@@ -174,7 +173,7 @@ impl Survey<'_> {
         (far(&contact) < TOUCH * self.material.height).then_some(Contact { of, part, contact, way })
     }
 
-    /// Places evenly along the cutting moves, and the length of these.
+    /// Places evenly along the cutting moves, and the length of these moves.
     fn places(&self) -> (Vec<Place>, f64) {
         let length = |i: usize| self.path.points[i].tip.distance(self.path.points[i + 1].tip);
         let cuts: Vec<usize> = (0..self.motion.moves().len())
@@ -216,7 +215,7 @@ impl Survey<'_> {
     }
 }
 
-/// The places that every move left.
+/// The samples left by each move.
 fn left_by(samples: &[Outcome], moves: usize) -> Vec<Vec<DVec3>> {
     let mut left = vec![Vec::new(); moves];
     for s in samples.iter().filter(|s| s.machined && !s.inaccessible) {
@@ -264,7 +263,7 @@ impl Course {
     }
 }
 
-/// What is asked along one section.
+/// The data of one section.
 struct Section<'a> {
     survey: &'a Survey<'a>,
     place: &'a Contact,
@@ -277,7 +276,7 @@ struct Section<'a> {
 }
 
 impl Section<'_> {
-    /// The highest residual between this pass and the next along a chain, and where.
+    /// The highest residual between this pass and the next along a chain, and its place.
     fn crest(&self, chain: &Chain) -> Option<(f64, DVec3)> {
         let mut apart = self.distance / COARSE;
         let count = (chain.length() / apart) as usize;
@@ -303,7 +302,7 @@ impl Section<'_> {
         Some((best.0, chain.at(best.1).position))
     }
 
-    /// The sample in the footprint of the next pass at which its crest is behind.
+    /// The sample in the footprint of the next pass that marks the end of the crest.
     fn next_pass(&self, residuals: &[Swept]) -> Option<usize> {
         let mut highest: f64 = 0.0;
         residuals.iter().position(|s| {
@@ -327,8 +326,8 @@ impl Section<'_> {
         other.kind == MoveKind::Cut && far > ANOTHER * self.survey.body.radius()
     }
 
-    /// Whether a crest `way` mm along a chain is near the boundary, or the next pass, of which a sample is
-    /// given, ends near it.
+    /// Whether a crest `way` mm along a chain is near the boundary, or the next pass, of which a sample is given,
+    /// ends near it.
     fn is_left_out(&self, next: &Swept, chain: &Chain, way: f64) -> bool {
         let (distance, crest) = (self.distance, chain.at(way));
         let ends = |by: u32| {

@@ -1,11 +1,11 @@
-//! Where what is left is not held to the limit: the cutter does not fit, or a wall is beside.
+//! Where remaining material is not held to the limit: the cutter does not fit, or a wall is adjacent.
 
 use super::material::Swept;
 use super::options::{Sphere, VerifyOptions};
 use super::outcome::Outcome;
 use crate::geometry::DVec3;
 
-/// What excuses samples in a part of space.
+/// Exemptions in a part of space.
 pub struct Excused<'a> {
     inaccessible: Vec<&'a Sphere>,
     /// Edges on which walls stand.
@@ -14,7 +14,7 @@ pub struct Excused<'a> {
 }
 
 impl<'a> Excused<'a> {
-    /// What there is of it in a sphere; `walled`: the edges on which walls stand.
+    /// The exemptions within a sphere; `walled`: the edges on which walls stand.
     pub fn near(
         options: &'a VerifyOptions,
         walled: &[[DVec3; 2]],

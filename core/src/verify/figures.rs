@@ -1,4 +1,4 @@
-//! What the samples amount to: scallops, gouges, what is untouched, and which limits are broken.
+//! Figures of the samples: scallops, gouges, untouched area, and which limits are broken.
 
 use super::options::VerifyOptions;
 use super::outcome::Outcome;
@@ -13,20 +13,20 @@ const BANDS: [f64; 4] = [15.0, 30.0, 45.0, 60.0];
 pub(super) const DEEPEST: f64 = 0.5;
 /// Deepest cut into a wall that is measured, cutter radii.
 pub(super) const DEEPEST_IN_WALL: f64 = 2.0;
-/// Places named at most of each kind.
+/// Greatest number of places listed for each kind.
 const MOST_SPOTS: usize = 10;
-/// A peak of the removal rate above the limit by this factor breaks it: what windows of a fifth of
-/// the radius leave to the samples' number.
+/// A peak of the removal rate above the limit by more than this factor breaks it: allows for the scatter that windows
+/// of a fifth of the radius have because of the finite number of samples.
 pub const MRR_NOISE: f64 = 1.03;
 
-/// A place and how much is there.
+/// A place and the height there.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Spot {
     /// Where, mm.
     pub place: DVec3,
-    /// How much, mm.
+    /// Height, mm.
     pub height: f64,
-    /// Index of the move that left it; it ends at the path's point after that.
+    /// Index of the move that left it; that move ends at the next point of the path.
     pub of: Option<u32>,
 }
 
@@ -41,25 +41,25 @@ pub struct Band {
     pub largest: f64,
 }
 
-/// A move that may not be.
+/// A move that is not allowed.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Fault {
     /// Index of the move.
     pub of: u32,
     /// Where, mm.
     pub place: DVec3,
-    /// How deep in material, mm; 0 where depth is not the fault.
+    /// Depth in the material, mm; 0 where depth is not the fault.
     pub depth: f64,
 }
 
-/// What was found on the walls that are no faces of the part; nothing of it counts in the other figures.
+/// Cuts into walls that are not faces of the part; they do not count in the other figures.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct WallFigures {
     /// Area of these walls, mm².
     pub area: f64,
     /// The deepest cut into them and where: its height is the depth, mm.
     pub deepest: Option<Spot>,
-    /// Whether it may be deeper: cuts are measured up to the cutter's diameter.
+    /// Whether it may be deeper: cuts are measured only up to the cutter's diameter.
     pub is_deeper: bool,
     /// Area of wall cut into deeper than the tolerance, mm².
     pub cut: f64,
@@ -85,25 +85,25 @@ impl WallFigures {
     }
 }
 
-/// What was found; areas in mm², heights in mm. Places where the plan says that the cutter does not
-/// fit count in `inaccessible` only, gouges everywhere.
+/// The figures of the samples; areas in mm², heights in mm. Places where the plan says that the cutter does not fit
+/// count only in `inaccessible`; gouges count everywhere.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figures {
-    /// Area that is judged.
+    /// Area that is verified.
     pub area: f64,
     /// Number of samples.
     pub samples: usize,
-    /// Their distance, mm.
+    /// Distance between samples, mm.
     pub spacing: f64,
-    /// What the largest residual may lie above the largest that was sampled.
+    /// Greatest amount by which the true largest residual may exceed the largest sampled one.
     pub sampling_bound: f64,
     /// Largest residual and where.
     pub largest: Option<Spot>,
-    /// Residual that 99 % of the area stay below.
+    /// Residual below which 99 % of the area stays.
     pub p99: f64,
-    /// Residual that half of the area stays below.
+    /// Residual below which half of the area stays.
     pub p50: f64,
-    /// Mean of what is left.
+    /// Mean residual.
     pub mean: f64,
     /// Area above the limit on the scallop; 0 where there is none.
     pub above: f64,
@@ -115,25 +115,25 @@ pub struct Figures {
     pub by_region: Vec<(u32, Band)>,
     /// Deepest gouge and where; heights negative.
     pub gouge: Option<Spot>,
-    /// Whether it may be deeper: gouges are measured up to half the cutter radius.
+    /// Whether it may be deeper: gouges are measured only up to half the cutter radius.
     pub gouge_is_deeper: bool,
     /// Area cut into deeper than the tolerance.
     pub gouged: f64,
-    /// What was cut into walls; `None` where there is none but the part's own faces.
+    /// Cuts into walls; `None` where there are none but the part's own faces.
     pub walls: Option<WallFigures>,
-    /// Area that no move reached, and a place of it.
+    /// Area that no move reached, and a place in it.
     pub untouched: (f64, Option<DVec3>),
-    /// What lies where the plan says that the cutter does not fit.
+    /// The area where the plan says that the cutter does not fit.
     pub inaccessible: Band,
     /// Rapids that touch stock or part.
     pub rapids: Vec<Fault>,
-    /// Moves at feed that have none.
+    /// Moves at feed without a feed.
     pub without_feed: Vec<Fault>,
     /// The limits that are broken.
     pub broken: Vec<Broken>,
 }
 
-/// A limit that is broken, or that there is nothing to hold to.
+/// A limit that is broken, or the lack of anything to verify.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub enum Broken {
     /// The scallop is too high.
@@ -159,7 +159,7 @@ pub enum Broken {
         /// Tolerance, mm.
         tolerance: f64,
     },
-    /// The cutter fits nowhere, so that nothing is judged.
+    /// The cutter fits nowhere, so that nothing can be verified.
     FitsNowhere {
         /// Area, mm².
         area: f64,
@@ -168,7 +168,7 @@ pub enum Broken {
     Untouched {
         /// Area, mm².
         area: f64,
-        /// A place of it, mm.
+        /// A place in it, mm.
         place: DVec3,
     },
     /// The removal rate is too high.
@@ -185,7 +185,7 @@ pub enum Broken {
         /// The deepest.
         worst: Fault,
     },
-    /// Moves at feed have none.
+    /// Moves at feed without a feed.
     NoFeed {
         /// How many.
         count: usize,
@@ -194,14 +194,14 @@ pub enum Broken {
     },
 }
 
-/// What the sweep found.
+/// Results of the sweep.
 #[derive(Copy, Clone, Debug)]
 pub(super) struct Found<'a> {
     /// The samples.
     pub samples: &'a [Outcome],
-    /// Further places, without area: they count for the largest heights alone.
+    /// Further places, without area: they count only for the largest heights.
     pub further: &'a [Outcome],
-    /// Nothing is higher than this or the largest residual, mm.
+    /// No height exceeds this or the largest residual, mm.
     pub highest: f64,
 }
 
@@ -318,8 +318,8 @@ impl Band {
     }
 }
 
-/// How far the residual may rise between samples: the steepest the cutter's side can stand to the
-/// surface at the height of the largest residual, over the distance to the next sample.
+/// How far the residual may rise between samples: the greatest slope of the cutter's side relative to the surface at
+/// the height of the largest residual, times the distance to the next sample.
 pub(super) fn sampling_bound(height: f64, spacing: f64, options: &VerifyOptions) -> f64 {
     let corner = options.tool.corner_radius();
     let part = if corner > 0.0 { height.max(0.0) / corner } else { 1.0 };
@@ -340,7 +340,7 @@ fn worst<'a>(
     Some(Spot { height: f64::from(of(largest)), ..largest.spot() })
 }
 
-/// The residuals that half and 99 % of the area stay below.
+/// The residuals below which half and 99 % of the area stay.
 fn percentiles(samples: &[&Outcome]) -> [f64; 2] {
     let mut sorted: Vec<(f32, f32)> = samples.iter().map(|s| (s.residual, s.area)).collect();
     sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
@@ -356,7 +356,7 @@ fn percentiles(samples: &[&Outcome]) -> [f64; 2] {
     [at(0.5), at(0.99)]
 }
 
-/// The worst places above `limit`, `apart` mm from each other.
+/// The worst places above `limit`, at least `apart` mm from each other.
 fn spots(samples: &[&Outcome], limit: f64, apart: f64) -> Vec<Spot> {
     let mut above: Vec<Spot> =
         samples.iter().filter(|s| f64::from(s.residual) > limit).map(|s| s.spot()).collect();
@@ -391,7 +391,7 @@ fn by_region(path: &Toolpath, samples: &[&Outcome], limit: f64) -> Vec<(u32, Ban
     bands.into_iter().collect()
 }
 
-/// Moves at feed that state none: index and end of each.
+/// Moves at feed without a feed: index and end of each.
 fn without_feed(path: &Toolpath) -> impl Iterator<Item = (u32, DVec3)> + '_ {
     path.points.windows(2).enumerate().filter_map(|(i, pair)| {
         let moves = pair[0].tip != pair[1].tip || pair[0].axis != pair[1].axis;

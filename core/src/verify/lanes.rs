@@ -1,13 +1,13 @@
-//! Several points looked at at once: the same sums as for one, in loops without branches that a compiler
-//! turns into vector instructions.
+//! Several points processed at once: the same sums as for one, in loops without branches that a compiler turns into
+//! vector instructions.
 //!
-//! A set of lanes is a `u32` with a bit a lane.
+//! A set of lanes is a `u32` with one bit per lane.
 
 use super::body::{Body, Placed};
 use super::motion::Step;
 use crate::geometry::DVec3;
 
-/// Vectors, one a lane.
+/// Vectors, one per lane.
 #[derive(Copy, Clone, Debug)]
 pub struct Vectors<const N: usize> {
     x: [f64; N],
@@ -15,20 +15,20 @@ pub struct Vectors<const N: usize> {
     z: [f64; N],
 }
 
-/// Where points lie seen from the cutter; see [`super::body::Nearest`].
+/// Points as seen from the cutter; see [`super::body::Nearest`].
 pub struct NearestOf<const N: usize> {
     /// Distance from the cutter, mm; zero or negative inside.
     pub distance: [f64; N],
-    /// Unit direction to the point; no number where the distance is not positive.
+    /// Unit direction to the point; NaN where the distance is not positive.
     pub outward: Vectors<N>,
 }
 
-/// The greater of two numbers; the second if the first is none.
+/// The greater of two numbers; the second if the first is NaN.
 fn greater(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// The lesser of two numbers; the second if either is none.
+/// The lesser of two numbers; the second if either is NaN.
 fn lesser(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
@@ -123,19 +123,19 @@ impl Body {
 struct Seen<const N: usize> {
     /// Distance of each line's top, mm.
     distance: [f64; N],
-    /// Positive where the line's material leads away from the cutter.
+    /// Positive where the line's material points away from the cutter.
     down: [f64; N],
-    /// How fast the cutter comes closer, mm in a step; no number in the cutter.
+    /// How fast the cutter approaches, mm per step; NaN inside the cutter.
     closing: [f64; N],
 }
 
 impl Step {
-    /// The lines whose material a step may reach: not those that surely stay as they are.
+    /// The lines whose material a step may reach: all but those that certainly stay unchanged.
     ///
-    /// `tops`: highest material on each line; `normals`: the lines' directions; `of`: the lines that are asked
-    /// about. The distance of the cutter from a line's material is convex along the step, but for what it turns, and not
-    /// negative at its start, where the step before ended. So it stays positive if it still falls at the end without
-    /// having reached zero, or already grows at the start.
+    /// `tops`: highest material on each line; `normals`: the lines' directions; `of`: the lines to test. Apart from
+    /// the effect of turning, the distance of the cutter from a line's material is convex along the step, and it is
+    /// not negative at its start, where the previous step ended. So it stays positive if it still decreases at the
+    /// end without having reached zero, or already increases at the start.
     pub fn reaches<const N: usize>(
         &self,
         body: &Body,
@@ -167,9 +167,9 @@ impl Step {
         away & !(open & clear)
     }
 
-    /// By how much the distance of a point may be less than convex along the step, mm: turning and going at once, the
-    /// cutter comes to it by twice their product, turning alone by the square of the turn at the point's distance, both
-    /// halved from an end on.
+    /// By how much the distance of a point may be less than convex along the step, mm: turning and moving at once,
+    /// the cutter approaches it by twice their product, turning alone by the square of the turn at the point's
+    /// distance, both halved from an end on.
     fn bent<const N: usize>(&self, tops: &Vectors<N>) -> [f64; N] {
         if self.half_turn == 0.0 {
             return [0.0; N];
@@ -206,7 +206,7 @@ impl Step {
         }
     }
 
-    /// As [`Body::nearest`] and [`Step::approach`] tell it, with all over the same denominator.
+    /// As given by [`Body::nearest`] and [`Step::approach`], all over the same denominator.
     #[inline(always)]
     fn seen_on<const N: usize, const TURNS: bool>(
         &self,

@@ -1,13 +1,13 @@
-//! The material over a sample of the part: how high it stands before the cut, and what is left of it.
+//! The material over a sample of the part: its height before the cut, and what is left of it.
 
 use super::samples::Sample;
 
-/// What the judge assumes about material and cutter.
+/// Assumptions about material and cutter.
 #[derive(Copy, Clone, Debug)]
 pub struct Material {
     /// Height of the stock above the surface where it is machined, mm.
     pub height: f64,
-    /// Gouges deeper than this are reported as this deep, mm.
+    /// Gouges deeper than this are reported with this depth, mm.
     pub deepest: f64,
 }
 
@@ -18,25 +18,25 @@ pub struct Swept {
     pub sample: Sample,
     /// Height left above the surface along the normal, mm; negative in a gouge.
     pub height: f64,
-    /// Mean height left over its cell, as far as the volume goes, mm.
+    /// Mean height left over its cell, for the volume, mm.
     pub left: f64,
-    /// What that goes by.
+    /// The basis of that mean.
     pub(super) cell: Cell,
-    /// The move that left it, `None` where none came.
+    /// The move that left it, `None` where no move reached it.
     pub by: Option<u32>,
     /// The move that took the upper half of the stock.
     pub opened_by: Option<u32>,
-    /// The last rapid that came, and the height it found, mm.
+    /// The last rapid that reached it, and the height it found, mm.
     pub(super) rapid: Option<(u32, f64)>,
 }
 
-/// What the mean height over a sample's cell goes by.
+/// The basis of the mean height over a sample's cell.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(super) enum Cell {
-    /// The sample's line: no wall of the cutter is in the material. So it does on any step to whose axis it leans, as it
-    /// does on steep places.
+    /// The sample's line: no wall of the cutter is in the material. This is also used on any step to whose axis the
+    /// line is inclined, as on steep places.
     Line,
-    /// A wall that has yet to pass over the whole of it.
+    /// A wall that has not yet passed over the whole cell.
     Open,
     /// The line through its centroid.
     Covered,

@@ -1,22 +1,21 @@
-//! What a path really leaves and really removes: the judge of every plan.
+//! Verification of every plan: what a path really leaves and really removes.
 //!
-//! - *Residual*: height along the surface normal that is left above the design surface (and its
-//!   allowance) after the cutter has swept every move; a *scallop* where positive, a *gouge* where
-//!   negative.
+//! - *Residual*: height along the surface normal that is left above the design surface (and its allowance) after the
+//!   cutter has swept every move; a *scallop* where positive, a *gouge* where negative.
 //! - *Untouched*: where no move reached the stock.
-//! - *Wall*: what stands outside of the boundary of what is machined and stays, if there is to be one; a cut into it
-//!   is measured by its depth.
-//! - *Removal rate*: volume of the columns of stock over the samples, taken in cutting order, over the
-//!   time of a window of travel.
+//! - *Wall*: material that stands outside the boundary of the machined surface and must stay, if the job has walls; a
+//!   cut into it is measured by its depth.
+//! - *Removal rate*: volume removed from the columns of stock over the samples, in cutting order, divided by the time
+//!   of a window of travel.
 //!
-//! Steps: (1) area-uniform samples of the design surface and, for gouges only, of the rest of the
-//! part (`samples`) and of the walls (`walls`); (2) the path as short steps (`motion`); (3) each tile of samples swept by
-//! the steps that reach it (`sweep`), independently of other tiles; (4) where what may stand between samples decides,
-//! a search for the highest place there (`peaks`); (5) figures; (6) sections across the passes, for the height of every
-//! cusp by itself (`crests`).
+//! Steps: (1) area-uniform samples of the design surface and, for gouges only, of the rest of the part (`samples`)
+//! and of the walls (`walls`); (2) the path as short steps (`motion`); (3) each tile of samples swept by the steps
+//! that reach it (`sweep`), independently of other tiles; (4) where heights between samples could break a limit, a
+//! search for the highest place there (`peaks`); (5) figures; (6) sections across the passes, for the height of every
+//! single cusp (`crests`).
 //!
-//! Nothing here comes from planning: a path is points and axes, a surface is triangles. It judges
-//! paths made elsewhere alike.
+//! Nothing here comes from planning: a path is points and axes, a surface is triangles. Paths from other programs are
+//! verified in the same way.
 //!
 //! Source: columns along normals instead of one direction, as in the normal vector cutting
 //! method: Jerard, Drysdale, Hauck, Schaudt, Magewick, "Methods for detecting errors in numerically
@@ -60,25 +59,25 @@ use sweep::{SweptTile, Touch};
 use thiserror::Error;
 use walls::Outline;
 
-/// Samples at most; above, they are put farther apart.
+/// Greatest number of samples; above it they are spaced farther apart.
 const MOST_SAMPLES: f64 = 4.0e6;
 /// Longest path that is simulated, cutter radii.
 const LONGEST_PATH: f64 = 1.0e6;
-/// Samples of walls at most; above, they are put farther apart.
+/// Greatest number of samples of walls; above it they are spaced farther apart.
 const MOST_ON_WALLS: f64 = 1.0e6;
-/// Cosine of the angle between a cutter and what is up below which it leans.
+/// Cosine of the angle between the cutter and the up direction below which the cutter counts as tilted.
 const UPRIGHT: f64 = 1.0 - 1e-12;
-/// A move that goes less far than this across the axis goes along it, mm.
+/// A move that goes less than this across the axis counts as along it, mm.
 const STRAIGHT_UP: f64 = 1e-6;
 /// Samples of a wall on a cutter radius at least.
 const WALL_SAMPLES_PER_RADIUS: f64 = 8.0;
-/// Distance from the rim of the samples beside it, cutter radii: a sharp edge that goes along them is seen
-/// at places a twentieth of the radius apart, between which it lies back by a third of this.
+/// Distance from the rim of the samples beside it, cutter radii: a sharp edge that moves along the rim is detected at
+/// places a twentieth of the radius apart, between which it lies back by a third of this.
 const BESIDE_RIM: f64 = 1e-3;
-/// A rapid that takes less than this touches nothing, mm.
+/// A rapid that removes less than this touches nothing, mm.
 const GRAZE: f64 = 1e-4;
 
-/// Why nothing can be judged.
+/// Why nothing can be verified.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum VerifyError {
     /// The surface has no area.
@@ -102,7 +101,7 @@ pub enum VerifyError {
         /// Cutter radius, mm.
         radius: f64,
     },
-    /// An option that is no positive number.
+    /// An option that is not a positive number.
     #[error("verify: {what} is {value} mm; it must be a positive number")]
     NotPositive {
         /// Which.
@@ -112,10 +111,10 @@ pub enum VerifyError {
     },
 }
 
-/// A judged path.
+/// A verified path.
 #[derive(Clone, Debug)]
 pub struct Verification {
-    /// What the samples amount to.
+    /// Figures of the samples.
     pub figures: Figures,
     /// The cusps between neighbouring passes.
     pub crests: Crests,
@@ -125,11 +124,11 @@ pub struct Verification {
     pub samples: Vec<Outcome>,
 }
 
-/// Judges a path. `design`: what is machined; `rest`: other facets of the part that must not be
-/// cut into. `progress` is called with the part done.
+/// Verifies a path. `design`: what is machined; `rest`: other facets of the part that must not be cut into.
+/// `progress` is called with the fraction done.
 ///
 /// # Errors
-/// [`VerifyError`] when there is nothing to judge.
+/// [`VerifyError`] when there is nothing to verify.
 pub fn verify(
     path: &Toolpath,
     design: Facets,
@@ -200,7 +199,8 @@ pub fn verify(
 
 /// The swept walls after the sweep.
 ///
-/// Across a place where the cutter is deepest in a wall, samples `s` apart miss `s² / 8R` of its depth at most.
+/// Across a place where the cutter is deepest in a wall, samples `s` apart underestimate its depth by `s² / 8R` at
+/// most.
 fn on_walls(
     path: &Toolpath,
     (design, rest): (Facets, Facets),
@@ -230,19 +230,19 @@ fn on_walls(
     })
 }
 
-/// Where the material behind walls ends: nearer to another one.
+/// Where the material behind walls ends: where another wall is nearer.
 struct Ends<'a> {
     tile: &'a samples::Tile,
     /// The walls.
     facets: &'a [Facets<'a>],
-    /// Which of them end another's material, by the normals of both.
+    /// Which walls end the material behind another one, by the normals of both.
     counts: fn(DVec3, DVec3) -> bool,
-    /// What lies deeper does not matter, mm.
+    /// Depths greater than this do not matter, mm.
     deepest: f64,
 }
 
 impl Ends<'_> {
-    /// A tile swept again where what cuts its samples goes beyond an end.
+    /// A tile swept again where a cut into its samples reaches beyond the end of their material.
     fn applied(
         &self,
         swept: SweptTile,
@@ -272,8 +272,8 @@ impl Ends<'_> {
     }
 }
 
-/// The height above the edge of a surface up to which a wall has to be looked at, mm: what a cutter does higher up, it
-/// does lower down, too.
+/// The height above the edge of a surface up to which a wall has to be checked, mm: what a cutter does higher up, it
+/// also does lower down.
 fn highest_reached(path: &Toolpath, design: Facets, walls: Walls, options: &VerifyOptions) -> f64 {
     let radius = options.tool.radius();
     let up = |p: &DVec3| p.dot(options.up);
@@ -299,7 +299,7 @@ fn highest_reached(path: &Toolpath, design: Facets, walls: Walls, options: &Veri
     low.distance(high) + options.length + radius
 }
 
-/// The distance of samples, once all is found in order.
+/// The distance between samples, once all results are in order.
 fn checked(
     path: &Toolpath,
     area: f64,
@@ -328,7 +328,7 @@ fn checked(
     Ok(options.spacing.max(((area + rest) / MOST_SAMPLES).sqrt()))
 }
 
-/// Volume by step, tiles added in their order.
+/// Volume by step, adding the tiles in their order.
 fn summed(swept: &[SweptTile]) -> Vec<(u64, f64)> {
     let mut all: Vec<(u64, f64)> = swept.iter().flat_map(|t| t.removed.iter().copied()).collect();
     all.sort_by_key(|r| r.0);

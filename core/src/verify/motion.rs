@@ -1,20 +1,20 @@
-//! The path as moves in cutting order, cut into steps, with bounds by which a tile of the part skips
-//! most of them.
+//! The path as moves in cutting order, divided into steps, with bounds by which a tile of the part skips most of
+//! them.
 //!
-//! - *Move*: what ends at a point of the path; the tip goes straight, the axis turns evenly.
-//! - *Step*: a piece of a move, short and hardly turning. All time on it is alike.
-//! - *Cluster*: moves that follow each other and what bounds the cutter on them.
+//! - *Move*: the motion to a point of the path; the tip goes straight, the axis turns evenly.
+//! - *Step*: a piece of a move, so short that the axis hardly turns. All times within it are treated alike.
+//! - *Cluster*: consecutive moves and bounds of the cutter on them.
 
 use super::body::{Body, Nearest, Placed};
 use crate::geometry::DVec3;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 
-/// Longest step as a part of the cutter radius: half a window of the removal rate.
+/// Longest step as a fraction of the cutter radius: half a window of the removal rate.
 const LONGEST: f64 = 0.1;
-/// Largest turn on a step, rad; what a straight way from end to end errs at `R` from the tip is its
+/// Largest turn on a step, rad; the error of a straight line from end to end at a distance `R` from the tip is its
 /// square times `R / 8`: 0.2 µm for 5 mm.
 const LARGEST_TURN: f64 = 0.017;
-/// Steps of a move at most; only moves of metres are cut into longer ones.
+/// Greatest number of steps of a move; only moves of metres get longer steps.
 const MOST_STEPS: f64 = 4096.0;
 /// Children of a cluster.
 const FAN: usize = 16;
@@ -28,13 +28,13 @@ pub struct Move {
     pub to: Placed,
     /// Whether it is a rapid.
     pub rapid: bool,
-    /// Number of steps; 0 for a move that goes nowhere.
+    /// Number of steps; 0 for a move of length zero.
     pub steps: u32,
     /// Number of steps before it.
     pub first_step: u64,
 }
 
-/// What bounds the cutter on some moves.
+/// Bounds of the cutter on a set of moves.
 #[derive(Copy, Clone, Debug)]
 struct Cluster {
     /// Middle of the tips.
@@ -50,7 +50,7 @@ struct Cluster {
 #[derive(Clone, Debug)]
 pub struct Motion {
     moves: Vec<Move>,
-    /// What bounds every move by itself.
+    /// Bounds of every single move.
     leaves: Vec<Cluster>,
     /// Clusters of [`FAN`] moves, of [`FAN`] of those, and so on.
     levels: Vec<Vec<Cluster>>,
@@ -69,22 +69,22 @@ pub struct Step {
     pub of: u32,
     /// Index among all steps.
     pub index: u64,
-    /// Half the way of the tip.
+    /// Half the travel of the tip.
     pub half_way: DVec3,
     /// Half the change of the axis.
     pub half_turn: f64,
 }
 
 impl Step {
-    /// The cutter at a part of the step from -1, its start, to 1, its end.
+    /// The cutter at a position of the step from -1, its start, to 1, its end.
     pub fn at(&self, part: f64) -> Placed {
         let axis = self.middle.axis + 0.5 * part * (self.to.axis - self.from.axis);
         let tip = self.middle.tip + self.half_way * part;
         Placed { tip, axis: axis.normalize_or(self.middle.axis) }
     }
 
-    /// How fast the cutter, at that place of the step, comes toward a point, over the whole step; the
-    /// spin about its axis does not count.
+    /// How fast the cutter, at that position of the step, approaches a point, over the whole step; its spin about the
+    /// axis is ignored.
     pub fn approach(&self, at: &Placed, near: &Nearest, point: DVec3) -> f64 {
         let touched = point - near.outward * near.distance - at.tip;
         let turn = self.to.axis - self.from.axis;
@@ -92,7 +92,7 @@ impl Step {
         way.dot(near.outward)
     }
 
-    /// Whether the cutter may come within a distance of a point, or nearer than that to it.
+    /// Whether the cutter may come within a given distance of a point.
     pub fn may_come_near(&self, body: &Body, point: DVec3, distance: f64) -> bool {
         let turned = 2.0 * self.half_turn * point.distance(self.to.tip);
         let way = 2.0 * self.half_way.length() + turned;
@@ -165,7 +165,7 @@ impl Move {
         }
     }
 
-    /// The cutter a part `t` of the way.
+    /// The cutter at a fraction `t` of the move.
     pub fn at(&self, t: f64) -> Placed {
         let tip = self.from.tip.lerp(self.to.tip, t);
         // Most cutters never turn.
@@ -215,7 +215,7 @@ impl Move {
 }
 
 impl Cluster {
-    /// Around straight ways between the places.
+    /// Bounds around straight moves between the places.
     fn of(places: impl Iterator<Item = Placed> + Clone) -> Self {
         let tips = places.clone().map(|p| p.tip);
         let (low, high) = super::samples::bounds(tips.clone());

@@ -1,10 +1,10 @@
-//! What is asked of the judge.
+//! Options of the verification.
 
 use super::walls::Walls;
 use crate::geometry::DVec3;
 use crate::tool::Tool;
 
-/// What is cut, with what, and what is asked of it.
+/// Cutter, stock and limits.
 #[derive(Clone, Debug)]
 pub struct VerifyOptions {
     /// The cutter.
@@ -13,25 +13,25 @@ pub struct VerifyOptions {
     pub length: f64,
     /// Axial depth of the layer of stock, mm.
     pub depth: f64,
-    /// Whether that depth is known to be the stock's, so that a removal rate can be measured.
+    /// Whether that depth is known to be that of the stock, so that a removal rate can be measured.
     pub tells_rate: bool,
     /// Allowance left on the surface, mm.
     pub allowance: f64,
     /// Limit on the scallop height, mm.
     pub scallop: Option<f64>,
-    /// By how much the limit on the scallop may be exceeded and the surface cut into, mm.
+    /// By how much the scallop limit may be exceeded and the surface cut into, mm.
     pub tolerance: f64,
     /// Limit on the removal rate, mm³/s.
     pub mrr_limit: Option<f64>,
-    /// Distance of samples, mm.
+    /// Distance between samples, mm.
     pub spacing: f64,
     /// The direction from which slopes are counted, unit.
     pub up: DVec3,
-    /// Places where the plan says that the cutter does not fit; judged apart.
+    /// Places where the plan says that the cutter does not fit; evaluated separately.
     pub inaccessible: Vec<Sphere>,
-    /// The walls around what is machined; `None` where its boundary is open.
+    /// The walls around the machined surface; `None` where its boundary is open.
     pub walls: Option<Walls>,
-    /// Threads to use; the result does not depend on it.
+    /// Number of threads; the result does not depend on it.
     pub threads: usize,
 }
 

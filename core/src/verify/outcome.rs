@@ -1,4 +1,4 @@
-//! What the cut left at a place of the surface.
+//! The result of the cut at a place of the surface.
 
 use crate::geometry::DVec3;
 
@@ -7,21 +7,22 @@ use crate::geometry::DVec3;
 pub struct Outcome {
     /// Place, mm.
     pub position: [f32; 3],
-    /// What is left above surface and allowance, mm; negative in a gouge.
+    /// Height left above surface and allowance, mm; negative in a gouge.
     pub residual: f32,
-    /// The area it stands for, mm².
+    /// The area that it represents, mm².
     pub area: f32,
     /// Cosine of the slope.
     pub up: f32,
-    /// The move that left it; it ends at the path's point after that.
+    /// The move that left it; that move ends at the next point of the path.
     pub by: Option<u32>,
     /// The move that took the upper half of the stock.
     pub opened_by: Option<u32>,
-    /// Whether it is machined: the rest of the part is only guarded against gouges.
+    /// Whether it is machined: the rest of the part is only checked for gouges.
     pub machined: bool,
     /// Whether the plan says that the cutter does not fit there.
     pub inaccessible: bool,
-    /// Whether a wall is nearer than the tolerance: its place is known to no more, so nothing need be reached there.
+    /// Whether a wall is nearer than the tolerance: its position is not known more accurately, so nothing has to be
+    /// reached there.
     pub at_wall: bool,
 }
 
@@ -32,7 +33,7 @@ impl Outcome {
         DVec3::new(x, y, z)
     }
 
-    /// Whether what is left there is held to the limit.
+    /// Whether its height is held to the limit.
     pub(super) fn is_judged(&self) -> bool {
         self.machined && !self.inaccessible && !self.at_wall
     }

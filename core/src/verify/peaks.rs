@@ -1,11 +1,11 @@
-//! The highest places between samples, and the deepest.
+//! The highest and the deepest places between samples.
 //!
-//! Where a sample stands so high that what may stand beside it could break the limit, the surface around it is
-//! searched: on a lattice of half the distance of samples, then on lattices four times as fine around the highest place
-//! found. Each lattice covers what is nearer to that place than to its neighbours on the one before.
+//! Where a sample is so high that the surface beside it could break the limit, the surface around it is searched: on
+//! a lattice of half the sample distance, then on lattices four times as fine around the highest place found. Each
+//! lattice covers what is nearer to that place than to its neighbours on the previous one.
 //!
-//! One sample of every block is searched around, the highest first, and so many at most that the search takes a
-//! fraction of the sweep. The places found stand for no area.
+//! One sample of every block is searched around, the highest first, and only so many that the search takes a fraction
+//! of the time of the sweep. The places found have no area.
 
 use super::body::Body;
 use super::excused::Excused;
@@ -20,38 +20,39 @@ use super::walls::{Facet, depth_behind, ends_part};
 use crate::geometry::DVec3;
 use crate::parallel;
 
-/// The last lattice's places are closer than samples by this factor.
+/// By this factor the places of the last lattice are closer together than samples.
 const FINEST: f64 = 128.0;
-/// Half a lattice's width, its places' distances.
+/// Half the width of a lattice, in distances of its places.
 const HALF: i32 = 2;
-/// How many times finer than the one before each lattice is.
+/// How many times finer each lattice is than the previous one.
 const FINER: f64 = 4.0;
-/// Samples one of which is searched around at most, and how many may be in any case.
+/// One in this many samples is searched around at most; and the number that is always allowed.
 const ONE_OF: usize = 512;
 const AT_LEAST: usize = 384;
-/// The same for gouges, of which there are few, as a part.
+/// The same fraction for gouges, which are rare.
 const FOR_GOUGES: usize = 4;
-/// Gouges less deep than this are none, mm.
+/// Gouges less deep than this are ignored, mm.
 const NO_GOUGE: f64 = 1e-6;
-/// Steps farther from a lattice's middle than this are left out, its places' distances: it is as far to its corners and
-/// as much again down a slope of 45 degrees.
+/// Steps farther from the middle of a lattice than this are skipped, in distances of its places: its corners are that
+/// far away, and as much again down a slope of 45 degrees.
 const NEAR: f64 = 6.0;
-/// The highest peaks, along whose ridges others are sought; half the width of the lattice on which these begin, in its
-/// places' distances of a quarter of the samples', and how many of its places are searched around.
+/// Number of highest peaks along whose ridges others are searched; half the width of the lattice on which these
+/// searches begin, in distances of its places, which are a quarter of the sample distance; and how many of its places
+/// are searched around.
 const RIDGES: usize = 12;
 const ALONG: i32 = 4;
 const ON_RIDGE: usize = 12;
 
-/// What is sought.
+/// The kind of peak that is searched.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum Sought {
-    /// The largest residual where it is judged.
+    /// The largest residual where it is held to the limit.
     Scallop,
     /// The deepest gouge anywhere.
     Gouge,
 }
 
-/// What is searched.
+/// The data to search.
 pub struct Search<'a> {
     /// Tiles of the part.
     pub tiles: &'a [Tile],
@@ -63,20 +64,20 @@ pub struct Search<'a> {
     pub material: Material,
     /// Distance of the samples, mm.
     pub spacing: f64,
-    /// How far from sharp edges gouges are looked for, mm.
+    /// How far from sharp edges gouges are searched, mm.
     pub inset: f64,
     /// The edges on which walls stand.
     pub walled: &'a [[DVec3; 2]],
-    /// What is asked.
+    /// The limits.
     pub options: &'a VerifyOptions,
 }
 
-/// What was found.
+/// The results.
 #[derive(Clone, Debug, Default)]
 pub struct Found {
     /// Places higher than the sample that was searched around.
     pub peaks: Vec<Outcome>,
-    /// Nothing is higher than this or the highest place, mm.
+    /// No height exceeds this or the highest place, mm.
     pub highest: f64,
 }
 
@@ -85,12 +86,12 @@ struct Start {
     tile: usize,
     of: Swept,
     score: f64,
-    /// What was found there, if it is higher than any sample nearby.
+    /// The place found there, if it is higher than any sample nearby.
     peak: Option<Outcome>,
 }
 
 impl Sought {
-    /// How high it is, if that counts.
+    /// Its height, if that counts.
     fn score(self, s: &Outcome) -> Option<f64> {
         match self {
             Self::Scallop => s.is_judged().then_some(f64::from(s.residual)),
@@ -100,7 +101,7 @@ impl Sought {
 }
 
 impl Search<'_> {
-    /// Searches around the samples that were swept. `outcomes`: the same, by tile.
+    /// Searches around the samples that were swept. `outcomes`: their results, by tile.
     pub fn search(&self, sought: Sought, swept: &[SweptTile], outcomes: &[Vec<Outcome>]) -> Found {
         let scores = outcomes.iter().flatten().filter_map(|s| sought.score(s));
         let least = scores.fold(self.most(sought), f64::max);
@@ -158,7 +159,7 @@ impl Search<'_> {
         found
     }
 
-    /// What may not be exceeded.
+    /// The height that must not be exceeded.
     fn most(&self, sought: Sought) -> f64 {
         let tolerance = self.options.tolerance;
         match sought {
@@ -169,7 +170,7 @@ impl Search<'_> {
         }
     }
 
-    /// How much higher it may be beside a place, with places `spacing` mm apart.
+    /// How much higher the surface may be beside a place, with places `spacing` mm apart.
     fn bound(&self, sought: Sought, score: f64, spacing: f64) -> f64 {
         let slope = sampling_bound(score, spacing, self.options);
         let corner = self.options.tool.corner_radius();
@@ -180,7 +181,8 @@ impl Search<'_> {
         }
     }
 
-    /// The peaks beside some samples of a tile, each with what nothing beside it exceeds; or those along their ridges.
+    /// The peaks beside some samples of a tile, each with an upper bound of its surroundings; or those along their
+    /// ridges.
     fn around_tile(
         &self,
         sought: Sought,
@@ -232,7 +234,7 @@ impl Search<'_> {
         places
     }
 
-    /// Ends the material behind a place of the rest where another face is nearer.
+    /// Ends the material behind a place of the rest of the part where another face is nearer.
     fn end(&self, place: &mut Sample, facets: &[Facet]) {
         let Sample { position, normal, .. } = *place;
         let ending = facets.iter().filter(|f| ends_part(f.normal, normal));
@@ -241,7 +243,7 @@ impl Search<'_> {
         place.wall = (behind < deepest).then_some(behind);
     }
 
-    /// Whether a place lies at a sharp edge: a cutter that grazes the edge goes far along a facet's normal there.
+    /// Whether a place lies at a sharp edge: there a cutter that touches the edge cuts deep along a facet's normal.
     fn is_at_edge(&self, place: &Sample, patches: &[&Patch]) -> bool {
         let Sample { position, normal, .. } = *place;
         patches.iter().filter(|p| p.is_near(position, self.inset)).any(|p| {
@@ -250,7 +252,7 @@ impl Search<'_> {
         })
     }
 
-    /// What is around a sample.
+    /// The surroundings of a sample.
     fn around<'t>(&self, start: &Start, tiles: &[&'t Tile]) -> Around<'t> {
         let origin = start.of.sample;
         // The ridge's places are searched around, too.
@@ -273,7 +275,7 @@ impl Search<'_> {
         Around { patches, others, facets, steps }
     }
 
-    /// Climbs from a start, by lattices of which the first has places `widest` mm apart.
+    /// Climbs from a start, on lattices of which the first has places `widest` mm apart.
     fn climb(
         &self,
         sought: Sought,
@@ -321,7 +323,7 @@ impl Search<'_> {
     }
 }
 
-/// What is around a start.
+/// The surroundings of a start.
 struct Around<'a> {
     patches: Vec<&'a Patch>,
     /// Those of what is machined and of the rest of the part.

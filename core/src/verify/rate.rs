@@ -1,10 +1,10 @@
-//! The removal rate that was measured, over windows of travel, beside the one that was predicted.
+//! The measured removal rate, over windows of travel, compared with the predicted one.
 
 use super::motion::Motion;
 use crate::geometry::DVec3;
 use crate::toolpath::Toolpath;
 
-/// Length of a window as a part of the cutter radius.
+/// Length of a window as a fraction of the cutter radius.
 const WINDOW: f64 = 0.2;
 
 /// The mean removal rates over a stretch of the path.
@@ -14,9 +14,9 @@ pub struct Window {
     pub time: [f64; 2],
     /// Tool tip in its middle, mm.
     pub place: DVec3,
-    /// Index of the move in its middle; it ends at the path's point after that.
+    /// Index of the move in its middle; that move ends at the next point of the path.
     pub of: u32,
-    /// Rate that was measured, mm³/s.
+    /// Measured rate, mm³/s.
     pub measured: f64,
     /// Rate that the path states, mm³/s.
     pub predicted: f64,
@@ -29,10 +29,9 @@ pub struct Rate {
     pub peak: Option<Window>,
     /// Windows one after the other.
     pub windows: Vec<Window>,
-    /// Volume that was taken, mm³.
+    /// Volume that was removed, mm³.
     pub volume: f64,
-    /// Root of the mean square of the difference, over the time in which either rate is above zero,
-    /// mm³/s.
+    /// Root mean square of the difference, over the time in which either rate is above zero, mm³/s.
     pub rms_difference: f64,
     /// The window of the largest difference.
     pub largest_difference: Option<Window>,
@@ -42,7 +41,7 @@ pub struct Rate {
 #[derive(Copy, Clone)]
 struct Slice {
     of: u32,
-    /// Part of the move at its end.
+    /// Fraction of the move at its end.
     end: f64,
     start: f64,
     duration: f64,
@@ -51,7 +50,7 @@ struct Slice {
     predicted: f64,
 }
 
-/// The rate from the volume that each step took, in order of steps.
+/// The rate from the volume that each step removed, in order of steps.
 pub fn measure(path: &Toolpath, motion: &Motion, removed: &[(u64, f64)], radius: f64) -> Rate {
     // Steps are half as long but for rounding.
     let window = WINDOW * radius * (1.0 - 1e-9);

@@ -1,28 +1,27 @@
-//! Dense, area-uniform samples of the part, in tiles that are judged independently.
+//! Dense, area-uniform samples of the part, in tiles that are processed independently.
 //!
 //! - *Patch*: a facet, or a piece of one that is larger than a tile.
-//! - *Tile*: patches that lie together and hold at most a given number of samples.
-//! - *Block*: a few samples of a tile that lie together, with what bounds them.
+//! - *Tile*: adjacent patches with at most a given number of samples.
+//! - *Block*: a few neighbouring samples of a tile, with their bounds.
 //!
-//! A patch is halved across its longest side until the pieces are as small as the samples are dense; each
-//! piece is a *cell* with a sample near its centroid. Cells tile the surface, so that areas and volumes add
-//! up over any strip of it, which scattered samples would not. On the rim of what is machined, which centroids never
-//! lie on, further samples stand for no area.
+//! A patch is halved across its longest side until the pieces are as small as the sample density requires; each piece
+//! is a *cell* with a sample near its centroid. Cells cover the surface without gaps, so areas and volumes add up
+//! over any strip of it, which scattered samples would not. Centroids never lie on the rim of the machined surface;
+//! there, further samples without area are added.
 
 use crate::geometry::{DVec3, nearest_on_triangle};
 
-/// Samples a tile. Larger: less to share between threads; smaller: more tiles a move must be tested
-/// against.
+/// Samples per tile. Larger: less to share between threads; smaller: more tiles against which a move must be tested.
 const TILE: f64 = 1024.0;
-/// Samples a block. Larger: more samples looked at in vain; smaller: more bounds.
+/// Samples per block. Larger: more samples tested needlessly; smaller: more bounds.
 pub const BLOCK: usize = 16;
-/// Largest cell, as a part of the squared distance of samples: halving then leaves cells around it.
+/// Largest cell, as a fraction of the squared distance of samples: halving then leaves cells around it.
 const CELL: f64 = core::f64::consts::SQRT_2;
-/// How far a sample may lie from its cell's centroid, as a part of the way to the rim. With 0, a row of
-/// samples that runs along a cusp may miss its top; with 1, cells are no longer evenly covered.
+/// How far a sample may lie from its cell's centroid, as a fraction of the distance to the cell's rim. With 0, a row
+/// of samples that runs along a cusp may miss its top; with 1, cells are no longer evenly covered.
 const SCATTER: f64 = 0.5;
-/// Inverse powers of the plastic number, the root of `x³ = x + 1`: the evenest sequence of pairs
-/// (Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018).
+/// Inverse powers of the plastic number, the root of `x³ = x + 1`: the most uniform sequence of pairs (Roberts, "The
+/// unreasonable effectiveness of quasirandom sequences", 2018).
 const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
 /// Facets that meet at a sharper angle than this cosine (40 degrees) do not share normals.
 pub const CREASE: f64 = 0.766_044_443;
@@ -51,13 +50,13 @@ pub struct Patch {
     pub(super) corners: [DVec3; 3],
     normals: [DVec3; 3],
     area: f64,
-    /// Whether it is to be machined; else it is only an obstacle.
+    /// Whether it is to be machined; otherwise it is only an obstacle.
     pub(super) machined: bool,
-    /// The sides, each from the corner of its number, on the rim of what is machined.
+    /// The edges on the rim of the machined surface, each starting at the corner of its number.
     rim: [bool; 3],
 }
 
-/// Patches that are judged together.
+/// Patches that are processed together.
 #[derive(Clone, Debug)]
 pub struct Tile {
     /// Its patches.
@@ -77,13 +76,13 @@ pub struct Sample {
     pub centroid: DVec3,
     /// Unit normal, outward.
     pub normal: DVec3,
-    /// The area it stands for, mm².
+    /// The area that it represents, mm².
     pub area: f64,
     /// Whether it is to be machined.
     pub machined: bool,
-    /// How far behind it lies nothing but the material of a wall, mm; `None` where it is no wall.
+    /// Depth of the wall's own material behind it, mm; `None` where it is not a wall.
     pub wall: Option<f64>,
-    /// Whether it lies on the very rim of what is machined, where no move need come.
+    /// Whether it lies exactly on the rim of the machined surface, which moves need not reach.
     pub on_rim: bool,
 }
 
@@ -139,8 +138,8 @@ fn doubled([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// Tiles over a part: `design` is machined, `rest` only stands in the way. Facets without area are
-/// left out. `spacing`: distance of samples, mm. `rim`: sides of facets of the design, in order, on its rim.
+/// Tiles over a part: `design` is machined, `rest` is only an obstacle. Facets without area are left out. `spacing`:
+/// distance between samples, mm. `rim`: edges of facets of the design, in order, on its rim.
 pub fn tiles(design: Facets, rest: Facets, spacing: f64, rim: &[Side]) -> Vec<Tile> {
     let largest = TILE * spacing * spacing;
     let mut patches = Vec::new();
@@ -166,7 +165,7 @@ pub fn tiles(design: Facets, rest: Facets, spacing: f64, rim: &[Side]) -> Vec<Ti
     out
 }
 
-/// Pieces of a patch that pass `is_small`, given their area and squared longest side.
+/// Pieces of a patch for which `is_small` holds, given their area and squared longest side.
 fn split(patch: Patch, is_small: &impl Fn(f64, f64) -> bool, out: &mut impl FnMut(Patch)) {
     let side = |i: usize| patch.corners[i].distance_squared(patch.corners[(i + 1) % 3]);
     let longest = (0..3).fold(0, |best, i| if side(i) > side(best) { i } else { best });
@@ -237,7 +236,7 @@ impl Tile {
         Self { patches, centre, radius }
     }
 
-    /// Its samples, about `spacing` mm apart, in blocks of [`BLOCK`] that lie together; those on the rim and `inset`
+    /// Its samples, about `spacing` mm apart, in blocks of [`BLOCK`] neighbouring ones; those on the rim and `inset`
     /// mm beside it have no area.
     pub fn samples(&self, spacing: f64, inset: f64) -> Vec<Sample> {
         let (mut out, mut rim) = (Vec::new(), Vec::new());
@@ -271,8 +270,8 @@ impl Patch {
         Sample { centroid, area: self.area, ..self.at([1.0 - u - v, u, v]) }
     }
 
-    /// Samples without area on the sides that lie on the rim, where these begin and half way, and one beside the latter:
-    /// the rim itself may be just out of reach.
+    /// Samples without area on the edges that lie on the rim, at the start and the middle of each, and one beside the
+    /// latter: the rim itself may be just out of reach.
     fn sample_rim(&self, inset: f64, out: &mut Vec<Sample>) {
         for i in (0..3).filter(|&i| self.rim[i]) {
             let [a, b, c] = [i, (i + 1) % 3, (i + 2) % 3];
@@ -292,7 +291,7 @@ impl Patch {
         }
     }
 
-    /// The sample without area that a mean of the corners gives.
+    /// The sample without area at a weighted mean of the corners.
     fn at(&self, weights: [f64; 3]) -> Sample {
         let mix = |x: &[DVec3; 3]| x[0] * weights[0] + x[1] * weights[1] + x[2] * weights[2];
         let position = mix(&self.corners);
@@ -320,7 +319,7 @@ impl Patch {
     }
 }
 
-/// Puts samples that lie together next to each other.
+/// Reorders samples so that neighbouring ones follow each other.
 fn arrange(samples: &mut [Sample]) {
     if samples.len() <= BLOCK {
         return;

@@ -1,7 +1,7 @@
-//! Where a plane cuts the surface: chains of points with normals, from a place outward.
+//! Sections of the surface by a plane: chains of points with normals, from a place outward.
 //!
-//! Facets near the place are found in a tree of boxes; the plane's pieces on them are chained where they
-//! share a point of an edge, which both facets compute alike.
+//! Facets near the place are found in a tree of boxes; the pieces of the section on them are joined where they share
+//! a point of an edge, which both facets compute identically.
 
 use super::samples::Facets;
 use crate::geometry::DVec3;
@@ -29,7 +29,7 @@ pub struct Place {
     pub normal: DVec3,
 }
 
-/// Places along a section, from its start on, with their ways along it, mm.
+/// Points along a section, from its start, with their distances along it, mm.
 #[derive(Clone, Debug)]
 pub struct Chain {
     places: Vec<(f64, Place)>,
@@ -37,7 +37,7 @@ pub struct Chain {
     ends_at_boundary: bool,
 }
 
-/// A facet's part of a section: ends named by their edges.
+/// A facet's part of a section: ends identified by their edges.
 struct Piece {
     ends: [([u32; 2], Place); 2],
 }
@@ -103,9 +103,9 @@ impl<'a> Surface<'a> {
         self.visit(node + 1 + Self::boxes_over(left.len()), right, ball, to);
     }
 
-    /// The section through the surface near `centre` across `way` (unit), as far as `reach` mm to both
-    /// sides: two chains from the place nearest to `centre` outward, to the left of the way and to the
-    /// right, seen from outside. `None` where there is no surface.
+    /// The section through the surface near `centre` perpendicular to `way` (unit), up to `reach` mm to both sides:
+    /// two chains from the place nearest to `centre` outward, to the left of the direction and to the right, seen
+    /// from outside. `None` where there is no surface.
     pub fn across(&self, centre: DVec3, way: DVec3, reach: f64) -> Option<[Chain; 2]> {
         let mut pieces = Vec::new();
         // Chains wind: a little more than they are long.
@@ -160,7 +160,7 @@ impl Place {
     }
 }
 
-/// Pieces from a place on the first of them through that end of it on.
+/// Pieces from a place on the first of them through that end of it onward.
 fn chain(pieces: &[Piece], first: usize, end: usize, start: Place, reach: f64) -> Chain {
     let mut out = vec![(0.0, start)];
     let (mut piece, mut end, mut length) = (first, end, 0.0);

@@ -1,15 +1,15 @@
 //! A tile of the part while the cutter goes along the path: the height above the surface that is left
 //! on each sample's normal line, and how much each step takes.
 //!
-//! The line of a sample starts full of material up to the stock's height and down into the part. A
-//! step lowers it to where the line enters the cutter. What stands lower than the surface is a gouge.
+//! The line of a sample starts full of material up to the stock's height and down into the part. A step lowers it to
+//! where the line enters the cutter. A height below the surface is a gouge.
 //!
-//! For the volume that is taken, a sample stands for a cell as wide as the distance of samples: where a
-//! wall of the cutter passes over it, it goes by parts, so that the rate does not count samples but
-//! area; not where the line leans over its cell, as on steep places. The residual knows no cells.
+//! For the removed volume, a sample represents a cell as wide as the sample distance: where a wall of the cutter
+//! passes over the cell, it is removed gradually, so that the rate measures area and does not count samples; not
+//! where the line is inclined to its cell, as on steep places. The residual does not use cells.
 //!
-//! Most steps near a tile do not reach what is left of it. A block of samples is left out where a
-//! plane parts it from the cutter (`bound`).
+//! Most steps near a tile do not reach what is left of it. A block of samples is skipped where a plane separates it
+//! from the cutter (`bound`).
 
 use super::body::{Body, Placed};
 use super::bound::{Bounds, NOTHING};
@@ -19,7 +19,7 @@ use super::motion::{Motion, Step};
 use super::samples::{BLOCK, Sample, Tile};
 use crate::geometry::DVec3;
 
-/// A line leans over its cell from this part of the cell's width on.
+/// A line counts as inclined to its cell from this fraction of the cell's width on.
 const LEANING: f64 = 0.3;
 
 /// A tile after the sweep.
@@ -27,9 +27,9 @@ const LEANING: f64 = 0.3;
 pub struct SweptTile {
     /// Its samples.
     pub samples: Vec<Swept>,
-    /// Volume taken, mm³, by step, in order.
+    /// Volume removed, mm³, by step, in order.
     pub removed: Vec<(u64, f64)>,
-    /// Rapids that took material: step and place of the most taken.
+    /// Rapids that removed material: step and place of the largest removal.
     pub touched: Vec<Touch>,
 }
 
@@ -40,32 +40,32 @@ pub struct Touch {
     pub of: u32,
     /// Where, mm.
     pub place: DVec3,
-    /// Height taken there, mm.
+    /// Height removed there, mm.
     pub depth: f64,
 }
 
-/// Thirds by which the place of the edge is narrowed down: to a thousandth of a step.
+/// Trisections by which the place of the edge is narrowed down: to a thousandth of a step.
 const EDGE_STEPS: usize = 16;
-/// How far inside of where a line comes under the edge it is looked at, parts of half a step.
+/// How far inside the entry of a line under the edge it is evaluated, in fractions of half a step.
 const INSIDE_EDGE: f64 = 1e-4;
 /// Lines that rise less than this along the axis are square to it, mm/mm.
 const SQUARE: f64 = 1e-9;
 /// Most steps to the lowest place under a rounded rim.
 const RIM_STEPS: usize = 11;
-/// A height this close to the lowest is the lowest, mm.
+/// A height this close to the lowest counts as the lowest, mm.
 const SETTLED: f64 = 5e-5;
-/// Blocks that are looked at together first.
+/// Blocks that are tested together first.
 const BLOCKS: usize = 8;
-/// Groups of blocks whose bounds are looked at together.
+/// Groups of blocks whose bounds are tested together.
 const GROUPS: usize = 8;
-/// Steps that lower something of a group before its bound is made anew.
+/// Number of steps that lower something of a group before its bound is recomputed.
 const STALE: u32 = 12;
 
 /// Blocks that lie together.
 struct Group {
     bounds: Bounds<BLOCKS>,
     blocks: Vec<Block>,
-    /// Steps that lowered something since the group's own bound was made.
+    /// Steps that lowered something since the group's own bound was computed.
     stale: u32,
 }
 
@@ -81,7 +81,7 @@ struct Block {
 
 /// The cells of a block's samples, for cutters whose wall cuts.
 struct Cells {
-    /// Those over which a wall has yet to pass.
+    /// Those over which a wall has not yet passed.
     open: u32,
     /// Those that it passed over.
     covered: u32,
@@ -93,7 +93,7 @@ struct Cells {
     reach: [f64; BLOCK],
 }
 
-/// Samples on their way along the path, and what bounds them.
+/// Samples during the sweep, and their bounds.
 struct Sweep {
     out: SweptTile,
     groups: Vec<Group>,
@@ -116,7 +116,7 @@ pub fn sweep(
     sweep.out
 }
 
-/// Sweeps scattered samples by some steps, in their order. Samples without area count for no volume.
+/// Sweeps scattered samples by some steps, in their order. Samples without area do not count for the volume.
 pub fn swept(samples: Vec<Sample>, steps: &[Step], body: &Body, material: Material) -> Vec<Swept> {
     let mut sweep = Sweep::new(samples, body, material);
     steps.iter().for_each(|step| sweep.take(step, false, body, material));
@@ -162,7 +162,7 @@ impl Sweep {
     }
 }
 
-/// A step taking what it reaches.
+/// A step that removes what it reaches.
 struct StepCut<'a> {
     step: &'a Step,
     body: &'a Body,
@@ -173,7 +173,7 @@ struct StepCut<'a> {
 }
 
 impl StepCut<'_> {
-    /// Whether the group's bound is to be made anew.
+    /// Whether the group's bound has to be recomputed.
     fn group(&mut self, group: &mut Group, samples: &mut [Swept]) -> bool {
         let mut lowered = false;
         for lane in each(group.bounds.reached(self.step, self.body)) {
@@ -208,7 +208,7 @@ impl StepCut<'_> {
         lowered
     }
 
-    /// Whether something was lowered of a sample whose line and cell the step may reach or not.
+    /// Whether something of a sample was lowered; the step may reach its line and its cell or not.
     fn sample(&mut self, s: &mut Swept, line: bool, cell: bool) -> bool {
         let (step, body, material) = (self.step, self.body, self.material);
         let mut lowered = false;
@@ -253,9 +253,9 @@ fn lowered_to(s: &Swept, step: &Step, body: &Body, material: Material) -> Option
     surface.then(|| lowest.max(-material.deepest)).filter(|&height| height < s.height)
 }
 
-/// The same on the line of a wall that is material as far as `behind` mm below its place.
+/// As above, on the line of a wall that is material down to `behind` mm below its place.
 ///
-/// A cutter wholly behind the wall is in that material, too.
+/// A cutter wholly behind the wall is in that material as well.
 fn lowered_in_wall(s: &Swept, behind: f64, step: &Step, body: &Body) -> Option<f64> {
     if s.height <= -behind {
         return None;
@@ -271,8 +271,8 @@ fn lowered_in_wall(s: &Swept, behind: f64, step: &Step, body: &Body) -> Option<f
     (lowest < s.height).then_some(lowest)
 }
 
-/// The lowest place at which a wall's line enters the cutter during a step, sooner where it is square to an axis that
-/// does not turn: there the cutter is round.
+/// The lowest place at which a wall's line enters the cutter during a step, faster where it is perpendicular to an
+/// axis that does not turn: there the cutter is round.
 fn lowest_in_wall(s: &Swept, step: &Step, body: &Body) -> Option<(f64, Placed)> {
     let Sample { position, normal, .. } = s.sample;
     if step.half_turn != 0.0 || normal.dot(step.to.axis).abs() > SQUARE {
@@ -289,8 +289,7 @@ fn lowest_in_wall(s: &Swept, step: &Step, body: &Body) -> Option<(f64, Placed)> 
     Some(between.into_iter().fold(lower(a, lower(b, c)), lower))
 }
 
-/// Mean height left over a sample's cell after a step that lowers its line to `height`, and what it goes by
-/// from then on.
+/// Mean height left over a sample's cell after a step that lowers its line to `height`, and its basis from then on.
 fn left_on_cell(
     s: &Swept,
     height: Option<f64>,
@@ -331,8 +330,8 @@ fn left_on_cell(
 
 /// The lowest place at which a sample's line enters the cutter during a step.
 ///
-/// Where the line enters is convex along the step: where it still falls at the end, that is the
-/// lowest; else it is found between.
+/// The place where the line enters is convex along the step: if it still falls at the end, that is the lowest;
+/// otherwise it is searched between.
 fn lowest_entry(s: &Swept, step: &Step, body: &Body) -> Option<(f64, Placed)> {
     let Sample { position, normal, .. } = s.sample;
     if !body.is_rounded()
@@ -378,9 +377,10 @@ fn lowest_entry(s: &Swept, step: &Step, body: &Body) -> Option<(f64, Placed)> {
 }
 
 /// The lowest place at which a line enters a cutter with a rounded rim during a step, at the end of which it rises;
-/// `ends`: where it does at both ends. Not sought if it is surely above what is left already.
+/// `ends`: where it enters at both ends. Not computed if it is certainly above what is left already.
 ///
-/// Under a tilted bottom it falls evenly, and rises like the rim's round behind: the bend is no parabola's.
+/// Under a tilted bottom the entry falls evenly, and behind it rises like the rim's rounding: the curve is not a
+/// parabola.
 fn lowest_at_rim(
     step: &Step,
     body: &Body,
@@ -431,8 +431,8 @@ fn lowest_at_rim(
 
 /// The lowest place at which a line enters a cutter with a sharp edge during a step.
 ///
-/// A wall that leans over the line comes down on it steeply, until its edge passes; behind the edge the
-/// tilted bottom rises: a valley with a kink, which a parabola does not find.
+/// A wall that overhangs the line comes down on it steeply, until its edge passes; behind the edge the tilted bottom
+/// rises: a valley with a kink, which a parabola does not find.
 fn lowest_at_edge(
     step: &Step,
     body: &Body,
@@ -464,10 +464,10 @@ fn lowest_at_edge(
     Some(best)
 }
 
-/// The parts of a step, just inside, at which a line comes under a flat end's bottom and leaves it.
+/// The positions in a step, just inside, at which a line comes under a flat end's bottom and leaves it.
 ///
-/// In the plane of the bottom the squared distance of the line from the axis is a parabola, if the cutter does not turn;
-/// hardly turning it needs a step of Newton's.
+/// In the plane of the bottom the squared distance of the line from the axis is a parabola, if the cutter does not
+/// turn; if it turns slightly, one step of Newton's method is needed.
 fn edge_crossings(step: &Step, body: &Body, position: DVec3, normal: DVec3) -> [Option<f64>; 2] {
     let outside = |part: f64| body.outside_of_bottom(&step.at(part), position, normal);
     let [a, b, c] = [-1.0, 0.0, 1.0].map(outside);
@@ -522,7 +522,7 @@ impl Block {
         block
     }
 
-    /// Takes note of what is left of a sample.
+    /// Updates the bound with what is left of a sample.
     fn note(&mut self, lane: usize, s: &Swept) {
         let Sample { position, centroid, normal, .. } = s.sample;
         self.tops.set(lane, position + normal * (s.height - NOTHING));
@@ -535,7 +535,7 @@ impl Block {
 }
 
 impl Cells {
-    /// The cells of which the cutter may take something in a step.
+    /// The cells of which the cutter may remove something in a step.
     fn reached(&self, step: &Step, body: &Body, normals: &Vectors<BLOCK>) -> u32 {
         let mut reached = 0;
         if self.covered != 0 {

@@ -1,14 +1,14 @@
-//! The walls around what is machined: what stands outside of its boundary and stays.
+//! The walls around the machined surface: what stands outside its boundary and must stay.
 //!
-//! - *Own wall*: a face of the rest of the part that rises from a boundary edge by [`RISES`] or more. It is
-//!   guarded with the rest, where cuts at its edges are no deeper than they are far from the part's other faces.
-//! - *Swept wall*: any other boundary edge, moved along the tool axis or along the surface's normal. What lies
-//!   behind it, seen from what is machined, is material.
+//! - *Own wall*: a face of the rest of the part that rises from a boundary edge by [`RISES`] or more. It is checked
+//!   with the rest, where the depth of a cut at its edges is at most the distance from the part's other faces.
+//! - *Swept wall*: any other boundary edge, moved along the tool axis or along the surface's normal. What lies behind
+//!   it, seen from the machined surface, is material.
 //!
-//! A place of that material lies on the normal line of the swept wall's nearest place, as deep as it is far from the
-//! wall. So a line goes into the material only as far as no other swept wall is nearer (`depth_behind`): at
-//! a corner that juts out, or on a thin wall, the depth of a cut is then the distance from the wall, and what the
-//! cutter does beyond the far side is nothing.
+//! A place of that material lies on the normal line of the nearest place of the swept wall, at a depth equal to its
+//! distance from the wall. So a line extends into the material only as far as no other swept wall is nearer
+//! (`depth_behind`): at a protruding corner, or on a thin wall, the depth of a cut is then the distance from the
+//! wall, and what the cutter does beyond the far side does not count.
 
 use super::samples::{CREASE, Facets, Side};
 use crate::geometry::{DVec3, nearest_on_triangle};
@@ -20,9 +20,9 @@ const RISES: f64 = core::f64::consts::FRAC_1_SQRT_2;
 const TWIST: f64 = 1e-3;
 /// Facets along a twisted wall's rulings and across them, at most.
 const MOST_PARTS: [f64; 2] = [8.0, 64.0];
-/// A length that is none, mm.
+/// A length that counts as zero, mm.
 const TOUCH: f64 = 1e-9;
-/// Rounds in which the ball behind a place shrinks until it touches a facet; each gains a digit or more.
+/// Rounds in which the ball behind a place shrinks until it touches a facet; each adds a digit or more.
 const ROUNDS: usize = 12;
 
 /// Walls that stand around what is machined.
@@ -30,14 +30,14 @@ const ROUNDS: usize = 12;
 pub struct Walls {
     /// How far they stand above the edge of the surface, mm.
     pub height: f64,
-    /// Where to.
+    /// Their direction.
     pub rise: Rise,
 }
 
 /// The direction in which walls stand.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum Rise {
-    /// The direction from which slopes are counted: the axis of a cutter that does not turn.
+    /// The direction from which slopes are measured: the axis of a cutter that does not turn.
     Up,
     /// The normal of the surface at its boundary, with straight lines between its vertices.
     Normal,
@@ -61,10 +61,10 @@ pub struct Facet {
     radius: f64,
 }
 
-/// A position by its bits, whatever the sign of a zero.
+/// A position by its bits, ignoring the sign of a zero.
 type Key = [u64; 3];
 
-/// An edge of the boundary, with what is machined on its left seen from the tool.
+/// An edge of the boundary, with the machined surface on its left as seen from the tool.
 #[derive(Copy, Clone, Debug)]
 struct Edge {
     ends: [DVec3; 2],
@@ -74,17 +74,17 @@ struct Edge {
     side: Side,
 }
 
-/// The boundary of what is machined.
+/// The boundary of the machined surface.
 #[derive(Clone, Debug, Default)]
 pub struct Outline {
-    /// The sides at which it is open, in order.
+    /// The edges at which it is open, in order.
     pub open: Vec<Side>,
     /// The ends of the edges on which walls stand, in order.
     pub walled: Vec<[DVec3; 2]>,
 }
 
 impl Outline {
-    /// `is_walled`: whether walls stand around all of `design`, else only where `rest` rises from it.
+    /// `is_walled`: whether walls stand around all of `design`; otherwise only where `rest` rises from it.
     pub fn of(design: Facets, rest: Facets, is_walled: bool) -> Self {
         let mut edges = boundary(design);
         edges.sort_by_key(|e| (undirected(e), key(e.ends[0])));
@@ -148,7 +148,7 @@ impl Sheet {
         sheet
     }
 
-    /// Adds points above each other; gives the index of the lowest.
+    /// Adds points above each other; returns the index of the lowest.
     fn column(&mut self, foot: DVec3, rise: DVec3, rows: f64) -> u32 {
         let first = self.positions.len() as u32;
         self.positions.extend((0..=rows as u32).map(|j| foot + rise * (f64::from(j) / rows)));
@@ -163,7 +163,7 @@ impl Sheet {
         }
     }
 
-    /// The facets, which are none where all walls are the part's own.
+    /// The facets; none where all walls are the part's own.
     pub fn facets(&self) -> Facets<'_> {
         Facets { positions: &self.positions, faces: &self.faces }
     }
@@ -190,17 +190,17 @@ pub fn near<'a>(
     facets.faces.iter().filter_map(move |f| Facet::of(facets.corners(f)).filter(is_near))
 }
 
-/// Whether a face of the part ends the material behind another one, by their normals: not the far side of a sheet, which
-/// is guarded however thin it is.
+/// Whether a face of the part ends the material behind another one, by their normals: not the far side of a sheet,
+/// which is checked however thin it is.
 pub fn ends_part(face: DVec3, other: DVec3) -> bool {
     face.dot(other) > -CREASE
 }
 
-/// How far behind a place of a wall no other wall is nearer, mm; `most` at most.
+/// How far behind a place of a wall no other wall is nearer, mm; capped at `most`.
 ///
-/// The radius of the largest ball behind it that touches the wall there and holds nothing of the facets. Those that
-/// turn by less than a crease are the same wall: the chords of a curved boundary are not its corners. What the ball meets
-/// from before a facet ends nothing.
+/// The radius of the largest ball behind it that touches the wall there and contains nothing of the facets. Facets at
+/// an angle of less than a crease belong to the same wall: the chords of a curved boundary are not corners. A facet
+/// that the ball meets from its front side does not count.
 pub fn depth_behind<'a>(
     place: DVec3,
     normal: DVec3,

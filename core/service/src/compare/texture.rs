@@ -1,7 +1,7 @@
-//! One job planned with several tilts of the axis and feeds per tooth: what its window looks like, and how long it takes.
+//! One job planned with several lead angles and feeds per tooth: the texture of its window, and the machine time.
 //!
-//! All else is the job's, its limit on the removal rate too; the grid is the same for all, that of the job or, in a window,
-//! finer, for the least feed per tooth. Every path is judged.
+//! Everything else is taken from the job, including its limit on the removal rate; the grid is the same for all: that
+//! of the job or, in a window, a finer one for the least feed per tooth. Every path is verified.
 
 use super::judged;
 use crate::results::ResultsError;
@@ -33,10 +33,10 @@ pub struct Choice {
     pub feed_per_tooth: Option<f64>,
 }
 
-/// Why a choice cannot be made.
+/// Why a choice is not possible.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ChoiceError {
-    /// The machine holds its axis upright.
+    /// The machine keeps its axis upright.
     #[error("a tilt needs a machine with rotary axes: give axes = \"xyzac\" in [machine]")]
     Upright,
     /// An upright cutter with a flat bottom on a machine that tilts it.
@@ -44,22 +44,22 @@ pub enum ChoiceError {
         "at a tilt of 0 on five axes a cutter with a flat bottom cuts with its heel: give a larger tilt"
     )]
     Heel,
-    /// The machine does not move so fast.
+    /// The feed is above that of the machine.
     #[error("{feed:.0} mm/min is above machine.max_feed, {most:.0} mm/min")]
     TooFast {
-        /// What the feed per tooth asks for, mm/min.
+        /// The feed that follows from the feed per tooth, mm/min.
         feed: f64,
-        /// What the machine can, mm/min.
+        /// The machine's greatest feed, mm/min.
         most: f64,
     },
 }
 
-/// A choice and what came of it.
+/// A choice and its result.
 #[derive(Clone, Debug)]
 pub struct Row {
     /// The job that was planned.
     pub job: Job,
-    /// What came of it, or why nothing did.
+    /// Its result, or why there is none.
     pub made: Result<Made, String>,
 }
 
@@ -74,15 +74,15 @@ pub struct Made {
     pub length: f64,
     /// Time on the machine, s.
     pub machine_time: f64,
-    /// Which limits the judge found broken, in words.
+    /// The limits that the verification found broken, in words.
     pub broken: Vec<String>,
 }
 
 impl Choice {
-    /// The job so varied. `finest`: the least feed per tooth of all choices, mm.
+    /// The job with this choice. `finest`: the least feed per tooth of all choices, mm.
     ///
     /// # Errors
-    /// [`ChoiceError`]: what the job's machine cannot do.
+    /// [`ChoiceError`]: what the job's machine does not allow.
     pub fn of(self, job: &Job, finest: f64) -> Result<Job, ChoiceError> {
         let mut job = job.clone();
         if let Some(tilt) = self.tilt {
@@ -113,10 +113,10 @@ impl Choice {
     }
 }
 
-/// Plans and judges a job, and simulates its window.
+/// Plans and verifies a job, and simulates its window.
 ///
 /// # Errors
-/// As [`texture_results`](crate::results::texture::texture_results), and of the judge.
+/// As [`texture_results`](crate::results::texture::texture_results), and those of the verification.
 pub fn made(job: &Job, files: Files, threads: usize) -> Result<Made, ResultsError> {
     let options = window_of(job)?;
     let planned = plan(job, files, threads, &mut |_: Stage, _| {})?;

@@ -1,11 +1,11 @@
-//! A divided surface → what is reported and drawn of it.
+//! A divided surface → its figures and pictures.
 
 use evencut_core::mesh::VertexId;
 use evencut_core::preview::{RegionPicture, RegionsPicture};
 use evencut_core::regions::{Divided, Evenness, PartFigures, Region, Spacing, neighbours};
 use evencut_core::report::{DivisionFigures, PieceFigures, SpacingFigures, UndividedFigures};
 
-/// What is reported of a divided surface; `lengths`: of the passes of every region in the order of machining, mm.
+/// The figures of a divided surface; `lengths`: of the passes of every region in the order of machining, mm.
 pub fn figures(divided: &Divided, method: &str, lengths: &[f64]) -> DivisionFigures {
     let piece = |(part, &length): (&PartFigures, &f64)| {
         let Evenness { uniformity, least, most } = part.evenness;
@@ -44,7 +44,7 @@ fn spacing(spacing: &Spacing) -> SpacingFigures {
     SpacingFigures { mean: spacing.mean, deviation: spacing.deviation(), max: spacing.most }
 }
 
-/// What is drawn of it.
+/// The picture of a divided surface.
 pub fn picture(divided: &Divided) -> RegionsPicture<'_> {
     let regions = &divided.regions;
     let split_mesh = &regions.split_mesh;

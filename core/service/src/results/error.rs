@@ -22,7 +22,7 @@ pub enum ResultsError {
     /// The program that was written cannot be read back.
     #[error(transparent)]
     Program(#[from] GcodeError),
-    /// The path cannot be judged.
+    /// The path cannot be verified.
     #[error(transparent)]
     Verify(#[from] VerifyError),
     /// The texture cannot be simulated.
@@ -38,7 +38,7 @@ pub enum TextureError {
         "texture: the job has no [texture] table; give the place of a window, `at = [x, y, z]`"
     )]
     NoWindow,
-    /// Nothing turns or moves.
+    /// Spindle speed or feed is zero.
     #[error(
         "texture: a spindle speed of {spindle} rev/min and a feed of {feed} mm/min; both must be above 0"
     )]
@@ -51,7 +51,7 @@ pub enum TextureError {
     /// No move at feed takes time.
     #[error("texture: no feed move of the path takes time: its times do not increase")]
     NoTime,
-    /// The path leaves the window as it was.
+    /// The path does not cut in the window.
     #[error(
         "texture: the path cuts nothing in the window, within {start} mm above and below the surface: it does not come \
          there, or it belongs to another surface"
@@ -63,9 +63,9 @@ pub enum TextureError {
     /// More nodes on a whole surface than a grid may have.
     #[error("{}", too_fine(*.nodes, *.spacing))]
     WholeTooFine {
-        /// The nodes asked for.
+        /// The requested number of nodes.
         nodes: f64,
-        /// A spacing, mm, that has fewer.
+        /// A spacing, mm, with which there are few enough.
         spacing: f64,
     },
     /// There is no window there.
@@ -82,10 +82,10 @@ pub enum TextureError {
     X3p(#[from] X3pError),
 }
 
-/// The longest spacing that a job may ask for, mm.
+/// The longest spacing allowed in a job, mm.
 const LONGEST: f64 = 10.0;
 
-/// What is said of a whole surface with too many nodes: the spacing that works, if one may be asked for.
+/// Message for a whole surface with too many nodes, with the spacing that works if a job may ask for it.
 fn too_fine(nodes: f64, spacing: f64) -> String {
     let remedy = if spacing <= LONGEST {
         format!("give a spacing of {spacing} mm or more, or a window")

@@ -1,4 +1,4 @@
-//! Files that results are made of, and those that they are.
+//! Input files and output files of results.
 
 /// A file that was read.
 #[derive(Copy, Clone, Debug)]

@@ -1,7 +1,7 @@
 //! A path → the texture of the window of its job → files.
 //!
-//! Steps: (1) the window is laid on the surface along the nearest pass; (2) the teeth sweep it; (3) parameters, tables,
-//! picture. The path is one that was planned just now or one that was read.
+//! Steps: (1) the window is placed on the surface along the nearest pass; (2) the teeth sweep it; (3) parameters,
+//! tables, picture. The path is either planned just now or read from a file.
 
 use super::error::ResultsError;
 pub use super::error::TextureError;
@@ -29,9 +29,9 @@ use evencut_core::toolpath::Toolpath;
 use evencut_core::units::per_minute;
 use serde::Serialize;
 
-/// Difference of the lengths of `constant` cells, as a part of them.
+/// Difference of the lengths of `constant` cells, as a fraction of them.
 const EPS: f64 = 1e-3;
-/// How far the path may be off the surface, in chord tolerances: that of the contact and that of the tip.
+/// How far the path may be off the surface, in chord tolerances: that of the contact plus that of the tip.
 const SLACK: f64 = 4.0;
 /// The picture among the files.
 pub const PICTURE: &str = "texture.svg";
@@ -41,11 +41,11 @@ pub const PICTURE: &str = "texture.svg";
 pub struct TextureResults {
     /// All files.
     pub files: Vec<OutputFile>,
-    /// What they tell.
+    /// The texture's figures.
     pub figures: TextureFigures,
 }
 
-/// A path over its surface.
+/// A path on its surface.
 #[derive(Copy, Clone, Debug)]
 pub struct PathOn<'a> {
     /// The surface.
@@ -56,7 +56,7 @@ pub struct PathOn<'a> {
     pub path: &'a Toolpath,
 }
 
-/// Plans a job without judging it, and simulates what the teeth leave in its window. Arguments as of
+/// Plans a job without verifying it, and simulates the texture of its window. Arguments as of
 /// [`plan`](evencut_core::plan::plan()).
 ///
 /// # Errors
@@ -75,7 +75,7 @@ pub fn texture_results(
     Ok(texture_on(job, options, on, threads, &mut |part| progress(Stage::Texture, part))?)
 }
 
-/// Simulates what the teeth leave of a path that was planned before, in the window of `job`. Arguments and errors as of
+/// Simulates the texture that a path planned earlier leaves in the window of `job`. Arguments and errors as of
 /// [`texture_results`]; nothing is planned.
 ///
 /// # Errors
@@ -95,7 +95,7 @@ pub fn texture_of_path(
     Ok(texture_on(job, options, on, threads, &mut |part| progress(Stage::Texture, part))?)
 }
 
-/// The window of a job, before anything is done for it.
+/// The window of a job, checked before any work is done.
 pub(crate) fn window_of(job: &Job) -> Result<&TextureOptions, TextureError> {
     let options = job.texture.as_ref().ok_or(TextureError::NoWindow)?;
     let (spindle, feed) = (per_minute(job.cut.spindle), per_minute(job.cut.feed));
@@ -106,10 +106,10 @@ pub(crate) fn window_of(job: &Job) -> Result<&TextureOptions, TextureError> {
     Ok(options)
 }
 
-/// Simulates a window and makes its files. `progress` is called with the part done.
+/// Simulates a window and makes its files. `progress` is called with the fraction done.
 ///
 /// # Errors
-/// [`TextureError`]: a window that is not on the surface, has too many nodes, or does not hold the cutter.
+/// [`TextureError`]: a window that is not on the surface, has too many nodes, or is too concave for the cutter.
 pub(crate) fn texture_on(
     job: &Job,
     options: &TextureOptions,
@@ -120,12 +120,12 @@ pub(crate) fn texture_on(
     Simulated::of(job, options, on, threads, progress)?.results(job)
 }
 
-/// A window and what is left on it.
+/// A window and its simulated heights.
 pub(crate) struct Simulated {
     grid: Grid,
     /// Heights of the nodes that were cut, mm; NaN of all others.
     heights: Vec<f64>,
-    /// Nodes that nothing lowered.
+    /// Nodes that were not cut.
     uncut: u64,
     work: Work,
     middle: DVec3,
@@ -133,17 +133,17 @@ pub(crate) struct Simulated {
     start: f64,
     facets: f64,
     least_concave_radius: Option<f64>,
-    /// How far teeth may stand out or come deeper, mm.
+    /// Greatest run-out of a tooth, outward or downward, mm.
     runout: f64,
-    /// Whether nothing of the surface at the window is curved.
+    /// Whether the surface at the window is flat.
     is_plane: bool,
 }
 
 impl Simulated {
-    /// Sweeps the window of a job. `progress` is called with the part done.
+    /// Simulates the window of a job. `progress` is called with the fraction done.
     ///
     /// # Errors
-    /// [`TextureError`]: a window that is not on the surface, has too many nodes, or does not hold the cutter.
+    /// [`TextureError`]: a window that is not on the surface, has too many nodes, or is too concave for the cutter.
     pub fn of(
         job: &Job,
         options: &TextureOptions,
@@ -234,7 +234,7 @@ impl Simulated {
         if self.is_plane { 0.0 } else { job.cut.tolerance }
     }
 
-    /// The heights over their mean plane.
+    /// The heights relative to their mean plane.
     pub fn levelled(&self) -> Levelled {
         Levelled::new(&self.grid, &self.heights)
     }
@@ -304,7 +304,7 @@ fn feed_per_tooth_of(job: &Job) -> f64 {
     feed_per_tooth(job.cut.feed, job.cut.spindle, job.flutes)
 }
 
-/// A grid of a whole surface with too many nodes, with a spacing that has few enough.
+/// A grid of a whole surface with too many nodes, with a spacing that gives few enough.
 fn too_fine(
     error: GridError,
     window: &Window,
@@ -319,9 +319,9 @@ fn too_fine(
     }
 }
 
-/// How far above the contact material reaches on the edge, mm: without end where that is not known.
+/// How far above the contact material reaches on the edge, mm: infinite where that is not known.
 ///
-/// `runout`: how far a tooth may stand off where it should be, mm, on which it meets material that is so much higher;
+/// `runout`: how far a tooth may be outside its intended position, mm; it then meets material that is higher by this;
 /// in a hollow that nearly fits the cutter it is engaged for far longer.
 fn engaged(
     job: &Job,

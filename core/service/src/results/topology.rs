@@ -1,4 +1,4 @@
-//! The topology of the best feed direction → what is reported and drawn of it.
+//! The topology of the best feed direction → its figures and pictures.
 
 use evencut_core::flatten::Locator;
 use evencut_core::geometry::DVec2;
@@ -8,7 +8,7 @@ use evencut_core::regions::{Divided, Region};
 use evencut_core::report::{PointFigures, TensorFigures};
 use evencut_core::surface::Surface;
 
-/// What is reported of it.
+/// The figures of a topology.
 pub fn figures(topology: &Topology) -> TensorFigures {
     let point = |p: &DegeneratePoint| PointFigures {
         kind: p.kind.name().to_owned(),
@@ -26,7 +26,7 @@ pub fn figures(topology: &Topology) -> TensorFigures {
     }
 }
 
-/// What is drawn of it, and of the regions that it parts.
+/// The picture of a topology, and of the regions that it separates.
 pub fn picture<'a>(topology: &'a Topology, divided: Option<&Divided>) -> TensorPicture<'a> {
     let point = |p: &DegeneratePoint| PointMark {
         at: p.flat,

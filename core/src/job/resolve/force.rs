@@ -20,7 +20,7 @@ impl Resolver<'_> {
         let control = table.control.unwrap_or(default);
         if control == ForceControl::Trochoid && pattern != Pattern::Contour {
             let message =
-                format!("trochoids are put into contour passes only, not {:?}", pattern.name());
+                format!("trochoids are possible in contour passes only, not {:?}", pattern.name());
             let help = "give `control = \"feed\"` or `\"off\"`, or `pattern = \"contour\"`";
             self.fault("force.control", message, help);
         }

@@ -26,7 +26,7 @@ impl Resolver<'_> {
         let [least, greatest] = reach?;
         if least >= greatest {
             let key = format!("machine.travel.{axis}");
-            let message = format!("from {least} to {greatest} there is no way to go");
+            let message = format!("from {least} to {greatest} there is no travel");
             self.fault(&key, message, "give the least position first, then the greatest");
         }
         Some((least * self.unit, greatest * self.unit))

@@ -70,7 +70,7 @@ impl Resolver<'_> {
             self.fault("path.wall_height", "there is no wall", help);
         }
         if is_wall && path.pattern != Pattern::Contour {
-            let message = format!("only contour passes keep off walls, not {pattern}");
+            let message = format!("only contour passes keep clear of walls, not {pattern}");
             self.fault("path.boundary", message, "give `boundary = \"open\"` or contour");
         }
         if is_wall && self.file.path.first == Some(FirstPass::HalfStrip) {

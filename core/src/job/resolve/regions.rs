@@ -85,11 +85,11 @@ impl Resolver<'_> {
             refuse("regions.tensor".into());
         }
         if method != RegionMethod::Single && self.file.path.pattern == Some(Pattern::Mpf) {
-            let message = format!("divides the surface itself, which {named} would do too");
+            let message = format!("divides the surface itself, as {named} would");
             self.fault("path.pattern", message, "choose one of the two");
         }
         if method != RegionMethod::Single && self.file.path.boundary == Some(Boundary::Wall) {
-            let message = format!("walls are kept off in a single region only, not with {named}");
+            let message = format!("walls need a single region, which excludes {named}");
             self.fault("path.boundary", message, "give `boundary = \"open\"`");
         }
     }

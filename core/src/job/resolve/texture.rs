@@ -24,7 +24,7 @@ impl Resolver<'_> {
             }
         };
         if whole && table.discretisation == Some(TextureCells::Constant) {
-            let message = "a net of constant cells does not go around a whole surface";
+            let message = "a net of constant cells cannot cover a whole surface";
             self.fault("texture.discretisation", message, "use \"uniform\"");
         }
         let flutes = by_default.tooth_runout.len();

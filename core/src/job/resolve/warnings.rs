@@ -28,7 +28,7 @@ impl Resolver<'_> {
                 self.show(chord),
                 self.show(job.cut.tolerance)
             );
-            let help = "the cusps stand on the triangles: give half the tolerance or less";
+            let help = "the cusps follow the triangles: give half the tolerance or less";
             self.warn("surface.chord", message, help);
         }
         let (limit, straight) = (per_minute(job.mrr_limit()), per_minute(job.nominal_mrr()));
@@ -43,7 +43,7 @@ impl Resolver<'_> {
             self.warn(
                 key,
                 message,
-                "every pass will need the cure; lower feed, depth or side step",
+                "every pass will have to be slowed or cut with trochoids; lower feed, depth or side step",
             );
         }
         let per_tooth = job.cut.feed / (job.cut.spindle * f64::from(job.flutes));
@@ -61,11 +61,11 @@ impl Resolver<'_> {
             && h >= job.cut.axial_depth
         {
             let depth = self.show(job.cut.axial_depth);
-            let message = format!("cusps of {} stand as high as the stock, {depth}", self.show(h));
+            let message = format!("cusps of {} are as high as the stock, {depth}", self.show(h));
             self.warn(
                 "cut.scallop",
                 message,
-                "lower it, or give `cut.axial_depth` what is to be cut",
+                "lower it, or set `cut.axial_depth` to the depth to be cut",
             );
         }
     }

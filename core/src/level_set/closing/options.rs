@@ -14,6 +14,6 @@ pub struct ClosingOptions<'a> {
     pub beside: &'a [[DVec2; 2]],
     /// Whether the cutter has a flat bottom and is tilted: it machines nothing beyond the end of a branch.
     pub has_flat_bottom: bool,
-    /// Threads to use; the branches do not depend on it.
+    /// Number of threads; the branches do not depend on it.
     pub threads: usize,
 }

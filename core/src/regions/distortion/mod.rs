@@ -44,7 +44,7 @@ const PIECE: f64 = 0.004;
 /// `least`: least area of a piece, mm².
 ///
 /// # Errors
-/// [`FlattenError`] when the whole cannot be laid flat.
+/// [`FlattenError`] when the whole surface cannot be flattened.
 pub fn divide(
     split_mesh: &mut SplitMesh,
     options: &DistortionOptions,

@@ -22,7 +22,7 @@ const BETWEEN_KNOTS: usize = 3;
 const MOST_CELLS: usize = 250_000;
 /// Fraction of a cell by which corners keep away from the knots, where curvature may jump.
 const INSET: f64 = 1e-6;
-/// Part of a cell by which a place may lie outside of it.
+/// Fraction of a cell by which a place may lie outside of it.
 const BESIDE: f64 = 0.5;
 /// Fraction of the surface's size within which two places are the same.
 const SAME: f64 = 1e-5;

@@ -12,7 +12,7 @@ use crate::surface::{ShapeOperator, Surface};
 const DEGREES: [(usize, usize); 2] = [(6, 45), (4, 25)];
 /// Cosine between normals below which a vertex belongs to another sheet.
 const SAME_SHEET: f64 = 0.3;
-/// Part of a column's norm that must be independent of the columns before it.
+/// Fraction of a column's norm that must be independent of the columns before it.
 const INDEPENDENT: f64 = 1e-9;
 /// Steps of Newton's method.
 const STEPS: usize = 40;

@@ -29,21 +29,21 @@ const NOISE_RADIUS: f64 = 3.6;
 const ESTIMATE: f64 = 1.1;
 /// Largest noise after smoothing, as a fraction of the field's magnitude.
 const NOISE: f64 = 0.01;
-/// Largest smoothing, as a part of the size.
+/// Largest smoothing, as a fraction of the size.
 const SMOOTHEST: f64 = 0.04;
-/// Part of the curvature below which the field on a mesh is indistinguishable from zero.
+/// Fraction of the curvature below which the field on a mesh is indistinguishable from zero.
 const ZERO_ON_MESH: f64 = 0.01;
 /// The same where the curvature is exact.
 const ZERO_EXACT: f64 = 1e-7;
 /// Standard deviations of the noise below which the field is indistinguishable from zero, too.
 const TOLD_FROM_NOISE: f64 = 3.0;
-/// Part of the surface that an area without direction covers at least.
+/// Fraction of the surface that an area without direction covers at least.
 const FREE_SHARE: f64 = 0.01;
 /// Smallest distance, in mean edges, within which a wedge and a trisector cancel.
 const PAIR_EDGES: f64 = 7.0;
 /// The same in standard deviations of the smoothing.
 const PAIR_SMOOTHINGS: f64 = 3.0;
-/// Part of the size to which a place is found.
+/// Fraction of the size to which a place is found.
 const PLACE: f64 = 0.0005;
 /// First and largest radius of the discs, in mean edges and in parts of the size, and the growth.
 const FIRST_DISC: f64 = 4.0;
