@@ -98,6 +98,21 @@ pub struct PathPoint {
     pub time: f64,
 }
 
+impl PathPoint {
+    /// The point a part `t` of the way on the straight move from here to `end`.
+    pub fn toward(&self, end: &Self, t: f64) -> Self {
+        let between = |u: DVec3, v: DVec3| u.lerp(v, t).normalize_or(v);
+        Self {
+            tip: self.tip.lerp(end.tip, t),
+            axis: between(self.axis, end.axis),
+            normal: between(self.normal, end.normal),
+            // At the start of a run the contact is not known; the image stays that of the end.
+            flat: end.flat.map(|to| self.flat.map_or(to, |from| from.lerp(to, t))),
+            ..*end
+        }
+    }
+}
+
 /// The path that is delivered.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Toolpath {

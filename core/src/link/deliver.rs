@@ -6,7 +6,7 @@ use crate::cutter_location::{
 };
 use crate::flat_path::FlatPoint;
 use crate::flatten::OutsideChart;
-use crate::geometry::{DVec3, math};
+use crate::geometry::{DVec2, DVec3, math};
 use crate::lift::{Lift, Lifted};
 use crate::parallel;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
@@ -55,37 +55,89 @@ pub struct DeliverOptions {
 pub struct Delivered {
     /// The path.
     pub toolpath: Toolpath,
+    /// Where its points are on the surface; `None` for those away from it.
+    pub places: Vec<Option<OnSurface>>,
     /// Stretches where the cutter does not fit.
     pub lifted: Vec<LiftedSpan>,
 }
 
-/// Maps a flat path onto the surface, locates it and joins it. `after`: where an earlier path ended, if this one
-/// continues from there; it is the first point of the result. `progress` is called with the fraction done.
-///
-/// # Errors
-/// [`DeliverError`] when a point cannot be mapped or the cutter cannot be located there.
-pub fn deliver(
-    flat: &[FlatPoint],
-    lift: &Lift,
-    obstacles: &Obstacles,
-    options: &DeliverOptions,
-    after: Option<PathPoint>,
-    mut progress: impl FnMut(f64),
-) -> Result<Delivered, DeliverError> {
-    let mut out = Delivered::default();
-    out.toolpath.points.extend(after);
-    for batch in runs(flat).chunks(BATCH) {
-        let mapped =
-            parallel::map(options.threads, batch, |run| lift.run(&flat[run.clone()], run.start));
-        let mapped = mapped.into_iter().collect::<Result<Vec<_>, _>>()?;
-        let located = locate(&mapped, obstacles, options)?;
-        for (mapped, LocatedPass { points, lifted }) in mapped.iter().zip(located) {
-            out.lifted.extend(lifted);
-            Run { flat, mapped, located: &points, obstacles, options }.append(&mut out);
+/// A place of a path on the surface.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct OnSurface {
+    /// Flat image of the contact, flat mm.
+    pub flat: DVec2,
+    /// Unit flat direction in which the cutter faces; zero where it only arrives.
+    pub facing: DVec2,
+}
+
+/// Maps flat paths onto the surface, locates the cutter along them and joins them.
+#[derive(Copy, Clone)]
+pub struct Deliverer<'a> {
+    /// Onto the surface.
+    pub lift: &'a Lift<'a>,
+    /// What the cutter must not penetrate.
+    pub obstacles: &'a Obstacles,
+    /// How passes are located and joined.
+    pub options: DeliverOptions,
+}
+
+impl Deliverer<'_> {
+    /// A whole path. `after`: where an earlier path ended, if this one continues from there; it is the first point of
+    /// the result. `progress` is called with the fraction done.
+    ///
+    /// # Errors
+    /// [`DeliverError`] when a point cannot be mapped or the cutter cannot be located there.
+    pub fn path(
+        &self,
+        flat: &[FlatPoint],
+        after: Option<PathPoint>,
+        mut progress: impl FnMut(f64),
+    ) -> Result<Delivered, DeliverError> {
+        let Self { lift, obstacles, ref options } = *self;
+        let mut out = Delivered::default();
+        out.push_all(after.map(|point| (point, None)));
+        for batch in runs(flat).chunks(BATCH) {
+            let mapped = parallel::map(options.threads, batch, |run| {
+                lift.run(&flat[run.clone()], run.start)
+            });
+            let mapped = mapped.into_iter().collect::<Result<Vec<_>, _>>()?;
+            let located = locate(&mapped, obstacles, options)?;
+            for (mapped, LocatedPass { points, lifted }) in mapped.iter().zip(located) {
+                out.lifted.extend(lifted);
+                Run { flat, mapped, located: &points, obstacles, options }.append(&mut out);
+            }
+            progress(batch.last().map_or(1.0, |run| run.end as f64 / flat.len() as f64));
         }
-        progress(batch.last().map_or(1.0, |run| run.end as f64 / flat.len() as f64));
+        Ok(out)
     }
-    Ok(out)
+
+    /// A path on the surface all the way, from its first point; `None` where the cutter would have to retract, or
+    /// cannot be located at all.
+    pub fn on_surface(&self, flat: &[FlatPoint]) -> Option<Delivered> {
+        let Self { lift, obstacles, ref options } = *self;
+        let mapped = lift.run(flat, 0).ok()?;
+        let LocatedPass { points, lifted } =
+            locate_pass(&mapped.contacts, &options.pass, obstacles).ok()?;
+        if points.iter().any(|l| l.raise > options.highest_raise) {
+            return None;
+        }
+        let run = Run { flat, mapped: &mapped, located: &points, obstacles, options };
+        let mut out = Delivered { lifted, ..Delivered::default() };
+        out.push_all(points.iter().map(|l| run.point(l)));
+        Some(out)
+    }
+}
+
+impl Delivered {
+    /// Appends a point and where it is on the surface.
+    pub fn push(&mut self, point: PathPoint, place: Option<OnSurface>) {
+        self.toolpath.points.push(point);
+        self.places.push(place);
+    }
+
+    fn push_all(&mut self, points: impl IntoIterator<Item = (PathPoint, Option<OnSurface>)>) {
+        points.into_iter().for_each(|(point, place)| self.push(point, place));
+    }
 }
 
 /// The points between rapids, the rapid first.
@@ -159,15 +211,17 @@ impl Run<'_> {
             return;
         };
         let exit = indices.rfind(|&i| self.is_open(&self.located[i])).unwrap_or(entry);
-        let points = &mut out.toolpath.points;
         let (down, up) = (&self.located[entry], &self.located[exit]);
         let above = self.options.above(down.tip, down.axis);
+        let points = &mut out.toolpath.points;
         rapid(points, self.options, self.source(down), above, down.axis);
-        points.push(self.link(down.tip, down));
-        points.extend((piece.start..entry).rev().map(|i| self.back_to(i)));
-        points.extend(self.located[piece.start + 1..piece.end].iter().map(|l| self.point(l)));
-        points.extend((exit..piece.end - 1).rev().map(|i| self.back_to(i)));
-        points.push(self.link(self.options.above(up.tip, up.axis), up));
+        out.places.resize(out.toolpath.points.len(), None);
+        let arrived = OnSurface { facing: DVec2::ZERO, ..self.place(down) };
+        out.push_all([(self.link(down.tip, down), Some(arrived))]);
+        out.push_all((piece.start..entry).rev().map(|i| self.back_to(i)));
+        out.push_all(self.located[piece.start + 1..piece.end].iter().map(|l| self.point(l)));
+        out.push_all((exit..piece.end - 1).rev().map(|i| self.back_to(i)));
+        out.push_all([(self.link(self.options.above(up.tip, up.axis), up), None)]);
     }
 
     /// Whether the part leaves the line along the axis free from here to the rapid plane.
@@ -210,31 +264,42 @@ impl Run<'_> {
     }
 
     /// A move back to a located point from the one behind it; it may cut material.
-    fn back_to(&self, index: usize) -> PathPoint {
-        PathPoint { kind: MoveKind::Link, ..self.point(&self.located[index]) }
+    fn back_to(&self, index: usize) -> (PathPoint, Option<OnSurface>) {
+        let (point, place) = self.point(&self.located[index]);
+        (PathPoint { kind: MoveKind::Link, ..point }, place)
+    }
+
+    /// Where a located point is on the surface.
+    fn place(&self, l: &Located) -> OnSurface {
+        let source = self.mapped.points[l.keys.1].source;
+        let way = || self.flat[source].at - self.flat[source.saturating_sub(1)].at;
+        let facing = self.flat[source].heading.unwrap_or_else(way).normalize_or_zero();
+        OnSurface { flat: self.mapped.points[l.keys.1].uv, facing }
     }
 
     /// A located point with the largest removal rate of the moves it covers.
-    fn point(&self, l: &Located) -> PathPoint {
+    fn point(&self, l: &Located) -> (PathPoint, Option<OnSurface>) {
         let sources = (self.mapped.points[l.keys.0].source, self.mapped.points[l.keys.1].source);
         let covered = &self.flat[sources.0..=sources.1];
         let worst = covered
             .iter()
             .fold(&self.flat[sources.1], |worst, p| if p.mrr > worst.mrr { p } else { worst });
         let end = &self.flat[sources.1];
-        PathPoint {
+        let place = self.place(l);
+        let point = PathPoint {
             kind: end.kind,
             pass: end.pass,
             region: end.region,
             tip: l.tip,
             axis: l.axis,
             normal: l.normal,
-            flat: Some(self.mapped.points[l.keys.1].uv),
+            flat: Some(place.flat),
             feed: l.feed,
             mrr: worst.mrr,
             alpha: worst.alpha,
             time: 0.0,
-        }
+        };
+        (point, Some(place))
     }
 }
 
@@ -300,7 +365,6 @@ fn turned(a: DVec3, b: DVec3, t: f64) -> DVec3 {
 mod tests {
     use super::*;
     use crate::cutter_location::CheckMesh;
-    use crate::geometry::DVec2;
     use crate::lift::LiftedPoint;
     use crate::tool::Tool;
 

@@ -3,28 +3,22 @@
 use super::error::{PlanError, SLOWEST};
 use super::load::chord;
 use super::tilt::{axis_rule, tilted};
-use crate::cutter_location::{LiftedSpan, Obstacles, PassOptions, ToolAxis};
+use crate::cutter_location::{LiftedSpan, PassOptions, ToolAxis};
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
 use crate::geometry::DVec3;
 use crate::job::{Boundary, ForceControl, Inaccessible, Job};
-use crate::lift::Lift;
-use crate::link::{DeliverOptions, Delivered, deliver};
+use crate::link::{DeliverOptions, Delivered, Deliverer};
 use crate::machine::Axes;
 use crate::machine_time::fill_time;
-use crate::regions::JointTerrain;
 use crate::removal::{
     self, Access, Columns, Coverage, Cutter, Feeds, Layer, Limit, Place, TooSlow, rated,
 };
-use crate::rest::{Places, RestFinder, RestOptions, RestPassOptions, rest_passes};
+use crate::rest::{Places, Rest, RestOptions};
 use crate::surface::{Part, Surface};
 use crate::toolpath::Toolpath;
 use crate::walls::{Sweep, WallOptions, Walls};
 
-/// Rounds of passes over what the columns show as uncut.
-const REST_PASS_ROUNDS: usize = 4;
-/// Greatest number of rounds of branches over places that are too high; few jobs need more than four.
-const BRANCH_ROUNDS: usize = 20;
 /// Fraction of the tolerance above the limit from which on a place is too high: samples may miss the highest point.
 const TOO_HIGH: f64 = 0.7;
 /// The same fraction from which on a place may be too high once further branches have changed which points the path
@@ -38,8 +32,6 @@ pub struct Finished {
     pub toolpath: Toolpath,
     pub lifted: Vec<LiftedSpan>,
     pub coverage: Coverage,
-    /// What was removed; unknown where no columns were cut.
-    removed: Option<removal::Removed>,
 }
 
 /// From flat paths to delivered ones.
@@ -48,12 +40,8 @@ pub struct Delivery<'a> {
     pub surface: &'a Surface,
     pub chart: &'a Chart,
     pub locator: &'a Locator<'a>,
-    pub lift: Lift<'a>,
-    pub obstacles: &'a Obstacles,
-    pub options: DeliverOptions,
+    pub deliverer: Deliverer<'a>,
     pub cusp_limit: f64,
-    pub terrain: JointTerrain<'a>,
-    pub threads: usize,
 }
 
 impl Delivery<'_> {
@@ -62,7 +50,7 @@ impl Delivery<'_> {
     }
 
     fn cutter(&self) -> Cutter {
-        Cutter { tool: self.job.tool, length: self.options.pass.reach }
+        Cutter { tool: self.job.tool, length: self.deliverer.options.pass.reach }
     }
 
     /// The plain passes with their true removal rates, for comparison with the path; `None` where the rates are not
@@ -71,9 +59,9 @@ impl Delivery<'_> {
         if self.job.force.control == ForceControl::Off {
             return Ok(None);
         }
-        let walls = self.obstacles.without_part();
-        let path = deliver(flat, &self.lift, &walls, &self.options, None, |_| {})?.toolpath;
-        Ok(Some(self.rated(&self.columns(), &path, Feeds::LinksLimited, None)?.0))
+        let walls = self.deliverer.obstacles.without_part();
+        let path = Deliverer { obstacles: &walls, ..self.deliverer }.path(flat, None, |_| {})?;
+        Ok(Some(self.rated(&self.columns(), &path.toolpath, Feeds::LinksLimited)?.0))
     }
 
     /// The path.
@@ -82,13 +70,26 @@ impl Delivery<'_> {
         flat: &[FlatPoint],
         progress: &mut dyn FnMut(f64),
     ) -> Result<Finished, PlanError> {
-        let (delivered, inaccessible) = self.with_branches(flat, progress)?;
-        let mut finished = match self.job.force.control {
-            ForceControl::Off => self.unlimited(delivered, progress),
-            _ => self.limited(delivered, progress),
-        }?;
-        finished.coverage.inaccessible_places.extend(inaccessible);
-        Ok(finished)
+        let columns = &self.columns();
+        let (delivered, inaccessible) = self.with_branches(flat, columns, progress)?;
+        let is_all_cut = self.is_all_cut(&delivered);
+        let Delivered { toolpath, lifted, .. } = delivered;
+        let (toolpath, mut coverage) = match self.job.force.control {
+            ForceControl::Off if is_all_cut => {
+                (toolpath, Coverage { area: self.surface.area(), ..Coverage::default() })
+            }
+            ForceControl::Off => {
+                let coverage = self.coverage(columns, &toolpath, None);
+                (toolpath, coverage)
+            }
+            _ => {
+                let (toolpath, removed) = self.rated(columns, &toolpath, Feeds::Limited)?;
+                let coverage = self.coverage(columns, &toolpath, Some(&removed));
+                (toolpath, coverage)
+            }
+        };
+        coverage.inaccessible_places.extend(inaccessible);
+        Ok(Finished { toolpath, lifted, coverage })
     }
 
     fn columns(&self) -> Columns {
@@ -102,124 +103,38 @@ impl Delivery<'_> {
         Columns::along_boundary(self.surface, self.chart, (job.cut.tolerance, apart), top)
     }
 
-    /// The path at the nominal feeds, whatever it removes. What it leaves is only computed where the cutter did not
-    /// fit, or where there are walls.
-    fn unlimited(
-        &self,
-        Delivered { toolpath, lifted }: Delivered,
-        progress: &mut dyn FnMut(f64),
-    ) -> Result<Finished, PlanError> {
-        // Beside walls stays what the cutter cannot enter.
-        if lifted.is_empty() && self.obstacles.rulings().is_empty() {
-            let coverage = Coverage { area: self.surface.area(), ..Coverage::default() };
-            return Ok(Finished { toolpath, lifted, coverage, removed: None });
-        }
-        let columns = &self.columns();
-        let coverage = self.coverage(columns, &toolpath, None);
-        let finished = Finished { toolpath, lifted, coverage, removed: None };
-        if self.job.path.boundary == Boundary::Open {
-            return Ok(finished);
-        }
-        self.with_rest_passes(finished, progress, |part, before| {
-            let (toolpath, lifted) = joined(before, part.toolpath, part.lifted);
-            let coverage = self.coverage(columns, &toolpath, None);
-            Ok(Finished { toolpath, lifted, coverage, removed: None })
-        })
-    }
-
-    /// The path at the nominal feeds, with branches over what it leaves too high; and what no branch can lower.
+    /// The path at the nominal feeds, with branches over what it leaves too high: of the samples, and of the columns
+    /// where the cutter did not fit or the columns are cut anyway.
     fn with_branches(
         &self,
         flat: &[FlatPoint],
+        columns: &Columns,
         progress: &mut dyn FnMut(f64),
     ) -> Result<(Delivered, Vec<Place>), PlanError> {
-        let mut delivered =
-            deliver(flat, &self.lift, self.obstacles, &self.options, None, &mut *progress)?;
         let places = Places {
             surface: self.surface,
             chart: self.chart,
             locator: self.locator,
             side_step: self.job.nominal_side_step(),
         };
-        let mut finder = RestFinder::new(places, self.obstacles, self.rest_options());
-        let mut flat = flat.to_vec();
-        for _ in 0..BRANCH_ROUNDS {
-            let Some(with_branches) = finder.with_branches(&flat, &delivered.toolpath) else {
-                break;
-            };
-            flat = with_branches;
-            delivered =
-                deliver(&flat, &self.lift, self.obstacles, &self.options, None, &mut *progress)?;
+        let mut rest = Rest::new(places, self.deliverer, self.rest_options());
+        let mut delivered = rest.cut(self.deliverer.path(flat, None, progress)?)?;
+        if !self.is_all_cut(&delivered) {
+            let left = self.coverage(columns, &delivered.toolpath, None).never_covered_flat;
+            delivered = rest.cut_at(&left, delivered)?;
         }
         refuse_inaccessible(self.job, &delivered.lifted)?;
         match delivered.lifted.iter().min_by(|a, b| a.raise.total_cmp(&b.raise)) {
             Some(LiftedSpan { place, raise, .. }) if delivered.toolpath.points.is_empty() => {
                 Err(PlanError::FitsNowhere { place: *place, raise: *raise })
             }
-            _ => Ok((delivered, finder.into_inaccessible())),
+            _ => Ok((delivered, rest.into_inaccessible())),
         }
     }
 
-    /// The path at the feeds that keep the removal rate to the limit, with passes over what it leaves.
-    fn limited(
-        &self,
-        delivered: Delivered,
-        progress: &mut dyn FnMut(f64),
-    ) -> Result<Finished, PlanError> {
-        let columns = &self.columns();
-        let finished = self.limited_part(columns, delivered, None)?;
-        self.with_rest_passes(finished, progress, |part, before| {
-            self.limited_part(columns, part, Some(before))
-        })
-    }
-
-    /// The path with passes over material that it leaves although the cutter can reach it; `add`: appends a part and
-    /// returns what is left then.
-    fn with_rest_passes(
-        &self,
-        mut finished: Finished,
-        progress: &mut dyn FnMut(f64),
-        add: impl Fn(Delivered, Finished) -> Result<Finished, PlanError>,
-    ) -> Result<Finished, PlanError> {
-        let side_step = self.job.nominal_side_step();
-        for _ in 0..REST_PASS_ROUNDS {
-            let options = RestPassOptions {
-                side_step,
-                beyond: 0.5 * side_step + self.job.tool.radius() - self.job.tool.corner_radius(),
-                height: self.job.cut.axial_depth,
-                feed: self.job.cut.feed,
-                first_pass: finished.toolpath.points.last().map_or(0, |p| p.pass + 1),
-                region: finished.toolpath.points.last().map_or(0, |p| p.region),
-            };
-            let left = &finished.coverage.never_covered_flat;
-            let more = rest_passes(left, &self.terrain, &options);
-            if more.is_empty() {
-                break;
-            }
-            let last = finished.toolpath.points.last().copied();
-            let more =
-                deliver(&more, &self.lift, self.obstacles, &self.options, last, &mut *progress)?;
-            refuse_inaccessible(self.job, &more.lifted)?;
-            finished = add(more, finished)?;
-        }
-        Ok(finished)
-    }
-
-    /// The path so far with a further part, at the feeds that keep the limit, and what it leaves.
-    fn limited_part(
-        &self,
-        columns: &Columns,
-        part: Delivered,
-        before: Option<Finished>,
-    ) -> Result<Finished, PlanError> {
-        let earlier = before.as_ref().and_then(|b| b.removed.as_ref());
-        let (rated, removed) = self.rated(columns, &part.toolpath, Feeds::Limited, earlier)?;
-        let (toolpath, lifted) = match before {
-            None => (rated, part.lifted),
-            Some(before) => joined(before, rated, part.lifted),
-        };
-        let coverage = self.coverage(columns, &toolpath, Some(&removed));
-        Ok(Finished { toolpath, lifted, coverage, removed: Some(removed) })
+    /// Whether the cutter fits everywhere and no wall keeps it off: then samples show all that is left.
+    fn is_all_cut(&self, Delivered { lifted, .. }: &Delivered) -> bool {
+        lifted.is_empty() && self.deliverer.obstacles.rulings().is_empty()
     }
 
     /// What a path leaves of the columns; `removed`: what it removed, if that was recorded.
@@ -241,16 +156,16 @@ impl Delivery<'_> {
     /// Calls `work` with what determines where the cutter of a path can touch.
     fn with_access(&self, path: &Toolpath, work: impl FnOnce(&Access) -> Coverage) -> Coverage {
         work(&Access {
-            pass: self.options.pass,
+            pass: self.deliverer.options.pass,
             layer: self.layer(),
-            obstacles: self.obstacles,
+            obstacles: self.deliverer.obstacles,
             path,
-            rim: (!self.obstacles.rulings().is_empty()).then(|| self.rim()),
+            rim: (!self.deliverer.obstacles.rulings().is_empty()).then(|| self.rim()),
             follows_walls: self.job.path.boundary == Boundary::Wall,
             // Columns stand on facets, below the smooth surface by the chord error.
             cusp: self.cusp_limit + self.chord(),
             cell: self.job.nominal_side_step(),
-            threads: self.threads,
+            threads: self.deliverer.options.threads,
         })
     }
 
@@ -260,13 +175,11 @@ impl Delivery<'_> {
         // Wherever cusps may be as high as the stock, it is to be touched.
         let touched = TOUCHED * job.cut.axial_depth;
         RestOptions {
-            pass: self.options.pass,
             side_step: job.nominal_side_step(),
             limit: (self.cusp_limit + TOO_HIGH * job.cut.tolerance).min(touched),
             close: (self.cusp_limit + CLOSE * job.cut.tolerance).min(touched),
             lag: tilted(job).map_or(0.0, |strip| strip.lag(0.5 * job.nominal_side_step())),
             has_open_rim: job.path.boundary == Boundary::Open,
-            threads: self.threads,
         }
     }
 
@@ -281,10 +194,10 @@ impl Delivery<'_> {
         columns: &Columns,
         path: &Toolpath,
         feeds: fn(Limit) -> Feeds,
-        earlier: Option<&removal::Removed>,
     ) -> Result<(Toolpath, removal::Removed), PlanError> {
         let job = self.job;
-        let removed = columns.cut(path, self.cutter(), self.layer(), earlier, self.threads);
+        let removed =
+            columns.cut(path, self.cutter(), self.layer(), None, self.deliverer.options.threads);
         let limit = Limit {
             rate: job.mrr_limit(),
             feed: job.cut.feed,
@@ -302,14 +215,6 @@ impl Delivery<'_> {
         fill_time(&mut path, &job.tool, &job.machine);
         Ok((path, removed))
     }
-}
-
-/// A path so far with a further part, which begins where the path ends, and the places where the cutter was lifted.
-fn joined(before: Finished, part: Toolpath, more: Vec<LiftedSpan>) -> (Toolpath, Vec<LiftedSpan>) {
-    let Finished { mut toolpath, mut lifted, .. } = before;
-    toolpath.points.extend(part.points.into_iter().skip(1));
-    lifted.extend(more);
-    (toolpath, lifted)
 }
 
 fn refuse_inaccessible(job: &Job, lifted: &[LiftedSpan]) -> Result<(), PlanError> {

@@ -13,6 +13,7 @@ use crate::geometry::DVec3;
 use crate::job::{Boundary, Division, FlattenMethod, Job, Pattern, Start, Stepover};
 use crate::level_set::{ClosingReport, PassMesh, StripMetric};
 use crate::lift::Lift;
+use crate::link::Deliverer;
 use crate::machine::Axes;
 use crate::machine_time::fill_time;
 use crate::mesh::{FaceId, VertexId};
@@ -246,17 +247,14 @@ pub fn plan_showing(
         centring: centring(job, &surface, (&chart, &locator), &curvature),
     };
     let lift = Lift::new(&surface, &chart, &locator, job.tool.radius());
+    let lift = lift.going_far(tilted(job).is_some());
     let delivery = Delivery {
         job,
         surface: &surface,
         chart: &chart,
         locator: &locator,
-        lift: lift.going_far(tilted(job).is_some()),
-        obstacles: &obstacles,
-        options,
+        deliverer: Deliverer { lift: &lift, obstacles: &obstacles, options },
         cusp_limit: cusp_limit(job, &surface, &curvature),
-        terrain: plane.terrain(),
-        threads,
     };
     progress(Stage::Cut, 0.0);
     let (cut, plain) = cut(&plane, &delivery, &order, |p| progress(Stage::Cut, p))?;

@@ -8,7 +8,7 @@
 
 use super::sweep::{Piece, Removed};
 use crate::engagement::AIM;
-use crate::geometry::{DVec2, DVec3};
+use crate::geometry::DVec3;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use std::ops::Range;
 
@@ -307,17 +307,8 @@ fn join(pieces: &[Piece], feed: &[f64], rate: &[f64], same: f64, radius: f64) ->
 
 /// The point where a part of the move from `a` to `b` ends.
 fn point_on(a: &PathPoint, b: &PathPoint, piece: &Joined) -> PathPoint {
-    let t = piece.end;
-    let mut point = PathPoint { feed: piece.feed, mrr: piece.rate, ..*b };
-    if t < 1.0 {
-        let between = |u: DVec3, v: DVec3| u.lerp(v, t).normalize_or(v);
-        point.tip = a.tip.lerp(b.tip, t);
-        point.axis = between(a.axis, b.axis);
-        point.normal = between(a.normal, b.normal);
-        // At the start of a run the contact is not known; the image stays that of the end.
-        point.flat = b.flat.map(|end: DVec2| a.flat.map_or(end, |start| start.lerp(end, t)));
-    }
-    point
+    let point = if piece.end < 1.0 { a.toward(b, piece.end) } else { *b };
+    PathPoint { feed: piece.feed, mrr: piece.rate, ..point }
 }
 
 #[cfg(test)]

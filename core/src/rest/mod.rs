@@ -1,74 +1,52 @@
-//! Rest: places that a delivered path leaves too high, branches of its passes over them, and rest passes of their own
-//! over what the material columns show as left (`passes`).
+//! Rest: places that a delivered path leaves too high, and the branches of its passes over them.
 //!
 //! Level curves model the strip of a cutter with a flat bottom to second order, and only up to half a side step
 //! beside them. Where passes turn sharply, meet the boundary at a small angle, or end beside passes in another
 //! direction, the remaining height is measured on the path itself.
 //!
-//! - *Height* of a sample of the surface: the lowest position of the cutter along its normal.
+//! - *Height* of a sample of the surface: the lowest position of the cutter along its normal (`heights`).
 //! - *Branch*: a detour from the nearest place of a pass to the rear end of a high place, along it with the cutter
-//!   facing as on the pass, and back.
+//!   facing as on the pass, and back (`branch`). Where the cutter cannot go there on the surface, a *rest pass*: down
+//!   from above, along it and up again.
 //!
 //! 1. The cutter moves straight from each point of the path to the next; the height of a sample is the lowest
 //!    position of the cutter over it.
-//! 2. The highest sample gets a branch along the samples around it that are too high; then the highest of the others.
-//! 3. A place that the cutter cannot touch is reached from the nearest place beside it where the cutter comes low
+//! 2. A place that the cutter cannot touch is reached from the nearest place beside it where the cutter comes low
 //!    enough; a place that cannot be reached at all is inaccessible.
-//! 4. When no sample is too high any more, the surroundings of those that nearly are get searched for higher places;
-//!    then all places are checked once more, as branches may have left others too high.
+//! 3. The highest sample gets a branch along the samples around it that are too high. What the branch leaves of all
+//!    samples near it is measured; what is still too high is next. A branch that lowers nothing enough is left out.
+//! 4. The branches are inserted into the path, which is not changed elsewhere: no sample gets higher.
+//! 5. The surroundings of what is nearly too high are searched for higher places, and 2 to 4 are repeated.
 
-use crate::cutter_location::{Obstacles, PassOptions, is_in_wall, raise_at, standing_clear};
-use crate::flat_path::FlatPoint;
+use crate::cutter_location::{is_in_wall, lowest_off_walls, raise_at, standing_clear};
 use crate::geometry::{DVec2, DVec3};
+use crate::link::{DeliverError, Delivered, Deliverer};
 use crate::parallel;
-use crate::removal::{Columns, Cutter, FeedIndex, Layer, Line, Place};
-use crate::tool::ToolKind;
-use crate::toolpath::{MoveKind, PathPoint, Toolpath};
+use crate::removal::{FeedIndex, Place};
+use crate::toolpath::{PathPoint, Toolpath};
 use std::collections::BTreeSet;
 
-mod passes;
+mod branch;
+mod heights;
 mod samples;
 
-pub use passes::{RestPassOptions, rest_passes};
+use branch::{Branch, inserted};
 pub use samples::Places;
-use samples::{Ball, LEVELS, Sample};
+use samples::Sample;
 
-/// Fractions of the limit above which more samples are placed around one, and still more around each of those: the
-/// samples nearest to the crest of a sharp cusp as high as the limit are not lower than this.
-const NEARLY: [f64; LEVELS as usize] = [0.85, 0.95];
-/// Fraction of the limit by which a sample must be higher than another to count as clearly higher.
-const CLEARLY: f64 = 0.01;
-/// How far beside the highest sample, and how far ahead and behind, side steps, others belong to its branch.
-const GROUP: [f64; 2] = [0.25, 1.5];
 /// A branch where the cutter does not fit is worth making if it lowers a height to this fraction.
 const WORTH: f64 = 0.5;
-/// Size of the cells in each of which the cutter is tested at one sample, side steps. Smaller: slower.
-const CELL: f64 = 0.1;
-/// How far beside a branch, side steps, no place is too high any more.
-const SWEPT: f64 = 0.4;
-/// How far a branch continues ahead of the last sample, side steps: the edge of the strip trails behind.
-const AHEAD: f64 = 0.05;
-/// How far inside the boundary branches along it run, side steps.
-const INSIDE: f64 = 0.15;
 /// Number of branches over a place after which it is given up: an obstacle holds the cutter up.
 const TRIES: u8 = 3;
-/// Greatest number of times that all places are checked.
-const LOOKS: u32 = 3;
-/// Greatest number of steps toward higher places, halved where none is higher; and the shortest step, side steps.
-const CLIMBS: usize = 18;
-const FINEST: f64 = 0.0003;
-/// Fraction of the distance to the boundary that a branch may continue. More: rounding moves it outside.
-const WITHIN: f64 = 0.98;
-/// Heights are clamped at this multiple of the limit.
-const CLAMP: f64 = 10.0;
-/// Greatest number of branches. More: the problem is not single places.
+/// Greatest number of rounds of searching and lowering.
+const ROUNDS: usize = 6;
+/// Greatest number of branches of a round, and of those that are tried. More: the problem is not single places.
 const MOST_BRANCHES: usize = 2000;
+const MOST_TRIED: usize = 3 * MOST_BRANCHES;
 
-/// Limits and cutter.
+/// What may be left.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct RestOptions {
-    /// How the cutter is located.
-    pub pass: PassOptions,
     /// Distance between passes, mm.
     pub side_step: f64,
     /// Places higher than this are machined again, mm.
@@ -79,23 +57,17 @@ pub struct RestOptions {
     pub lag: f64,
     /// Whether passes must cover the surface up to its boundary: no wall stands there.
     pub has_open_rim: bool,
-    /// Number of threads; the branches do not depend on it.
-    pub threads: usize,
 }
 
-/// Measures a path and lays out branches.
-pub struct RestFinder<'a> {
+/// Measures a path and cuts what it leaves too high.
+pub struct Rest<'a> {
     options: RestOptions,
     places: Places<'a>,
-    obstacles: &'a Obstacles,
+    deliverer: Deliverer<'a>,
     /// Those that were nearly too high.
     samples: Vec<Sample>,
     /// Number of the first samples that lie in rows beside passes, alternately on one side and the other.
     in_rows: usize,
-    /// Whether branches were added since all places were checked.
-    is_changed: bool,
-    /// How often all places were checked.
-    looks: u32,
     /// What is too high and cannot be lowered.
     inaccessible: Vec<Place>,
 }
@@ -106,23 +78,34 @@ enum Lowered {
     From(DVec2),
     /// It does not fit.
     Nowhere,
-    /// It would penetrate a wall.
+    /// It would penetrate a wall, and does not come low enough beside it.
     InWall,
 }
 
-impl<'a> RestFinder<'a> {
-    /// For the places of a surface; `obstacles`: the part.
-    pub fn new(places: Places<'a>, obstacles: &'a Obstacles, options: RestOptions) -> Self {
-        Self {
-            options,
-            places,
-            obstacles,
-            samples: Vec::new(),
-            in_rows: 0,
-            is_changed: true,
-            looks: 0,
-            inaccessible: Vec::new(),
-        }
+impl<'a> Rest<'a> {
+    /// For the places of a surface on which `deliverer` puts paths.
+    pub fn new(places: Places<'a>, deliverer: Deliverer<'a>, options: RestOptions) -> Self {
+        let (samples, inaccessible) = (Vec::new(), Vec::new());
+        Self { options, places, deliverer, samples, in_rows: 0, inaccessible }
+    }
+
+    /// The path with branches over what it leaves too high. All that a branch or pass may leave is looked at.
+    ///
+    /// # Errors
+    /// [`DeliverError`] when a rest pass cannot be delivered.
+    pub fn cut(&mut self, path: Delivered) -> Result<Delivered, DeliverError> {
+        (self.samples, self.in_rows) = self.all_samples(&path);
+        self.rounds(path)
+    }
+
+    /// The path with branches over what is too high at these flat places.
+    ///
+    /// # Errors
+    /// As [`cut`](Self::cut).
+    pub fn cut_at(&mut self, left: &[DVec2], path: Delivered) -> Result<Delivered, DeliverError> {
+        let samples = left.iter().filter_map(|at| self.places.at(*at));
+        (self.samples, self.in_rows) = (samples.collect(), 0);
+        self.rounds(path)
     }
 
     /// The places that were found too high where the cutter cannot come low enough, from whichever side.
@@ -130,46 +113,16 @@ impl<'a> RestFinder<'a> {
         self.inaccessible
     }
 
-    /// All places to be checked.
-    fn look(&mut self, flat: &[FlatPoint]) {
-        let RestOptions { pass, limit, .. } = self.options;
-        (self.samples, self.in_rows) = match pass.tool.kind() {
-            ToolKind::Ball => {
-                let ball = Ball { radius: pass.tool.radius(), allowance: pass.allowance, limit };
-                let samples = self.places.beside_passes(flat, &ball);
-                let count = samples.len();
-                (samples, count)
+    fn rounds(&mut self, mut path: Delivered) -> Result<Delivered, DeliverError> {
+        for _ in 0..ROUNDS {
+            let (heights, high) = self.high(&path.toolpath);
+            let branches = self.branches(&path, heights, high);
+            if branches.is_empty() {
+                break;
             }
-            _ => (self.places.over_faces(), 0),
-        };
-        if self.options.has_open_rim {
-            self.samples.extend(self.places.on_rim());
+            path = inserted(path, branches, &self.deliverer)?;
         }
-        (self.is_changed, self.looks) = (false, self.looks + 1);
-    }
-
-    /// The heights of all samples, with additional samples where it is nearly too high.
-    fn refined(&mut self, path: &Toolpath) -> Vec<f64> {
-        let limit = self.options.limit;
-        let enough =
-            |level: u8| NEARLY.get(usize::from(level)).map_or(self.options.close, |n| n * limit);
-        let mut heights = self.heights(&self.samples, path, enough(0));
-        let mut known = 0;
-        while known < self.samples.len() {
-            // What is too high is gone over anyway.
-            let mut more = Vec::new();
-            for (i, height) in heights.iter().enumerate().skip(known) {
-                let Sample { level, .. } = self.samples[i];
-                if level < LEVELS && (enough(level)..=limit).contains(height) {
-                    more.extend(self.places.about(&self.samples[i]));
-                    self.samples[i].level = LEVELS;
-                }
-            }
-            known = self.samples.len();
-            heights.extend(self.heights(&more, path, enough(LEVELS)));
-            self.samples.extend(more);
-        }
-        heights
+        Ok(path)
     }
 
     /// The heights of all samples, and which of them are too high and can be lowered.
@@ -183,96 +136,78 @@ impl<'a> RestFinder<'a> {
         (heights, high)
     }
 
-    /// Whether a sample beside a pass is nearly too high and clearly higher than those before and behind it.
-    fn is_top(&self, i: usize, heights: &[f64]) -> bool {
-        if i < 2 || i + 2 >= self.in_rows {
-            return false;
-        }
-        let (before, here, behind) = (heights[i - 2], heights[i], heights[i + 2]);
-        let limit = self.options.limit;
-        (NEARLY[0] * limit..=limit).contains(&here)
-            && here >= before.max(behind)
-            && here - before.min(behind) > CLEARLY * limit
-    }
-
-    /// Climbs from samples that are nearly too high to higher places beside them: samples leave gaps, and the peaks
-    /// left by the edge of a flat end are narrow.
-    fn climb(&mut self, heights: &mut Vec<f64>, path: &Toolpath) {
+    /// Branches over what is too high, the highest sample first. Afterwards the samples are those that are or were
+    /// nearly too high.
+    fn branches(
+        &mut self,
+        path: &Delivered,
+        mut heights: Vec<f64>,
+        mut high: Vec<usize>,
+    ) -> Vec<Branch> {
         let RestOptions { limit, close, .. } = self.options;
-        // Beside passes samples lie on ridges already.
-        let low = if self.in_rows > 0 { close } else { close.min(NEARLY[0] * limit) };
-        let is_nearly = |i: &usize| {
-            let is_high = (low..=limit).contains(&heights[*i]) || self.is_top(*i, heights);
-            is_high && !self.samples[*i].is_climbed
-        };
-        let finest = FINEST * self.options.side_step;
-        let nearly = self.by_cell((0..heights.len()).filter(is_nearly), heights);
-        let mut front: Vec<usize> = nearly.iter().map(|cell| cell[0]).collect();
-        for _ in 0..CLIMBS {
-            if front.is_empty() {
+        let lowerable: BTreeSet<usize> = high.iter().copied().collect();
+        high.sort_by(|&a, &b| heights[b].total_cmp(&heights[a]));
+        let mut branches: Vec<Branch> = Vec::new();
+        for _ in 0..MOST_TRIED {
+            let Some(&worst) = high.first().filter(|_| branches.len() < MOST_BRANCHES) else {
                 break;
+            };
+            let before = heights[worst];
+            let Some((branch, aimed)) = self.branch(&high, path) else { break };
+            let lowered = branch.is_some_and(|branch| {
+                let is_of_use = self.lower(&mut heights, &high, &branch);
+                branches.extend(is_of_use.then_some(branch));
+                is_of_use
+            });
+            for &i in aimed.iter().filter(|i| heights[**i] > limit) {
+                self.samples[i].branches += 1;
             }
-            let beside: Vec<Vec<Sample>> =
-                front.iter().map(|&i| self.places.beside(&self.samples[i])).collect();
-            front.iter().for_each(|&i| self.samples[i].is_climbed = true);
-            let found = self.heights(&beside.concat(), path, low);
-            let mut next = Vec::new();
-            let mut known = 0;
-            for (&from, beside) in front.iter().zip(beside) {
-                let of = &found[known..known + beside.len()];
-                known += beside.len();
-                let highest = beside.into_iter().zip(of).max_by(|a, b| a.1.total_cmp(b.1));
-                if let Some((sample, &height)) = highest.filter(|h| *h.1 > heights[from]) {
-                    if height <= limit {
-                        next.push(self.samples.len());
-                    }
-                    self.samples.push(sample);
-                    heights.push(height);
-                } else if heights[from] >= close && self.samples[from].spacing > finest {
-                    self.samples[from].spacing *= 0.5;
-                    next.push(from);
-                }
-            }
-            front = next;
+            // What came lower, but not low enough, is for the next round, which looks for a way from beside.
+            let is_lowered = lowered && heights[worst] < before;
+            high.retain(|&i| {
+                heights[i] > limit
+                    && self.samples[i].branches < TRIES
+                    && !(i == worst && is_lowered)
+            });
         }
+        let is_left = |i: &usize| heights[*i] > close || lowerable.contains(i);
+        let is_excused = |i: &usize| heights[*i] > limit && !lowerable.contains(i);
+        let left = (0..heights.len()).filter(|i| is_left(i) && !is_excused(i));
+        self.samples = left.map(|i| self.samples[i]).collect();
+        self.in_rows = 0;
+        for branch in &branches {
+            let beside = self.samples_beside(branch.path());
+            self.samples.extend(beside);
+        }
+        branches
     }
 
-    /// The flat path with branches over what its delivered path leaves too high; `None` where nothing is too high.
-    ///
-    /// Samples that are low enough are dropped: branches only remove more material, except where the path keeps fewer
-    /// points.
-    pub fn with_branches(&mut self, flat: &[FlatPoint], path: &Toolpath) -> Option<Vec<FlatPoint>> {
-        let (mut heights, mut high) = self.high(path);
-        // What was low enough once may have been spoiled by branches.
-        while high.is_empty() && self.is_changed && self.looks < LOOKS {
-            self.look(flat);
-            (heights, high) = self.high(path);
+    /// Lowers the heights of what is too high by those that a branch leaves; whether one comes low enough, or much
+    /// lower where the cutter does not fit.
+    fn lower(&self, heights: &mut [f64], high: &[usize], branch: &Branch) -> bool {
+        let near: Vec<usize> = high.iter().copied().filter(|&i| self.is_near(i, branch)).collect();
+        let samples: Vec<Sample> = near.iter().map(|&i| self.samples[i]).collect();
+        let left = self.heights(&samples, &branch.path().toolpath, self.options.limit);
+        let mut is_of_use = false;
+        for (i, left) in near.into_iter().zip(left) {
+            is_of_use |= left <= self.options.limit.max(WORTH * heights[i]);
+            heights[i] = heights[i].min(left);
         }
-        self.is_changed |= !high.is_empty();
-        high.sort_by(|&a, &b| heights[b].total_cmp(&heights[a]));
-        let limit = self.options.limit;
-        let lowerable: BTreeSet<usize> = high.iter().copied().collect();
-        let is_left = |i: &usize| match heights[*i] > limit {
-            true => lowerable.contains(i),
-            false => heights[*i] > self.options.close,
+        is_of_use
+    }
+
+    /// Whether a branch may lower a sample.
+    fn is_near(&self, sample: usize, branch: &Branch) -> bool {
+        let Sample { at, .. } = self.samples[sample];
+        let tool = self.deliverer.options.pass.tool;
+        let points = &branch.path().toolpath.points;
+        let reach = 2.0 * tool.radius() + self.options.side_step;
+        let is_beside = |w: &[PathPoint]| {
+            let (from, way) = (w[0].tip, w[1].tip - w[0].tip);
+            let along = (at - from).dot(way) / way.length_squared().max(f64::MIN_POSITIVE);
+            (from + way * along.clamp(0.0, 1.0)).distance(at) <= reach
         };
-        let left: Vec<Sample> = (0..heights.len())
-            .filter(is_left)
-            .map(|i| Sample {
-                branches: self.samples[i].branches + u8::from(heights[i] > limit),
-                ..self.samples[i]
-            })
-            .collect();
-        let mut branches: Vec<Branch> = Vec::new();
-        while let Some(&worst) = high.first() {
-            let Some((from, heading)) = nearest(flat, self.samples[worst].flat) else { break };
-            if branches.len() == MOST_BRANCHES {
-                break;
-            }
-            branches.push(self.branch(&mut high, from, heading));
-        }
-        (self.samples, self.in_rows) = (left, 0);
-        (!branches.is_empty()).then(|| with_branches(flat, branches))
+        points.windows(2).any(is_beside)
     }
 
     /// The samples that are too high and can be lowered: where the cutter, if it is to touch there, comes low enough,
@@ -282,8 +217,8 @@ impl<'a> RestFinder<'a> {
         let is_worth =
             |i: &usize| heights[*i] > self.options.limit && self.samples[*i].branches < TRIES;
         let cells = self.by_cell((0..heights.len()).filter(is_worth), heights);
-        let feeds = FeedIndex::new(path, self.options.pass.axis);
-        let lowered = parallel::map(self.options.threads, &cells, |cell| {
+        let feeds = FeedIndex::new(path, self.deliverer.options.pass.axis);
+        let lowered = parallel::map(self.deliverer.options.threads, &cells, |cell| {
             let sample = &self.samples[cell[0]];
             self.lowered(sample, heights[cell[0]], feeds.nearest(sample.flat))
         });
@@ -306,156 +241,27 @@ impl<'a> RestFinder<'a> {
 
     /// From where the cutter lowers a sample.
     fn lowered(&self, sample: &Sample, height: f64, feed: DVec3) -> Lowered {
-        let RestOptions { pass, limit, .. } = &self.options;
+        let (limit, obstacles) = (self.options.limit, self.deliverer.obstacles);
+        let pass = &self.deliverer.options.pass;
         let &Sample { at, normal, flat, .. } = sample;
-        // No branch leads into a wall.
-        if is_in_wall(at, normal, feed, pass, self.obstacles) {
-            return Lowered::InWall;
+        let low = at + normal * (pass.allowance + limit);
+        if is_in_wall(at, normal, feed, pass, obstacles) {
+            let beside = lowest_off_walls(at, normal, feed, pass, obstacles);
+            return match beside.is_some_and(|beside| beside.contains(low)) {
+                true => Lowered::From(DVec2::ZERO),
+                false => Lowered::InWall,
+            };
         }
-        let raise = raise_at(at, normal, feed, pass, self.obstacles);
+        let raise = raise_at(at, normal, feed, pass, obstacles);
         if raise <= limit.max(WORTH * height) {
             return Lowered::From(DVec2::ZERO);
         }
-        let low = at + normal * (pass.allowance + limit);
         let reaches = |s: &Sample| {
-            standing_clear(s.at, s.normal, feed, pass, self.obstacles)
-                .is_some_and(|at| at.contains(low))
+            standing_clear(s.at, s.normal, feed, pass, obstacles).is_some_and(|at| at.contains(low))
         };
         let place = self.places.around(sample).find(reaches);
         place.map_or(Lowered::Nowhere, |place| Lowered::From(place.flat - flat))
     }
-
-    /// Samples by the cells in which they lie, the highest of each first.
-    fn by_cell(&self, some: impl Iterator<Item = usize>, heights: &[f64]) -> Vec<Vec<usize>> {
-        let side = CELL * self.options.side_step;
-        let cell = |i: usize| (self.samples[i].at / side).to_array().map(|x| x.floor() as i64);
-        let mut keyed: Vec<([i64; 3], usize)> = some.map(|i| (cell(i), i)).collect();
-        keyed.sort_by(|a, b| a.0.cmp(&b.0).then(heights[b.1].total_cmp(&heights[a.1])));
-        let cells = keyed.chunk_by(|a, b| a.0 == b.0);
-        cells.map(|cell| cell.iter().map(|c| c.1).collect()).collect()
-    }
-
-    /// A branch along the samples around the first one; these and all beside it are then done.
-    fn branch(&self, high: &mut Vec<usize>, from: usize, heading: DVec2) -> Branch {
-        let worst = high[0];
-        let sample = &self.samples[worst];
-        // Where that was in vain, over the very place.
-        let origin = match sample.branches {
-            0 if sample.beside == DVec2::ZERO => self.places.inside(sample, INSIDE),
-            _ => sample.flat + sample.beside,
-        };
-        let scale = sample.scale;
-        let steps = scale / self.options.side_step;
-        let place = |i: usize| {
-            let Sample { flat, beside, .. } = self.samples[i];
-            let way = (flat + beside - origin) * steps;
-            (way.dot(heading), way.perp_dot(heading).abs())
-        };
-        let [beside, ahead] = GROUP;
-        let group = high.iter().map(|&i| place(i));
-        let group = group.filter(|(along, across)| along.abs() <= ahead && *across <= beside);
-        let (rear, front) = group.fold((0.0f64, 0.0f64), |(r, f), (a, _)| (r.min(a), f.max(a)));
-        let at = |along: f64| origin + heading * (along / steps);
-        let (end, is_at_boundary) = self.within(origin, at(front + AHEAD));
-        let overrun = if is_at_boundary { self.options.lag } else { 0.0 };
-        let ahead = (end - origin).dot(heading);
-        // Beyond the boundary it goes on as before, so that there is to be as much before.
-        let before = ahead - overrun / scale;
-        let (begin, _) = self.within(origin, at(rear.min(before * steps)));
-        let (rear, front) = ((begin - origin).dot(heading) * steps, ahead * steps);
-        let is_left = |(along, across): (f64, f64)| {
-            along < rear - AHEAD || along > front + AHEAD || across > SWEPT
-        };
-        high.retain(|&i| i != worst && is_left(place(i)));
-        let (rear, front) = (begin, end);
-        Branch { from, heading, rear, front, overrun }
-    }
-
-    /// The end of the straight flat line from a place of the chart, or the last point of it on the chart, and whether
-    /// it leaves the chart.
-    fn within(&self, from: DVec2, to: DVec2) -> (DVec2, bool) {
-        let Ok(start) = self.places.locator.locate(from) else { return (from, true) };
-        match self.places.locator.walk(start.face, from, to, |_, _| {}) {
-            Ok(_) => (to, false),
-            Err(outside) => (from.lerp(outside.uv, WITHIN), true),
-        }
-    }
-
-    /// The height that a path leaves above the allowance on every sample, mm: exact above `enough`, an upper bound
-    /// elsewhere.
-    fn heights(&self, samples: &[Sample], path: &Toolpath, enough: f64) -> Vec<f64> {
-        let RestOptions { pass, limit, threads, .. } = self.options;
-        let cutter = Cutter { tool: pass.tool, length: pass.reach };
-        let layer = Layer { allowance: pass.allowance, depth: CLAMP * limit };
-        let line = |s: &Sample| (Line { foot: s.at, normal: s.normal }, s.flat);
-        let lines: Vec<(Line, DVec2)> = samples.iter().map(line).collect();
-        let (columns, ids) = Columns::on(&lines, layer.top());
-        let path = near_links(path, cutter.tool.radius());
-        let left = columns.remains(&path, cutter, layer, pass.allowance + enough, threads);
-        let mut heights = vec![0.0; lines.len()];
-        let above =
-            ids.iter().zip(left.heights()).map(|(id, height)| (*id, height - pass.allowance));
-        above.for_each(|(id, height)| heights[id as usize] = height);
-        heights
-    }
-}
-
-/// The path with links longer than the radius as rapids, since on them the cutter arrives from above and may turn; a
-/// link without length remains at their ends.
-fn near_links(path: &Toolpath, radius: f64) -> Toolpath {
-    let mut points: Vec<PathPoint> = Vec::with_capacity(path.points.len());
-    for point in &path.points {
-        let way = points.last().map_or(0.0, |before| before.tip.distance(point.tip));
-        if point.kind == MoveKind::Link && way > radius {
-            points.push(PathPoint { kind: MoveKind::Rapid, ..*point });
-        }
-        points.push(*point);
-    }
-    Toolpath { points }
-}
-
-/// The point of a pass nearest to a flat place, by index, and the direction in which the cutter faces or moves there.
-fn nearest(flat: &[FlatPoint], place: DVec2) -> Option<(usize, DVec2)> {
-    let square = |i: usize| flat[i].at.distance_squared(place);
-    let way = |i: usize| {
-        let before = (flat[i].at - flat[i.checked_sub(1)?].at).try_normalize();
-        flat[i].heading.or(before)
-    };
-    let on_pass = (0..flat.len()).filter(|&i| flat[i].kind == MoveKind::Cut);
-    let going = on_pass.filter(|&i| way(i).is_some());
-    let found = going.min_by(|&a, &b| square(a).total_cmp(&square(b)))?;
-    Some((found, way(found)?))
-}
-
-/// A detour from a point of the path over a high place and back.
-struct Branch {
-    /// Index of the point.
-    from: usize,
-    /// The direction in which the cutter faces.
-    heading: DVec2,
-    /// Where it begins, a flat place.
-    rear: DVec2,
-    /// Where it ends.
-    front: DVec2,
-    /// How far it continues beyond the boundary there, mm.
-    overrun: f64,
-}
-
-/// The path with branches.
-fn with_branches(flat: &[FlatPoint], mut branches: Vec<Branch>) -> Vec<FlatPoint> {
-    branches.sort_by_key(|branch| branch.from);
-    let mut next = branches.into_iter().peekable();
-    let mut out = Vec::new();
-    for (i, point) in flat.iter().enumerate() {
-        let facing = next.peek().filter(|branch| branch.from == i).map(|branch| branch.heading);
-        let point = FlatPoint { heading: point.heading.or(facing), ..*point };
-        out.push(point);
-        while let Some(Branch { rear, front, overrun, .. }) = next.next_if(|d| d.from == i) {
-            let ways = [(rear, 0.0), (front, overrun), (point.at, 0.0)];
-            out.extend(ways.map(|(at, overrun)| FlatPoint { at, overrun, ..point }));
-        }
-    }
-    out
 }
 
 #[cfg(test)]

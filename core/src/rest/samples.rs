@@ -6,10 +6,10 @@
 //!   everything is.
 //! - *On the rim*: along the boundary, where passes end.
 
-use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
 use crate::geometry::math::{cos, sin};
 use crate::geometry::{DVec2, DVec3};
+use crate::link::Delivered;
 use crate::mesh::{FaceId, HalfEdgeId, VertexId};
 use crate::surface::{Surface, SurfacePoint};
 use crate::toolpath::MoveKind;
@@ -155,6 +155,12 @@ impl Places<'_> {
         keyed.into_iter().map(|(_, f)| FaceId(f)).collect()
     }
 
+    /// At a flat place; `None` outside of the chart.
+    pub fn at(&self, flat: DVec2) -> Option<Sample> {
+        let place = self.locator.locate(flat).ok()?;
+        Some(self.sample(place, self.side_step * SPACING))
+    }
+
     /// Along the boundary.
     pub fn on_rim(&self) -> Vec<Sample> {
         let connectivity = self.surface.connectivity();
@@ -171,7 +177,7 @@ impl Places<'_> {
     }
 
     /// On both sides of the passes of a ball, around their ends and outside of their turns.
-    pub fn beside_passes(&self, flat: &[FlatPoint], ball: &Ball) -> Vec<Sample> {
+    pub fn beside_passes(&self, path: &Delivered, ball: &Ball) -> Vec<Sample> {
         let mut out = Vec::new();
         let mut hint = FaceId(0);
         // Part of the way to the next samples that is done.
@@ -183,12 +189,14 @@ impl Places<'_> {
             out.extend(directions.iter().filter_map(|d| self.edge(&middle, *d, ball)));
             Some(middle.scale)
         };
+        let at = |i: usize| path.places.get(i).copied().flatten().map(|place| place.flat);
         let is_cut = |i: usize| {
-            flat.get(i).is_some_and(|p| matches!(p.kind, MoveKind::Cut | MoveKind::Trochoid))
+            let kind = path.toolpath.points.get(i).map(|p| p.kind);
+            at(i).is_some() && matches!(kind, Some(MoveKind::Cut | MoveKind::Trochoid))
         };
-        let way = |i: usize| (flat[i].at - flat[i - 1].at).try_normalize();
-        for i in (1..flat.len()).filter(|&i| is_cut(i)) {
-            let (from, to) = (flat[i - 1].at, flat[i].at);
+        let way = |i: usize| (at(i)? - at(i - 1)?).try_normalize();
+        for i in (1..path.places.len()).filter(|&i| is_cut(i)) {
+            let (Some(from), Some(to)) = (at(i - 1), at(i)) else { continue };
             let Some(ahead) = way(i) else { continue };
             if !is_cut(i - 1) {
                 add(from, &fan(-ahead));

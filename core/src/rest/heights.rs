@@ -1,0 +1,178 @@
+//! How high a path leaves the samples, and where between them it may leave more.
+
+use super::Rest;
+use super::samples::{Ball, LEVELS, Sample};
+use crate::geometry::DVec2;
+use crate::link::Delivered;
+use crate::removal::{Columns, Cutter, Layer, Line};
+use crate::toolpath::{MoveKind, PathPoint, Toolpath};
+
+/// Fractions of the limit above which more samples are placed around one, and still more around each of those: the
+/// samples nearest to the crest of a sharp cusp as high as the limit are not lower than this.
+const NEARLY: [f64; LEVELS as usize] = [0.85, 0.95];
+/// Fraction of the limit by which a sample must be higher than another to count as clearly higher.
+const CLEARLY: f64 = 0.01;
+/// Size of the cells in each of which the cutter is tested at one sample, side steps. Smaller: slower.
+const CELL: f64 = 0.1;
+/// Greatest number of steps toward higher places, halved where none is higher; and the shortest step, side steps.
+const CLIMBS: usize = 18;
+const FINEST: f64 = 0.0003;
+/// Heights are clamped at this multiple of the limit.
+pub(super) const CLAMP: f64 = 10.0;
+
+impl Rest<'_> {
+    /// All places to be checked, and how many of the first are in rows beside passes.
+    pub(super) fn all_samples(&self, path: &Delivered) -> (Vec<Sample>, usize) {
+        let (mut samples, in_rows) = match self.ball() {
+            Some(_) => {
+                let samples = self.samples_beside(path);
+                let count = samples.len();
+                (samples, count)
+            }
+            None => (self.places.over_faces(), 0),
+        };
+        if self.options.has_open_rim {
+            samples.extend(self.places.on_rim());
+        }
+        (samples, in_rows)
+    }
+
+    /// The places beside a path up to which a ball lowers the surface; none for other cutters, which are checked all
+    /// over it.
+    pub(super) fn samples_beside(&self, path: &Delivered) -> Vec<Sample> {
+        self.ball().map_or_else(Vec::new, |ball| self.places.beside_passes(path, &ball))
+    }
+
+    /// The cutter, if it is a ball.
+    fn ball(&self) -> Option<Ball> {
+        let pass = &self.deliverer.options.pass;
+        let radius = pass.tool.radius();
+        let ball = Ball { radius, allowance: pass.allowance, limit: self.options.limit };
+        (pass.tool.corner_radius() == radius).then_some(ball)
+    }
+
+    /// The heights of all samples, with additional samples where it is nearly too high.
+    pub(super) fn refined(&mut self, path: &Toolpath) -> Vec<f64> {
+        let limit = self.options.limit;
+        let enough =
+            |level: u8| NEARLY.get(usize::from(level)).map_or(self.options.close, |n| n * limit);
+        let mut heights = self.heights(&self.samples, path, enough(0));
+        let mut known = 0;
+        while known < self.samples.len() {
+            // What is too high is gone over anyway.
+            let mut more = Vec::new();
+            for (i, height) in heights.iter().enumerate().skip(known) {
+                let Sample { level, .. } = self.samples[i];
+                if level < LEVELS && (enough(level)..=limit).contains(height) {
+                    more.extend(self.places.about(&self.samples[i]));
+                    self.samples[i].level = LEVELS;
+                }
+            }
+            known = self.samples.len();
+            heights.extend(self.heights(&more, path, enough(LEVELS)));
+            self.samples.extend(more);
+        }
+        heights
+    }
+
+    /// Whether a sample beside a pass is nearly too high and clearly higher than those before and behind it.
+    fn is_top(&self, i: usize, heights: &[f64]) -> bool {
+        if i < 2 || i + 2 >= self.in_rows {
+            return false;
+        }
+        let (before, here, behind) = (heights[i - 2], heights[i], heights[i + 2]);
+        let limit = self.options.limit;
+        (NEARLY[0] * limit..=limit).contains(&here)
+            && here >= before.max(behind)
+            && here - before.min(behind) > CLEARLY * limit
+    }
+
+    /// Climbs from samples that are nearly too high to higher places beside them: samples leave gaps, and the peaks
+    /// left by the edge of a flat end are narrow.
+    pub(super) fn climb(&mut self, heights: &mut Vec<f64>, path: &Toolpath) {
+        let (limit, close) = (self.options.limit, self.options.close);
+        // Beside passes samples lie on ridges already.
+        let low = if self.in_rows > 0 { close } else { close.min(NEARLY[0] * limit) };
+        let is_nearly = |i: &usize| {
+            let is_high = (low..=limit).contains(&heights[*i]) || self.is_top(*i, heights);
+            is_high && !self.samples[*i].is_climbed
+        };
+        let finest = FINEST * self.options.side_step;
+        let nearly = self.by_cell((0..heights.len()).filter(is_nearly), heights);
+        let mut front: Vec<usize> = nearly.iter().map(|cell| cell[0]).collect();
+        for _ in 0..CLIMBS {
+            if front.is_empty() {
+                break;
+            }
+            let beside: Vec<Vec<Sample>> =
+                front.iter().map(|&i| self.places.beside(&self.samples[i])).collect();
+            front.iter().for_each(|&i| self.samples[i].is_climbed = true);
+            let found = self.heights(&beside.concat(), path, low);
+            let mut next = Vec::new();
+            let mut known = 0;
+            for (&from, beside) in front.iter().zip(beside) {
+                let of = &found[known..known + beside.len()];
+                known += beside.len();
+                let highest = beside.into_iter().zip(of).max_by(|a, b| a.1.total_cmp(b.1));
+                if let Some((sample, &height)) = highest.filter(|h| *h.1 > heights[from]) {
+                    if height <= limit {
+                        next.push(self.samples.len());
+                    }
+                    self.samples.push(sample);
+                    heights.push(height);
+                } else if heights[from] >= close && self.samples[from].spacing > finest {
+                    self.samples[from].spacing *= 0.5;
+                    next.push(from);
+                }
+            }
+            front = next;
+        }
+    }
+
+    /// Samples by the cells in which they lie, the highest of each first.
+    pub(super) fn by_cell(
+        &self,
+        some: impl Iterator<Item = usize>,
+        heights: &[f64],
+    ) -> Vec<Vec<usize>> {
+        let side = CELL * self.options.side_step;
+        let cell = |i: usize| (self.samples[i].at / side).to_array().map(|x| x.floor() as i64);
+        let mut keyed: Vec<([i64; 3], usize)> = some.map(|i| (cell(i), i)).collect();
+        keyed.sort_by(|a, b| a.0.cmp(&b.0).then(heights[b.1].total_cmp(&heights[a.1])));
+        let cells = keyed.chunk_by(|a, b| a.0 == b.0);
+        cells.map(|cell| cell.iter().map(|c| c.1).collect()).collect()
+    }
+
+    /// The height that a path leaves above the allowance on every sample, mm: exact above `enough`, an upper bound
+    /// elsewhere.
+    pub(super) fn heights(&self, samples: &[Sample], path: &Toolpath, enough: f64) -> Vec<f64> {
+        let pass = &self.deliverer.options.pass;
+        let cutter = Cutter { tool: pass.tool, length: pass.reach };
+        let layer = Layer { allowance: pass.allowance, depth: CLAMP * self.options.limit };
+        let line = |s: &Sample| (Line { foot: s.at, normal: s.normal }, s.flat);
+        let lines: Vec<(Line, DVec2)> = samples.iter().map(line).collect();
+        let (columns, ids) = Columns::on(&lines, layer.top());
+        let path = near_links(path, cutter.tool.radius());
+        let threads = self.deliverer.options.threads;
+        let left = columns.remains(&path, cutter, layer, pass.allowance + enough, threads);
+        let mut heights = vec![0.0; lines.len()];
+        let above =
+            ids.iter().zip(left.heights()).map(|(id, height)| (*id, height - pass.allowance));
+        above.for_each(|(id, height)| heights[id as usize] = height);
+        heights
+    }
+}
+
+/// The path with links longer than the radius as rapids, since on them the cutter arrives from above and may turn; a
+/// link without length remains at their ends.
+fn near_links(path: &Toolpath, radius: f64) -> Toolpath {
+    let mut points: Vec<PathPoint> = Vec::with_capacity(path.points.len());
+    for point in &path.points {
+        let way = points.last().map_or(0.0, |before| before.tip.distance(point.tip));
+        if point.kind == MoveKind::Link && way > radius {
+            points.push(PathPoint { kind: MoveKind::Rapid, ..*point });
+        }
+        points.push(*point);
+    }
+    Toolpath { points }
+}
