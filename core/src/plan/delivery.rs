@@ -12,12 +12,13 @@ use crate::link::{DeliverOptions, Delivered, Deliverer};
 use crate::machine::Axes;
 use crate::machine_time::fill_time;
 use crate::removal::{
-    self, Access, Columns, Coverage, Cutter, Feeds, Layer, Limit, Place, TooSlow, rated,
+    self, Access, Columns, Coverage, Cutter, Feeds, Layer, Limit, TooSlow, rated,
 };
 use crate::rest::{Places, Rest, RestOptions};
 use crate::surface::{Part, Surface};
 use crate::toolpath::Toolpath;
 use crate::walls::{Sweep, WallOptions, Walls};
+use core::cell::OnceCell;
 
 /// Fraction of the tolerance above the limit from which on a place is too high: samples may miss the highest point.
 const TOO_HIGH: f64 = 0.7;
@@ -42,15 +43,13 @@ pub struct Delivery<'a> {
     pub locator: &'a Locator<'a>,
     pub deliverer: Deliverer<'a>,
     pub cusp_limit: f64,
+    /// The material, once it is asked for.
+    pub columns: OnceCell<Columns>,
 }
 
 impl Delivery<'_> {
     fn layer(&self) -> Layer {
         Layer { allowance: self.job.cut.allowance, depth: self.job.cut.axial_depth }
-    }
-
-    fn cutter(&self) -> Cutter {
-        Cutter { tool: self.job.tool, length: self.deliverer.options.pass.reach }
     }
 
     /// The plain passes with their true removal rates, for comparison with the path; `None` where the rates are not
@@ -61,7 +60,7 @@ impl Delivery<'_> {
         }
         let walls = self.deliverer.obstacles.without_part();
         let path = Deliverer { obstacles: &walls, ..self.deliverer }.path(flat, None, |_| {})?;
-        Ok(Some(self.rated(&self.columns(), &path.toolpath, Feeds::LinksLimited)?.0))
+        Ok(Some(self.rated(&path.toolpath, Feeds::LinksLimited)?))
     }
 
     /// The path.
@@ -70,30 +69,53 @@ impl Delivery<'_> {
         flat: &[FlatPoint],
         progress: &mut dyn FnMut(f64),
     ) -> Result<Finished, PlanError> {
-        let columns = &self.columns();
-        let (delivered, inaccessible) = self.with_branches(flat, columns, progress)?;
-        let is_all_cut = self.is_all_cut(&delivered);
-        let Delivered { toolpath, lifted, .. } = delivered;
-        let (toolpath, mut coverage) = match self.job.force.control {
-            ForceControl::Off if is_all_cut => {
-                (toolpath, Coverage { area: self.surface.area(), ..Coverage::default() })
-            }
-            ForceControl::Off => {
-                let coverage = self.coverage(columns, &toolpath, None);
-                (toolpath, coverage)
-            }
-            _ => {
-                let (toolpath, removed) = self.rated(columns, &toolpath, Feeds::Limited)?;
-                let coverage = self.coverage(columns, &toolpath, Some(&removed));
-                (toolpath, coverage)
-            }
+        let places = Places {
+            surface: self.surface,
+            chart: self.chart,
+            locator: self.locator,
+            side_step: self.job.nominal_side_step(),
         };
-        coverage.inaccessible_places.extend(inaccessible);
+        let mut rest = Rest::new(places, self.deliverer, self.rest_options());
+        let delivered = rest.cut(self.deliverer.path(flat, None, progress)?)?;
+        let (Delivered { toolpath, lifted, .. }, mut coverage) =
+            self.covered(delivered, &mut rest)?;
+        refuse_inaccessible(self.job, &lifted)?;
+        if toolpath.points.is_empty()
+            && let Some(least) = lifted.iter().min_by(|a, b| a.raise.total_cmp(&b.raise))
+        {
+            return Err(PlanError::FitsNowhere { place: least.place, raise: least.raise });
+        }
+        coverage.inaccessible_places.extend(rest.into_inaccessible());
+        let toolpath = match self.job.force.control {
+            ForceControl::Off => toolpath,
+            _ => self.rated(&toolpath, Feeds::Limited)?,
+        };
         Ok(Finished { toolpath, lifted, coverage })
     }
 
-    fn columns(&self) -> Columns {
-        Columns::new(self.surface, self.chart, self.job.nominal_side_step(), self.layer().top())
+    /// What a path leaves, with branches over what the cutter reaches of it. It is only computed where the cutter did
+    /// not fit, or where there are walls: beside them stays what it cannot enter.
+    fn covered(
+        &self,
+        path: Delivered,
+        rest: &mut Rest,
+    ) -> Result<(Delivered, Coverage), PlanError> {
+        if path.lifted.is_empty() && self.deliverer.obstacles.rulings().is_empty() {
+            let coverage = Coverage { area: self.surface.area(), ..Coverage::default() };
+            return Ok((path, coverage));
+        }
+        let coverage = self.coverage(&path.toolpath);
+        let points = path.toolpath.points.len();
+        let path = rest.cut_at(&coverage.never_covered_flat, path)?;
+        let is_same = path.toolpath.points.len() == points;
+        let coverage = if is_same { coverage } else { self.coverage(&path.toolpath) };
+        Ok((path, coverage))
+    }
+
+    fn columns(&self) -> &Columns {
+        let side_step = self.job.nominal_side_step();
+        let top = self.layer().top();
+        self.columns.get_or_init(|| Columns::new(self.surface, self.chart, side_step, top))
     }
 
     /// Columns within the tolerance of walls.
@@ -103,59 +125,9 @@ impl Delivery<'_> {
         Columns::along_boundary(self.surface, self.chart, (job.cut.tolerance, apart), top)
     }
 
-    /// The path at the nominal feeds, with branches over what it leaves too high: of the samples, and of the columns
-    /// where the cutter did not fit or the columns are cut anyway.
-    fn with_branches(
-        &self,
-        flat: &[FlatPoint],
-        columns: &Columns,
-        progress: &mut dyn FnMut(f64),
-    ) -> Result<(Delivered, Vec<Place>), PlanError> {
-        let places = Places {
-            surface: self.surface,
-            chart: self.chart,
-            locator: self.locator,
-            side_step: self.job.nominal_side_step(),
-        };
-        let mut rest = Rest::new(places, self.deliverer, self.rest_options());
-        let mut delivered = rest.cut(self.deliverer.path(flat, None, progress)?)?;
-        if !self.is_all_cut(&delivered) {
-            let left = self.coverage(columns, &delivered.toolpath, None).never_covered_flat;
-            delivered = rest.cut_at(&left, delivered)?;
-        }
-        refuse_inaccessible(self.job, &delivered.lifted)?;
-        match delivered.lifted.iter().min_by(|a, b| a.raise.total_cmp(&b.raise)) {
-            Some(LiftedSpan { place, raise, .. }) if delivered.toolpath.points.is_empty() => {
-                Err(PlanError::FitsNowhere { place: *place, raise: *raise })
-            }
-            _ => Ok((delivered, rest.into_inaccessible())),
-        }
-    }
-
-    /// Whether the cutter fits everywhere and no wall keeps it off: then samples show all that is left.
-    fn is_all_cut(&self, Delivered { lifted, .. }: &Delivered) -> bool {
-        lifted.is_empty() && self.deliverer.obstacles.rulings().is_empty()
-    }
-
-    /// What a path leaves of the columns; `removed`: what it removed, if that was recorded.
-    fn coverage(
-        &self,
-        columns: &Columns,
-        path: &Toolpath,
-        removed: Option<&removal::Removed>,
-    ) -> Coverage {
-        self.with_access(path, |access| match removed {
-            // The wall of a leaned flat end, smeared for the sake of the rate, would count as left.
-            Some(removed) if self.job.tool.corner_radius() > 0.0 => {
-                removal::coverage(columns, removed, access)
-            }
-            _ => removal::coverage(columns, &removal::remains(columns, access), access),
-        })
-    }
-
-    /// Calls `work` with what determines where the cutter of a path can touch.
-    fn with_access(&self, path: &Toolpath, work: impl FnOnce(&Access) -> Coverage) -> Coverage {
-        work(&Access {
+    /// What a path leaves of the columns.
+    fn coverage(&self, path: &Toolpath) -> Coverage {
+        let access = Access {
             pass: self.deliverer.options.pass,
             layer: self.layer(),
             obstacles: self.deliverer.obstacles,
@@ -166,7 +138,8 @@ impl Delivery<'_> {
             cusp: self.cusp_limit + self.chord(),
             cell: self.job.nominal_side_step(),
             threads: self.deliverer.options.threads,
-        })
+        };
+        removal::coverage(self.columns(), &access)
     }
 
     /// What the path may leave.
@@ -188,16 +161,12 @@ impl Delivery<'_> {
         self.surface.parameters().map_or(0.0, |_| chord(self.job))
     }
 
-    /// The path with its true removal rates and the resulting feeds; and what it removed.
-    fn rated(
-        &self,
-        columns: &Columns,
-        path: &Toolpath,
-        feeds: fn(Limit) -> Feeds,
-    ) -> Result<(Toolpath, removal::Removed), PlanError> {
+    /// The path with its true removal rates and the resulting feeds.
+    fn rated(&self, path: &Toolpath, feeds: fn(Limit) -> Feeds) -> Result<Toolpath, PlanError> {
         let job = self.job;
+        let cutter = Cutter { tool: job.tool, length: self.deliverer.options.pass.reach };
         let removed =
-            columns.cut(path, self.cutter(), self.layer(), None, self.deliverer.options.threads);
+            self.columns().cut(path, cutter, self.layer(), self.deliverer.options.threads);
         let limit = Limit {
             rate: job.mrr_limit(),
             feed: job.cut.feed,
@@ -213,7 +182,7 @@ impl Delivery<'_> {
         let mut path =
             rated(path, &removed, feeds(limit), job.tool.radius()).map_err(unreachable)?;
         fill_time(&mut path, &job.tool, &job.machine);
-        Ok((path, removed))
+        Ok(path)
     }
 }
 

@@ -26,6 +26,7 @@ use crate::strips::{Strips, part_of_strip, strip};
 use crate::surface::{Built, CurvatureField, Part, Surface, Warning};
 use crate::toolpath::Toolpath;
 use crate::walls::Clearance;
+use core::cell::OnceCell;
 use delivery::{Delivery, Finished, deliver_options, rapid_plane};
 use error::FARTHEST;
 pub use error::PlanError;
@@ -255,6 +256,7 @@ pub fn plan_showing(
         locator: &locator,
         deliverer: Deliverer { lift: &lift, obstacles: &obstacles, options },
         cusp_limit: cusp_limit(job, &surface, &curvature),
+        columns: OnceCell::new(),
     };
     progress(Stage::Cut, 0.0);
     let (cut, plain) = cut(&plane, &delivery, &order, |p| progress(Stage::Cut, p))?;

@@ -2,7 +2,6 @@
 
 use super::body::{Cutter, Layer, Line};
 use super::columns::{Column, Columns};
-use super::sweep::Removed;
 use crate::cutter_location::{Obstacles, PassOptions, ToolAxis, lowest_off_walls, raise_at};
 use crate::geometry::{DVec2, DVec3};
 use crate::parallel;
@@ -72,12 +71,10 @@ struct Left {
     over: f64,
 }
 
-/// What `removed` leaves of the columns.
-pub fn coverage(columns: &Columns, removed: &Removed, access: &Access) -> Coverage {
-    let mut left = left_over(columns, removed, access);
-    if let Some(rim) = &access.rim {
-        left.extend(left_over(rim, &remains(rim, access), access));
-    }
+/// What the path leaves of fresh columns.
+pub fn coverage(columns: &Columns, access: &Access) -> Coverage {
+    let mut left = left_over(columns, access);
+    left.extend(access.rim.iter().flat_map(|rim| left_over(rim, access)));
     let fits = fits(&left, access);
     let mut out = Coverage { area: columns.area(), ..Coverage::default() };
     let mut highest = [f64::NEG_INFINITY; 2];
@@ -101,12 +98,6 @@ pub fn coverage(columns: &Columns, removed: &Removed, access: &Access) -> Covera
     out
 }
 
-/// What the path of `access` leaves of fresh columns, for [`coverage`], without recording what each piece removes.
-pub fn remains(columns: &Columns, access: &Access) -> Removed {
-    let cutter = Cutter { tool: access.pass.tool, length: access.pass.reach };
-    columns.remains(access.path, cutter, access.layer, access.allowed(), access.threads)
-}
-
 impl Access<'_> {
     /// Distance beside its contact with a wall at which the cutter is off the wall by the tolerance, mm.
     fn wedge(&self) -> f64 {
@@ -121,8 +112,11 @@ impl Access<'_> {
     }
 }
 
-fn left_over(columns: &Columns, removed: &Removed, access: &Access) -> Vec<Left> {
+fn left_over(columns: &Columns, access: &Access) -> Vec<Left> {
     let allowed = access.allowed();
+    let cutter = Cutter { tool: access.pass.tool, length: access.pass.reach };
+    // Which piece removes what is not asked.
+    let removed = columns.remains(access.path, cutter, access.layer, allowed, access.threads);
     let mut left = Vec::new();
     for (block, heights) in columns.blocks.iter().zip(&removed.heights) {
         for (i, &height) in heights.iter().enumerate().filter(|(_, h)| **h > allowed) {

@@ -28,7 +28,7 @@ pub(crate) use body::Line;
 pub use body::{Cutter, Layer};
 pub use columns::Columns;
 pub(crate) use coverage::FeedIndex;
-pub use coverage::{Access, Coverage, Place, coverage, remains};
+pub use coverage::{Access, Coverage, Place, coverage};
 pub use cusp::{Lean, cusp, worst_cusp};
 pub use rates::{Feeds, Limit, TooSlow, rated};
 pub use sweep::{Piece, Removed};

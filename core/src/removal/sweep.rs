@@ -93,24 +93,13 @@ impl Run {
 }
 
 impl Columns {
-    /// Runs a path through the columns, fresh or as an earlier path left them, on `threads` threads, on which the
-    /// result does not depend.
-    pub fn cut(
-        &self,
-        path: &Toolpath,
-        cutter: Cutter,
-        layer: Layer,
-        earlier: Option<&Removed>,
-        threads: usize,
-    ) -> Removed {
+    /// Runs a path through fresh columns, on `threads` threads, on which the result does not depend.
+    pub fn cut(&self, path: &Toolpath, cutter: Cutter, layer: Layer, threads: usize) -> Removed {
         let body = Body::new(cutter, layer, self.spacing);
         let (mut removed, strokes, at) = cut_to_pieces(&path.points, &cutter.tool);
         let runs: Vec<Run> = strokes.chunks(RUN).map(Run::of).collect();
-        let numbered: Vec<(usize, &Block)> = self.blocks.iter().enumerate().collect();
-        let cut = parallel::map(threads, &numbered, |&(i, block)| {
-            let left = earlier.and_then(|e| e.heights.get(i));
-            let fresh = || vec![layer.top(); block.columns.len()];
-            let heights = left.cloned().unwrap_or_else(fresh);
+        let cut = parallel::map(threads, &self.blocks, |block| {
+            let heights = vec![layer.top(); block.columns.len()];
             let mut work = BlockCut::new(block, &body, heights, f64::NEG_INFINITY);
             work.run(&strokes, &runs);
             (work.heights, work.taken)

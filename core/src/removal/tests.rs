@@ -85,7 +85,7 @@ fn last_rates(
 ) -> Vec<f64> {
     let columns = Columns::new(&plate.surface, &plate.chart, side_step, LAYER.top());
     assert!((columns.area() / plate.surface.area() - 1.0).abs() < 0.002);
-    let removed = columns.cut(path, endless(*tool), LAYER, None, 2);
+    let removed = columns.cut(path, endless(*tool), LAYER, 2);
     let last = removed.of_move(path.points.len() - 1);
     let skip = (margin / last[0].length) as usize;
     let corner = tool.corner_radius();
@@ -202,8 +202,8 @@ fn threads_change_nothing() {
     let (plate, tool) = (Plate::new(60.0, 40.0, 0.2), Tool::new(R, 1.0).unwrap());
     let path = passes(&plate, &tool, LAYER.allowance, &steady(0.4, 2.0));
     let columns = Columns::new(&plate.surface, &plate.chart, 2.0, LAYER.top());
-    let one = columns.cut(&path, endless(tool), LAYER, None, 1);
-    assert_eq!(one, columns.cut(&path, endless(tool), LAYER, None, 3));
+    let one = columns.cut(&path, endless(tool), LAYER, 1);
+    assert_eq!(one, columns.cut(&path, endless(tool), LAYER, 3));
     assert!(one.pieces.iter().map(|p| p.volume).sum::<f64>() > 100.0);
 }
 
@@ -215,7 +215,7 @@ fn no_tile_is_left_out() {
         let tool = Tool::new(R, corner).unwrap();
         let path = passes(&plate, &tool, LAYER.allowance, &steady(0.4, 2.0));
         let columns = Columns::new(&plate.surface, &plate.chart, 6.0, LAYER.top());
-        let removed = columns.cut(&path, endless(tool), LAYER, None, 1);
+        let removed = columns.cut(&path, endless(tool), LAYER, 1);
         let total: f64 = removed.pieces.iter().map(|p| p.volume).sum();
         let gone = columns.blocks.iter().zip(&removed.heights).flat_map(|(b, heights)| {
             b.columns.iter().zip(heights).map(|(c, h)| c.area * (LAYER.top() - h))
