@@ -230,13 +230,11 @@ fn insert(out: &mut Delivered, leave: PathPoint, branch: Anchored, same: f64) {
         out.push(leave, Some(place));
     }
     // It begins and ends on the surface, the straight move that it leaves may be a little above or below.
-    let points =
-        || toolpath.points.iter().enumerate().filter(|(_, p)| !is_there(p)).map(|(i, _)| i);
-    if let (Some(first), Some(last)) = (points().next(), points().next_back()) {
-        for i in first..=last {
-            out.push(toolpath.points[i], places[i]);
-        }
-    }
+    let points = || toolpath.points.iter().zip(&places);
+    let is_away = |(p, _): (&PathPoint, _)| !is_there(p);
+    let skipped = points().position(is_away).unwrap_or(0);
+    let kept = points().rposition(is_away).map_or(0, |last| last + 1 - skipped);
+    points().skip(skipped).take(kept).for_each(|(point, place)| out.push(*point, *place));
     out.push(leave, Some(place));
     out.lifted.extend(lifted);
 }
