@@ -381,6 +381,22 @@ describe("screens", () => {
 });
 
 describe("trouble", () => {
+  it("a panic is told as a bug", async () => {
+    const { page, context } = await open(browser, PAGE);
+    const told = await page.evaluate(async () => {
+      const [module, script] = await Promise.all(["evencut.wasm", "worker.js"].map(async (name) => (await fetch(name)).arrayBuffer()));
+      const worker = new Worker(URL.createObjectURL(new Blob([script], { type: "text/javascript" })), { type: "module" });
+      const first = new Promise((resolve) => {
+        worker.onmessage = ({ data }) => resolve(data);
+      });
+      worker.postMessage(await WebAssembly.compile(module));
+      worker.postMessage({ id: 1, ask: { mill: {} } });
+      return first;
+    });
+    assert.match(told.ended.message, /^This is a bug in evencut: .*unknown variant `mill`/s);
+    await context.close();
+  });
+
   it("a module without memory is a message, and the page goes on", async () => {
     const small = await launch("--js-flags=--wasm-max-mem-pages=400");
     try {

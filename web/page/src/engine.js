@@ -23,7 +23,7 @@ async function kept(url) {
   return URL.createObjectURL(new Blob([await response.text()], { type: "text/javascript" }));
 }
 
-/** A worker that answers calls in their order. */
+/** A worker that answers requests in their order; `web/wasm/src/request.rs` has their list. */
 class Hand {
   #worker;
   #waiting = new Map();
@@ -34,32 +34,34 @@ class Hand {
     this.#worker.onmessage = ({ data }) => this.#take(data);
     this.#worker.onerror = (event) => {
       event.preventDefault();
-      this.#fail({ message: event.message || "the worker cannot be started", dead: true });
+      this.end({ message: event.message || "the worker cannot be started" });
     };
     this.dead = false;
-    this.#send({ module }).catch(() => {});
+    this.#worker.postMessage(module);
   }
 
-  /** `on.progress` and `on.early` receive what a plan reports before its end. */
-  call(call, args, on = {}) {
-    return this.#send({ call, args }, on);
+  /** Asks for one thing: `{ check: { … } }`. `on.progress` and `on.early` receive what a plan reports before its end. */
+  ask(ask, on = {}) {
+    const id = this.#next++;
+    return new Promise((resolve, reject) => {
+      this.#waiting.set(id, { resolve, reject, on });
+      this.#worker.postMessage({ id, ask });
+    });
   }
 
   /** Ends the worker; what it was asked fails with `reason`. */
   end(reason) {
+    this.dead = true;
     this.#worker.terminate();
-    this.#fail(reason);
+    for (const { reject } of this.#waiting.values()) reject(reason);
+    this.#waiting.clear();
   }
 
-  #send(message, on = {}) {
-    const id = this.#next++;
-    return new Promise((resolve, reject) => {
-      this.#waiting.set(id, { resolve, reject, on });
-      this.#worker.postMessage({ id, ...message });
-    });
-  }
-
-  #take({ id, value, error, progress, early }) {
+  #take({ id, value, error, progress, early, ended }) {
+    if (ended) {
+      this.end(ended);
+      return;
+    }
     const asked = this.#waiting.get(id);
     if (!asked) return;
     if (progress || early) {
@@ -68,15 +70,8 @@ class Hand {
       return;
     }
     this.#waiting.delete(id);
-    if (error?.dead) this.dead = true;
     if (error) asked.reject(error);
     else asked.resolve(value);
-  }
-
-  #fail(reason) {
-    this.dead = true;
-    for (const { reject } of this.#waiting.values()) reject(reason);
-    this.#waiting.clear();
   }
 }
 
@@ -94,28 +89,28 @@ export class Engine {
     this.#parts.catch(() => {});
   }
 
-  async #ask(call, args) {
+  async #ask(ask) {
     const parts = await this.#parts;
     if (!this.#short || this.#short.dead) this.#short = new Hand(parts);
-    return this.#short.call(call, args);
+    return this.#short.ask(ask);
   }
 
   /** What may be written at a place of a job, in UTF-16 units. */
   completions(source, at) {
-    return this.#ask("completions", [source, at]);
+    return this.#ask({ completions: { source, at } });
   }
 
   /** What the key means that ends at a place; null where there is none. */
   explanation(source, at) {
-    return this.#ask("explanation", [source, at]);
+    return this.#ask({ explanation: { source, at } });
   }
 
   check(source, surfaces) {
-    return this.#ask("check", [source, surfaces]);
+    return this.#ask({ check: { source, surfaces } });
   }
 
   newJob(name, bytes) {
-    return this.#ask("newJob", [name, bytes]);
+    return this.#ask({ newJob: { name, bytes } });
   }
 
   /** Plans in a worker of its own, whose memory is given back at the end. */
@@ -124,7 +119,7 @@ export class Engine {
     const hand = new Hand(await this.#parts);
     this.#planning = hand;
     try {
-      return await hand.call("plan", [name, source, surface, wall], on);
+      return await hand.ask({ plan: { name, job: { source, surface, wall } } }, on);
     } finally {
       hand.end(CANCELLED);
       if (this.#planning === hand) this.#planning = null;
@@ -137,7 +132,7 @@ export class Engine {
     const hand = new Hand(await this.#parts);
     this.#texture = hand;
     try {
-      return await hand.call("texture", [source, surface, wall, path, at]);
+      return await hand.ask({ texture: { job: { source, surface, wall }, path, at } });
     } finally {
       hand.end(CANCELLED);
       if (this.#texture === hand) this.#texture = null;

@@ -59,7 +59,7 @@ export class Views {
   #playing = 0;
   #simulated = null;
 
-  /** `on.texture(path, at)` simulates the texture of a path, toolpath.csv as text, about a place. */
+  /** `on.texture(path, at)` simulates the texture of a path, its toolpath.csv, about a place. */
   constructor(on) {
     this.on = on;
     this.map = new Picture($("texture-map"), "Surface on which to choose a point", {
@@ -399,8 +399,7 @@ export class Views {
     const place = at.map((x) => short(x)).join(", ");
     $("texture-result").replaceChildren(make("p", { className: "faint", role: "status" }, `Simulating the tooth marks at (${place}) mm …`));
     try {
-      const path = new TextDecoder().decode(this.#file("toolpath.csv"));
-      const { files, summary } = await this.on.texture(path, at);
+      const { files, summary } = await this.on.texture(this.#file("toolpath.csv"), at);
       if (plan !== this.#plan) return;
       const held = Object.fromEntries(files.map(({ name, bytes: content }) => [name, content]));
       const links = files.filter(({ name }) => name !== TEXTURE).map(({ name, bytes: content }) => {

@@ -3,7 +3,25 @@
 use super::editor::units;
 use evencut_core::job::{self, Fault, Severity, SurfaceSource, line_and_column};
 use evencut_service::faults::NamedFile;
+use serde::Serialize;
 use serde_json::{Value, json};
+
+/// Why there is no answer.
+#[derive(Debug, PartialEq, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub enum Failure {
+    /// A fault of the job, as [`as_json`] tells it.
+    Fault(Value),
+    /// What is wrong with a file.
+    Message(String),
+}
+
+impl Failure {
+    /// A fault of the job `source`.
+    pub fn of(fault: &Fault, source: &str) -> Self {
+        Self::Fault(as_json(fault, Severity::Error, source))
+    }
+}
 
 /// What is wrong with a job, and what it names.
 pub fn check(source: &str, surfaces: &[String]) -> Value {
@@ -41,7 +59,7 @@ fn is_called(file: &str, held: &str) -> bool {
 
 /// A fault with its place: line and column as the command tells them, `from` and `to` in UTF-16
 /// units from the start; all null where there is no place.
-pub fn as_json(fault: &Fault, severity: Severity, source: &str) -> Value {
+fn as_json(fault: &Fault, severity: Severity, source: &str) -> Value {
     let severity = match severity {
         Severity::Error => "error",
         Severity::Warning => "warning",
@@ -109,5 +127,15 @@ mod tests {
     fn a_bad_job_has_no_name() {
         let found = check(&JOB.replace("feed", "fed"), &[]);
         assert!(found["name"].is_null() && found["faults"][0]["severity"] == "error");
+    }
+
+    #[test]
+    fn failures_are_told_apart() {
+        let message = Failure::Message("no surface".into());
+        assert_eq!(json!(message), json!({ "message": "no surface" }));
+        let fault = evencut_service::faults::fault("too steep".into(), Some(12..16));
+        let told = json!(Failure::of(&fault, JOB));
+        assert_eq!(told["fault"]["message"], "too steep");
+        assert_eq!((&told["fault"]["line"], &told["fault"]["column"]), (&json!(2), &json!(1)));
     }
 }

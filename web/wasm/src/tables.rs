@@ -1,11 +1,9 @@
-//! Tables as typed arrays, and what is needed to read them.
+//! The tables of a plan, and what is needed to read them.
 
 use evencut_core::job::Job;
 use evencut_core::preview::{Linked, Placement};
 use evencut_core::toolpath::MoveKind;
-use js_sys::{Float32Array, Uint8Array, Uint32Array};
 use serde_json::{Value, json};
-use wasm_bindgen::JsValue;
 
 /// Where pictures show places, the cutter, limits and colours.
 pub fn scales(linked: &Linked, job: &Job) -> Value {
@@ -36,34 +34,42 @@ pub fn scales(linked: &Linked, job: &Job) -> Value {
     })
 }
 
-/// A table by its name; undefined if there is no such table.
-pub fn table(linked: &Linked, name: &str) -> JsValue {
-    let path = &linked.path;
-    let single = |values: &Vec<f32>| Float32Array::from(values.as_slice()).into();
-    let whole = |values: &Vec<u32>| Uint32Array::from(values.as_slice()).into();
-    let small = |values: &Vec<u8>| Uint8Array::from(values.as_slice()).into();
-    match name {
-        "kind" => small(&path.kind),
-        "pass" => whole(&path.pass),
-        "region" => whole(&path.region),
-        "time" => single(&path.time),
-        "tip" => single(&path.tip),
-        "axis" => single(&path.axis),
-        "contact" => single(&path.contact),
-        "flat" => single(&path.flat),
-        "feed" => single(&path.feed),
-        "rate" => single(&path.rate),
-        "engagement" => single(&path.engagement),
-        "plainTime" => single(&linked.plain[0]),
-        "plainRate" => single(&linked.plain[1]),
-        "samplePlace" => single(&linked.samples.place),
-        "sampleResidual" => single(&linked.samples.residual),
-        "sampleRate" => single(&linked.samples.rate),
-        "sampleResidualTone" => small(&linked.samples.residual_tone),
-        "sampleRateTone" => small(&linked.samples.rate_tone),
-        "sampleState" => small(&linked.samples.state),
-        "meshPositions" => single(&linked.mesh.positions),
-        "meshFaces" => whole(&linked.mesh.faces),
-        _ => JsValue::UNDEFINED,
-    }
+/// All tables, by the names that the page knows them by.
+pub fn tables(linked: &Linked) -> [(&'static str, Numbers<'_>); 21] {
+    use Numbers::{Single, Small, Whole};
+    let Linked { path, samples, mesh, plain: [plain_time, plain_rate], .. } = linked;
+    [
+        ("kind", Small(&path.kind)),
+        ("pass", Whole(&path.pass)),
+        ("region", Whole(&path.region)),
+        ("time", Single(&path.time)),
+        ("tip", Single(&path.tip)),
+        ("axis", Single(&path.axis)),
+        ("contact", Single(&path.contact)),
+        ("flat", Single(&path.flat)),
+        ("feed", Single(&path.feed)),
+        ("rate", Single(&path.rate)),
+        ("engagement", Single(&path.engagement)),
+        ("plainTime", Single(plain_time)),
+        ("plainRate", Single(plain_rate)),
+        ("samplePlace", Single(&samples.place)),
+        ("sampleResidual", Single(&samples.residual)),
+        ("sampleRate", Single(&samples.rate)),
+        ("sampleState", Small(&samples.state)),
+        ("sampleResidualTone", Small(&samples.residual_tone)),
+        ("sampleRateTone", Small(&samples.rate_tone)),
+        ("meshPositions", Single(&mesh.positions)),
+        ("meshFaces", Whole(&mesh.faces)),
+    ]
+}
+
+/// The numbers of a table.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub enum Numbers<'a> {
+    /// Whole numbers of one byte.
+    Small(&'a [u8]),
+    /// Whole numbers.
+    Whole(&'a [u32]),
+    /// Numbers in single precision.
+    Single(&'a [f32]),
 }
