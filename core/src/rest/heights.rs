@@ -44,7 +44,7 @@ impl Rest<'_> {
     }
 
     /// The cutter, if it is a ball.
-    fn ball(&self) -> Option<Ball> {
+    pub(super) fn ball(&self) -> Option<Ball> {
         let pass = &self.deliverer.options.pass;
         let radius = pass.tool.radius();
         let ball = Ball { radius, allowance: pass.allowance, limit: self.options.limit };

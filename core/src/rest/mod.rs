@@ -40,6 +40,8 @@ const WORTH: f64 = 0.5;
 const TRIES: u8 = 3;
 /// Greatest number of rounds of searching and lowering.
 const ROUNDS: usize = 6;
+/// Greatest number of times that the samples beside passes are placed anew, since branches have others beside them.
+const LOOKS: usize = 3;
 /// Greatest number of branches of a round, and of those that are tried. More: the problem is not single places.
 const MOST_BRANCHES: usize = 2000;
 const MOST_TRIED: usize = 3 * MOST_BRANCHES;
@@ -103,9 +105,18 @@ impl<'a> Rest<'a> {
     /// # Errors
     /// [`DeliverError`] when a rest pass cannot be delivered.
     pub fn cut(&mut self, path: Delivered) -> Result<Delivered, DeliverError> {
-        (self.samples, self.in_rows) = self.all_samples(&path);
         self.beside_walls = false;
-        self.rounds(path)
+        let mut path = path;
+        for _ in 0..LOOKS {
+            (self.samples, self.in_rows) = self.all_samples(&path);
+            let points = path.toolpath.points.len();
+            path = self.rounds(path)?;
+            // Where samples are the same for any path, another look shows nothing new.
+            if self.ball().is_none() || path.toolpath.points.len() == points {
+                break;
+            }
+        }
+        Ok(path)
     }
 
     /// The path with branches over what is too high at these flat places, beside walls too.
