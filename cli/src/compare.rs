@@ -1,13 +1,14 @@
 //! `evencut compare`: one job planned with several patterns or divisions into regions, verified alike.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Args;
 use evencut_core::job::{self, Faults, Job, Pattern};
-use evencut_core::plan::Files;
+use evencut_core::plan::{PlanError, Prepared, SurfaceKeys, plan_on};
 use evencut_service::compare::{
-    RegionVariant, Row, Variant, judged, planned, texture, to_csv, to_svg, to_text,
+    RegionVariant, Row, Variant, judged, texture, to_csv, to_svg, to_text,
 };
 use evencut_service::failure;
 use evencut_service::results::ResultsError;
@@ -132,11 +133,11 @@ impl Compare {
             let place = input::name(&self.job);
             Failed(Exit::BadJob, format!("error: {error}\n --> {place}\n"))
         })?;
+        let prepared = self.prepared(&job, &contents, &source)?;
         let (mut rows, mut exits) = (Vec::new(), Vec::new());
         for varied in varied {
             streams.message(&format!("planning row {}\n", rows.len() + 1));
-            let threads = self.threads.map_or(1, std::num::NonZeroUsize::get);
-            let made = texture::made(&varied, contents.files(), threads).map_err(|error| {
+            let made = texture::made(&prepared, &varied, self.threads()).map_err(|error| {
                 let (exit, fault) = failure::explain(&error, &source, None);
                 (exit, fault.message)
             });
@@ -183,6 +184,24 @@ impl Compare {
         Ok((source, job, contents))
     }
 
+    /// The surface, which all variants share.
+    fn prepared(
+        &self,
+        job: &Job,
+        contents: &Contents,
+        source: &[u8],
+    ) -> Result<Arc<Prepared>, Failed> {
+        let failed = |error: PlanError| {
+            let (exit, fault) = failure::explain(&ResultsError::from(error), source, None);
+            self.failed(exit, &Faults(vec![fault]), source)
+        };
+        Prepared::new(SurfaceKeys::of(job), contents.files(), &mut |_, _| {}).map_err(failed)
+    }
+
+    fn threads(&self) -> usize {
+        self.threads.map_or(1, std::num::NonZeroUsize::get)
+    }
+
     fn failed(&self, exit: Exit, faults: &Faults, source: &[u8]) -> Failed {
         let text = faults.render(&input::name(&self.job), source);
         Failed(exit, text.trim_end().to_owned() + "\n")
@@ -191,10 +210,11 @@ impl Compare {
     /// The rows, and the exit code that they have in common, or [`Exit::NotVerified`].
     fn rows(&self, streams: &mut Streams<'_>) -> Result<(Vec<Row>, Exit), Failed> {
         let (source, job, contents) = self.read()?;
+        let prepared = self.prepared(&job, &contents, &source)?;
         let (mut rows, mut exits) = (Vec::new(), Vec::new());
         for variant in self.variants() {
             streams.message(&format!("planning {}\n", variant.name()));
-            let (row, exit) = self.row(&job, contents.files(), variant, &source);
+            let (row, exit) = self.row(&prepared, &job, variant, &source);
             rows.push(row);
             exits.push(exit);
         }
@@ -212,11 +232,16 @@ impl Compare {
         }
     }
 
-    fn row(&self, job: &Job, files: Files, variant: Variant, source: &[u8]) -> (Row, Exit) {
-        let job = variant.of(job);
-        let threads = self.threads.map_or(1, std::num::NonZeroUsize::get);
+    fn row(
+        &self,
+        prepared: &Arc<Prepared>,
+        job: &Job,
+        variant: Variant,
+        source: &[u8],
+    ) -> (Row, Exit) {
+        let (job, threads) = (variant.of(job), self.threads());
         let begun = Instant::now();
-        let plan = planned(&job, files, threads);
+        let plan = plan_on(prepared, &job, threads, &mut |_, _| {}).map_err(ResultsError::from);
         let seconds = begun.elapsed().as_secs_f64();
         let figures = plan.and_then(|plan| judged(&job, &plan, threads));
         let fault = |error: ResultsError| {

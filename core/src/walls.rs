@@ -18,6 +18,7 @@ use crate::mesh::{FaceId, HalfEdgeId, VertexId};
 use crate::parallel;
 use crate::surface::{Part, Surface};
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 /// Sine of the angle to the surface from which on an adjacent face is a wall: 45 degrees.
 const STEEP: f64 = core::f64::consts::FRAC_1_SQRT_2;
@@ -143,7 +144,7 @@ impl Walls {
     }
 
     /// What the cutter must keep clear of: the part and these walls.
-    pub fn obstacles(self, part: CheckMesh) -> Obstacles {
+    pub fn obstacles(self, part: Arc<CheckMesh>) -> Obstacles {
         Obstacles::with_walls(part, CheckMesh::new(self.positions, self.faces), self.rulings)
     }
 

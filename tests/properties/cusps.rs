@@ -3,8 +3,8 @@
 use evencut_core::job::{
     self, FirstPass, ForceControl, Job, MrrLimit, Pattern, RingOrder, Stepover, SurfaceSource,
 };
-use evencut_core::plan::Files;
-use evencut_service::compare::{Figures, judged, planned, with_pattern};
+use evencut_core::plan::{Files, plan};
+use evencut_service::compare::{Figures, judged, with_pattern};
 use evencut_tests::shared_data;
 use std::path::Path;
 
@@ -39,7 +39,7 @@ fn measured_as_is(name: &str, job: &Job) -> Figures {
         SurfaceSource::File(file) => Some(std::fs::read(Path::new(PATCHES).join(file)).unwrap()),
         SurfaceSource::Analytic(_) => None,
     };
-    let plan = planned(job, Files::of_surface(file.as_deref()), 2)
+    let plan = plan(job, Files::of_surface(file.as_deref()), 2, &mut |_, _| {})
         .unwrap_or_else(|error| panic!("{name}: {error}"));
     let figures = judged(job, &plan, 2).unwrap_or_else(|error| panic!("{name}: {error}"));
     let v = figures.report.verification.as_ref().unwrap();
@@ -227,7 +227,7 @@ fn the_limit_is_kept_on_the_rim_and_in_corners() {
         with_pattern(&job_with(plane, slim, "xyzac", (0.0827, 0.002)), Pattern::Spiral);
     (leaning.cut.allowance, leaning.cut.lead) = (0.348, 5.0f64.to_radians());
     for job in jobs.iter().chain([&stepped, &leaning]) {
-        let plan = planned(job, Files::default(), 2).unwrap();
+        let plan = plan(job, Files::default(), 2, &mut |_, _| {}).unwrap();
         check_kept(job.path.pattern.name(), &judged(job, &plan, 2).unwrap());
     }
 }

@@ -2,9 +2,9 @@
 //! it these tests say so and pass.
 
 use evencut_core::job::{self, Job};
-use evencut_core::plan::Files;
+use evencut_core::plan::{Files, plan};
 use evencut_core::report::Report;
-use evencut_service::compare::{Figures, RegionVariant, judged, planned, with_regions};
+use evencut_service::compare::{Figures, RegionVariant, judged, with_regions};
 use evencut_tests::shared_data;
 
 /// A surface of the shared data and how it is cut with a ball on five axes.
@@ -72,7 +72,7 @@ fn job(case: &Case) -> Option<(Job, Vec<u8>)> {
 
 fn measured(name: &str, job: &Job, bytes: &[u8], variant: RegionVariant) -> Figures {
     let job = with_regions(job, variant);
-    let plan = planned(&job, Files::of_surface(Some(bytes)), 2)
+    let plan = plan(&job, Files::of_surface(Some(bytes)), 2, &mut |_, _| {})
         .unwrap_or_else(|error| panic!("{name}: {error}"));
     judged(&job, &plan, 2).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
@@ -137,7 +137,7 @@ fn a_camels_muzzle_maps_evenly_and_keeps_the_limit() {
 fn the_border_of_a_bump_shows_nothing() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../jobs/bump.toml");
     let job = job::read(&std::fs::read(path).unwrap()).unwrap().job;
-    let plan = planned(&job, Files::default(), 2).unwrap();
+    let plan = plan(&job, Files::default(), 2, &mut |_, _| {}).unwrap();
     let report = judged(&job, &plan, 2).unwrap().report;
     told("bump", &report);
     let r = report.regions.as_ref().unwrap();

@@ -1,17 +1,17 @@
 //! Degenerate points of the strip-width tensor on real and made surfaces, and what regions parted there
 //! gain.
 
-use evencut_core::flatten::{Locator, bff};
+use evencut_core::flatten::bff;
 use evencut_core::geometry::{DVec2, DVec3};
 use evencut_core::job::{
     self, Component, Division, Job, Pattern, Start, SurfaceOptions, TensorOptions,
 };
 use evencut_core::nurbs::{MeshOptions, NurbsParts, NurbsSurface, Trim, mesh};
-use evencut_core::plan::Files;
+use evencut_core::plan::{Files, plan};
 use evencut_core::regions::tensor::{Kind, Topology, topology};
 use evencut_core::step::{SmoothFormat, smooth};
 use evencut_core::surface::{Surface, build, build_parametric};
-use evencut_service::compare::{judged, planned};
+use evencut_service::compare::judged;
 use evencut_tests::{as_it_is, ledger, shared_data};
 
 /// Effective curvature of a flat end of 5 mm with a lead of 5 degrees, 1/mm.
@@ -19,7 +19,7 @@ const FLAT_END: f64 = 0.03486;
 
 fn found(surface: &Surface, k_tool: f64) -> Topology {
     let chart = bff(surface).unwrap();
-    let locator = Locator::new(surface.connectivity(), chart.uv());
+    let locator = chart.locator(surface);
     let curvature = surface.curvature(None);
     let options = TensorOptions::default();
     topology(surface, (&chart, &locator), &curvature, k_tool, &options).0
@@ -232,7 +232,7 @@ fn table(surface: &str, job: &Job, bytes: &[u8], ways: &[Way]) -> (Vec<Measured>
         (job.path.pattern, job.path.start) = (way.pattern, way.start.clone());
         job.regions.division = way.division;
         let clock = std::time::Instant::now();
-        let plan = planned(&job, Files::of_surface(Some(bytes)), 2)
+        let plan = plan(&job, Files::of_surface(Some(bytes)), 2, &mut |_, _| {})
             .unwrap_or_else(|e| panic!("{}: {e}", way.name));
         let seconds = clock.elapsed().as_secs_f64();
         let report = judged(&job, &plan, 2).unwrap().report;

@@ -6,9 +6,9 @@ use std::fmt::Write;
 
 use evencut_core::geometry::math::{cos, sin};
 use evencut_core::job::{self, Boundary, Job};
-use evencut_core::plan::Files;
+use evencut_core::plan::{Files, plan};
 use evencut_core::verify::verify;
-use evencut_service::compare::{Figures, judged, planned};
+use evencut_service::compare::{Figures, judged};
 use evencut_service::results::verify_options;
 use evencut_service::verdict::Workpiece;
 
@@ -62,8 +62,8 @@ const OFF: &str = "[force]\ncontrol = \"off\"\n";
 
 /// The job's path as the judge sees it, which must touch the wall at most and not cut in.
 fn judgement(name: &str, job: &Job, file: Option<&[u8]>) -> Figures {
-    let plan =
-        planned(job, Files::of_surface(file), 2).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let plan = plan(job, Files::of_surface(file), 2, &mut |_, _| {})
+        .unwrap_or_else(|error| panic!("{name}: {error}"));
     let figures = judged(job, &plan, 2).unwrap_or_else(|error| panic!("{name}: {error}"));
     let v = figures.report.verification.as_ref().unwrap();
     let walls = v.walls.as_ref();
@@ -242,7 +242,8 @@ fn the_walls_of_a_pocket_are_the_part_s_own_faces() {
 fn a_cutter_too_wide_for_the_room_is_refused_with_what_fits() {
     let wide = Cutter { radius: 14.0, ..CUTTERS[0] };
     let plate = plate((25, 10), |_, _| true);
-    let error = planned(&wide.job(FILE, OFF), Files::of_surface(Some(&plate)), 2).unwrap_err();
+    let error =
+        plan(&wide.job(FILE, OFF), Files::of_surface(Some(&plate)), 2, &mut |_, _| {}).unwrap_err();
     let message = error.to_string();
     assert!(message.contains("does not fit between the walls"), "{message}");
     assert!(message.contains("room for"), "{message}");
@@ -277,10 +278,10 @@ fn check_clamp(cutter: &Cutter) {
     let plane = "[surface.analytic]\nkind = \"plane\"\nsize = 50.0\nresolution = 2.0";
     let mut job = cutter.job(plane, OFF);
     job.path.boundary = Boundary::Open;
-    let without = planned(&job, Files::default(), 2).unwrap();
+    let without = plan(&job, Files::default(), 2, &mut |_, _| {}).unwrap();
     job.path.wall_file = Some("clamp.obj".into());
     let files = Files { surface: None, wall: Some(&clamp) };
-    let plan = planned(&job, files, 2).unwrap();
+    let plan = plan(&job, files, 2, &mut |_, _| {}).unwrap();
     let found = judged(&job, &plan, 2).unwrap();
     let v = found.verification().unwrap();
     let lacks = cutter.radius - cutter.covers();

@@ -20,8 +20,8 @@ and no gouge. The tolerance, a tenth to a fiftieth of the limit, is in the job.
 - *cusps*: height of the crests between two passes, over the limit, fifth and 95th percentile of their length; \
 *in 0.9 to 1*: the part of their length that is within 0.90 and 1.00 of the limit.
 - *even area*: the part of the surface on which passes are at least 0.90 of the allowed side step apart.
-- *s*: computing on one thread, without the judge, on a machine that does other work too; for a NURBS surface \
-most of it is its triangulation.
+- *s*: computing on one thread, without the judge and without reading and flattening the surface, on a machine that \
+does other work too.
 ";
 
 /// Plans every job with every pattern, and writes the tables.

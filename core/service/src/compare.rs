@@ -11,7 +11,7 @@ use core::fmt::Write;
 use evencut_core::job::{
     Compensation, DistortionOptions, Division, FirstPass, ForceControl, Job, Pattern, TensorOptions,
 };
-use evencut_core::plan::{Files, Planned, Stage, plan};
+use evencut_core::plan::Planned;
 use evencut_core::preview::{Bars, comparison};
 use evencut_core::report::{CuspFigures, Lines, Report, VerificationFigures};
 
@@ -85,7 +85,8 @@ impl Variant {
 pub struct Row {
     /// What was varied.
     pub variant: Variant,
-    /// Computing time without verification, s, as measured by the caller.
+    /// Computing time without reading and flattening the surface, which all rows share, and without verification, s, as
+    /// measured by the caller.
     pub seconds: f64,
     /// The figures, or why there are none.
     pub figures: Result<Figures, String>,
@@ -108,7 +109,7 @@ pub fn with_pattern(job: &Job, pattern: Pattern) -> Job {
             false => FirstPass::HalfStrip,
         };
     }
-    if pattern == Pattern::Mpf {
+    if pattern.divides_itself() {
         job.regions.division = Division::Single;
     }
     job.force.control = ForceControl::Off;
@@ -137,19 +138,11 @@ pub fn with_regions(job: &Job, variant: RegionVariant) -> Job {
         RegionVariant::Tensor => Division::Tensor(tensor),
     };
     // The bands of that pattern are a division of their own.
-    if variant != RegionVariant::Single && job.path.pattern == Pattern::Mpf {
+    if variant != RegionVariant::Single && job.path.pattern.divides_itself() {
         job.path.pattern = Pattern::IsoScallop;
     }
     job.force.control = ForceControl::Off;
     job
-}
-
-/// Plans a job for the table. `files`: as for [`plan`].
-///
-/// # Errors
-/// As [`plan`].
-pub fn planned(job: &Job, files: Files, threads: usize) -> Result<Planned, ResultsError> {
-    Ok(plan(job, files, threads, &mut |_: Stage, _| {})?)
 }
 
 /// Verifies a plan.

@@ -9,15 +9,12 @@ mod topology;
 pub use error::ResultsError;
 pub use files::{Input, OutputFile};
 
-use evencut_core::flatten::{Chart, Locator};
 use evencut_core::gcode::{self, GcodeError};
 use evencut_core::geometry::DVec3;
-use evencut_core::job::{
-    Boundary, FlattenMethod, ForceControl, Job, Pattern, Picture, SurfaceSource,
-};
+use evencut_core::job::{Boundary, FlattenMethod, ForceControl, Job, Picture, SurfaceSource};
 use evencut_core::machine::{Axes, Machine};
 use evencut_core::machine_time::machine_time;
-use evencut_core::plan::{Files, PlanError, Planned, Sketch, Stage, plan_showing};
+use evencut_core::plan::{Files, Laid, Planned, Prepared, Stage, SurfaceKeys, plan};
 use evencut_core::post::{ProgramOptions, program};
 use evencut_core::preview::{
     Drawn, Linked, flat_map, mrr_chart, rate_map, regions_map, residual_map, surface_view,
@@ -28,13 +25,13 @@ use evencut_core::report::{
     GougeFigures, LiftedSpan, Lines, PassFigures, PathFigures, Profile, RateFigures, Report,
     StepoverFigures, SurfaceFigures, VerificationFigures, Versions, Warning,
 };
-use evencut_core::surface::{self, Surface};
+use evencut_core::surface;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
 use evencut_core::units::per_minute;
 use evencut_core::verify::{
     Facets, Rise, Sphere, Verification, VerifyError, VerifyOptions, Walls, verify,
 };
-use texture::{PathOn, TextureResults, texture_on};
+use texture::{TextureResults, texture_on};
 
 /// A flat map whose scale varies by more than this factor gets a warning.
 const WIDEST_SCALE: f64 = 30.0;
@@ -100,8 +97,10 @@ pub fn linked_results(
 ) -> Result<(Results, Linked), ResultsError> {
     let Watch { progress, show } = watch;
     let inputs = Inputs { job, job_file, files };
-    let mut on_sketch = |sketch: Sketch| show(sketched(job, &sketch));
-    let planned = inputs.plan(options.threads, progress, &mut on_sketch)?;
+    let prepared = Prepared::new(SurfaceKeys::of(job), files, progress)?;
+    let laid = Laid::new(&prepared, job, options.threads, progress)?;
+    show(before_delivery(job, &prepared, &laid));
+    let planned = laid.planned(progress)?;
     let written = Written::of(&inputs, &planned)?;
     let files = written.in_order(job, Vec::new()).cloned().collect();
     let linked = written.linked(job, &planned, None);
@@ -126,7 +125,7 @@ pub fn results(
     progress: &mut dyn FnMut(Stage, f64),
 ) -> Result<Results, ResultsError> {
     let inputs = Inputs { job, job_file, files };
-    let planned = inputs.plan(options.threads, progress, &mut |_| {})?;
+    let planned = plan(job, files, options.threads, progress)?;
     let written = Written::of(&inputs, &planned)?;
     let judged = inputs.judge(&planned, options, progress)?;
     Ok(written.finish(&inputs, &planned, judged.as_ref(), options.threads, progress))
@@ -155,15 +154,6 @@ struct Inputs<'a> {
 type Judged = (Verification, VerifyOptions);
 
 impl Inputs<'_> {
-    fn plan(
-        &self,
-        threads: usize,
-        progress: &mut dyn FnMut(Stage, f64),
-        sketched: &mut dyn FnMut(Sketch),
-    ) -> Result<Planned, PlanError> {
-        plan_showing(self.job, self.files, threads, progress, sketched)
-    }
-
     fn judge(
         &self,
         planned: &Planned,
@@ -185,8 +175,7 @@ impl Inputs<'_> {
         warnings: &mut Vec<Warning>,
     ) -> Option<TextureResults> {
         let options = self.job.texture.as_ref()?;
-        let Planned { surface, chart, toolpath: path, .. } = planned;
-        let on = PathOn { surface, chart, path };
+        let on = (&*planned.prepared, &planned.toolpath);
         let progress = &mut |part| progress(Stage::Texture, part);
         match texture_on(self.job, options, on, threads, progress) {
             Ok(texture) => Some(texture),
@@ -251,7 +240,7 @@ impl Written {
             let name = format!("program.{}", program.extension);
             files.push(OutputFile { name, bytes: program.text.into_bytes() });
         }
-        let contacts = contacts(&planned.surface, &planned.chart, &planned.toolpath);
+        let contacts = contacts(&planned.prepared, &planned.toolpath);
         let report = report_on(job, planned, inputs.records(), &contacts);
         let pictures = pictures(job, planned, &contacts, report.regions.as_ref());
         Ok(Self { contacts, files, findings, pictures, report })
@@ -275,12 +264,12 @@ impl Written {
 
     fn linked(&self, job: &Job, planned: &Planned, judged: Option<&Judged>) -> Linked {
         Linked::of(&Drawn {
-            surface: &planned.surface,
-            chart: &planned.chart,
+            surface: planned.prepared.surface(),
+            chart: planned.prepared.chart(),
             path: &planned.toolpath,
             contacts: &self.contacts,
             plain: planned.plain.as_ref(),
-            rest: Facets { positions: &planned.rest.positions, faces: &planned.rest.faces },
+            rest: rest(planned),
             verification: judged.map(|(verification, _)| verification),
             limit: rate_limit(job),
             scallop: planned.cusp_limit,
@@ -347,16 +336,17 @@ fn rate_limit(job: &Job) -> Option<f64> {
 }
 
 /// Pictures of a path before delivery.
-fn sketched(job: &Job, sketch: &Sketch) -> Early {
-    let path = sketched_path(sketch);
-    let contacts = contacts(sketch.surface, sketch.chart, &path);
-    let limit = rate_limit(job).filter(|_| sketch.is_rated);
-    let flat = flat_map(sketch.surface, sketch.chart, &path, limit);
-    let surface = surface_view(sketch.surface, &path, &contacts, limit);
+fn before_delivery(job: &Job, prepared: &Prepared, laid: &Laid) -> Early {
+    let (surface, chart) = (prepared.surface(), prepared.chart());
+    let path = path_on_surface(prepared, laid);
+    let contacts = contacts(prepared, &path);
+    let limit = rate_limit(job).filter(|_| laid.is_rated());
+    let flat = flat_map(surface, chart, &path, limit);
+    let view = surface_view(surface, &path, &contacts, limit);
     let file = |name: &str, svg: String| OutputFile { name: name.into(), bytes: svg.into_bytes() };
     let linked = Linked::of(&Drawn {
-        surface: sketch.surface,
-        chart: sketch.chart,
+        surface,
+        chart,
         path: &path,
         contacts: &contacts,
         plain: None,
@@ -366,20 +356,16 @@ fn sketched(job: &Job, sketch: &Sketch) -> Early {
         scallop: 0.0,
         tolerance: job.cut.tolerance,
     });
-    Early {
-        files: vec![file("flat.svg", flat), file("surface.svg", surface)],
-        linked,
-        report: None,
-    }
+    Early { files: vec![file("flat.svg", flat), file("surface.svg", view)], linked, report: None }
 }
 
 /// The path before delivery, its tips on the surface.
-fn sketched_path(sketch: &Sketch) -> Toolpath {
-    let locator = Locator::new(sketch.surface.connectivity(), sketch.chart.uv());
+fn path_on_surface(prepared: &Prepared, laid: &Laid) -> Toolpath {
+    let locator = prepared.locator();
     let mut time = 0.0;
     let mut tip = DVec3::ZERO;
-    let points = sketch.points.iter().map(|p| {
-        tip = locator.locate(p.at).map_or(tip, |at| sketch.surface.position(at));
+    let points = laid.points().iter().map(|p| {
+        tip = locator.locate(p.at).map_or(tip, |at| prepared.surface().position(at));
         time += if p.feed > 0.0 { p.length / p.feed } else { 0.0 };
         PathPoint {
             kind: p.kind,
@@ -411,9 +397,9 @@ pub(crate) fn judge(
         inaccessible: places.iter().map(sphere).collect(),
         ..verify_options(job, planned.cusp_limit, threads)
     };
-    let (positions, faces) = planned.surface.triangles();
+    let (positions, faces) = planned.prepared.surface().triangles();
     let design = Facets { positions, faces: &faces };
-    let rest = Facets { positions: &planned.rest.positions, faces: &planned.rest.faces };
+    let rest = rest(planned);
     let verification = verify(&planned.toolpath, design, rest, &options, progress)?;
     Ok((verification, options))
 }
@@ -472,25 +458,26 @@ fn pictures(
     contacts: &[Option<DVec3>],
     regions: Option<&DivisionFigures>,
 ) -> Vec<Drawing> {
-    let (surface, path, limit) = (&planned.surface, &planned.toolpath, rate_limit(job));
+    let (surface, path, limit) = (planned.prepared.surface(), &planned.toolpath, rate_limit(job));
     let draw = |&picture: &Picture| match picture {
         Picture::Flat => {
-            let svg = flat_map(surface, &planned.chart, path, limit);
+            let svg = flat_map(surface, planned.prepared.chart(), path, limit);
             Some(Drawing::new(picture, "flat.svg", "Flat map", svg))
         }
         Picture::Surface => {
             let svg = surface_view(surface, path, contacts, limit);
             Some(Drawing::new(picture, "surface.svg", "Surface", svg))
         }
-        Picture::Regions => planned.divided.as_ref().zip(regions).map(|(divided, figures)| {
-            let svg = regions_map(surface, &division::picture(divided), figures);
-            Drawing::new(picture, "regions.svg", "Regions", svg)
-        }),
-        Picture::Tensor => planned.topology.as_ref().map(|topology| {
-            let chart = &planned.chart;
-            let locator = Locator::new(surface.connectivity(), chart.uv());
+        Picture::Regions => {
+            planned.passes.divided.as_ref().zip(regions).map(|(divided, figures)| {
+                let svg = regions_map(surface, &division::picture(divided), figures);
+                Drawing::new(picture, "regions.svg", "Regions", svg)
+            })
+        }
+        Picture::Tensor => planned.passes.topology.as_ref().map(|topology| {
+            let (chart, locator) = (planned.prepared.chart(), planned.prepared.locator());
             let direction_at = |at| topology::direction_at(topology, surface, &locator, at);
-            let drawn = topology::picture(topology, planned.divided.as_ref());
+            let drawn = topology::picture(topology, planned.passes.divided.as_ref());
             let svg = tensor_map(surface, chart, &drawn, &direction_at);
             Drawing::new(picture, "tensor.svg", "Best feed directions", svg)
         }),
@@ -503,11 +490,17 @@ fn pictures(
     job.output.pictures.iter().filter_map(draw).collect()
 }
 
+/// What must not be cut into.
+fn rest(planned: &Planned) -> Facets<'_> {
+    let rest = planned.prepared.rest();
+    Facets { positions: &rest.positions, faces: &rest.faces }
+}
+
 /// The pictures of the simulation that the job requests.
 fn measured(job: &Job, planned: &Planned, (found, options): &Judged) -> Vec<Drawing> {
-    let (positions, faces) = planned.surface.triangles();
+    let (positions, faces) = planned.prepared.surface().triangles();
     let design = Facets { positions, faces: &faces };
-    let rest = Facets { positions: &planned.rest.positions, faces: &planned.rest.faces };
+    let rest = rest(planned);
     let draw = |&picture: &Picture| match picture {
         Picture::Scallop => {
             let svg = residual_map(design, rest, found, options.scallop, options.tolerance);
@@ -525,15 +518,15 @@ fn measured(job: &Job, planned: &Planned, (found, options): &Judged) -> Vec<Draw
 }
 
 /// The place on the surface of every point of a path.
-fn contacts(surface: &Surface, chart: &Chart, path: &Toolpath) -> Vec<Option<DVec3>> {
-    let locator = Locator::new(surface.connectivity(), chart.uv());
-    let place = |at| locator.locate(at).ok().map(|p| surface.position(p));
+fn contacts(prepared: &Prepared, path: &Toolpath) -> Vec<Option<DVec3>> {
+    let locator = prepared.locator();
+    let place = |at| locator.locate(at).ok().map(|p| prepared.surface().position(p));
     path.points.iter().map(|p| p.flat.and_then(place)).collect()
 }
 
 /// Length of the contacts along passes, mm, by region.
 fn lengths_of_passes(planned: &Planned, contacts: &[Option<DVec3>]) -> Vec<f64> {
-    let count = planned.divided.as_ref().map_or(1, |d| d.parts.len());
+    let count = planned.passes.divided.as_ref().map_or(1, |d| d.parts.len());
     let mut lengths = vec![0.0; count];
     let points = planned.toolpath.points.windows(2).zip(contacts.windows(2));
     for (points, contacts) in points {
@@ -549,13 +542,13 @@ fn lengths_of_passes(planned: &Planned, contacts: &[Option<DVec3>]) -> Vec<f64> 
 
 /// The report of a plan that is not yet verified.
 pub(crate) fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> Report {
-    report_on(job, planned, inputs, &contacts(&planned.surface, &planned.chart, &planned.toolpath))
+    report_on(job, planned, inputs, &contacts(&planned.prepared, &planned.toolpath))
 }
 
 /// How a job's regions are made: the bands of `mpf` are regions, whatever division the job has.
 fn division_of(job: &Job) -> &'static str {
     match job.path.pattern {
-        Pattern::Mpf => Pattern::Mpf.name(),
+        pattern if pattern.divides_itself() => pattern.name(),
         _ => job.regions.method().name(),
     }
 }
@@ -567,7 +560,8 @@ fn report_on(
     contacts: &[Option<DVec3>],
 ) -> Report {
     let limit = job.mrr_limit();
-    let surface = &planned.surface;
+    let surface = planned.prepared.surface();
+    let (flattening, quality) = (planned.prepared.flattening(), planned.prepared.quality());
     let figures = |path: &Toolpath, feed: f64| {
         let time = machine_time(path, &job.tool, &job.machine, job.cut.tolerance);
         let mut by_kind = ByKind::default();
@@ -584,7 +578,7 @@ fn report_on(
     let lengths = lengths_of_passes(planned, contacts);
     let length: f64 = lengths.iter().sum();
     let division =
-        planned.divided.as_ref().map(|d| division::figures(d, division_of(job), &lengths));
+        planned.passes.divided.as_ref().map(|d| division::figures(d, division_of(job), &lengths));
     let delivered = figures(&planned.toolpath, job.cut.feed);
     let (low, high) = surface
         .positions()
@@ -613,30 +607,30 @@ fn report_on(
                 FlattenMethod::Abf => "abf".into(),
                 FlattenMethod::Bff => "bff".into(),
             },
-            iterations: planned.angle_residual.map_or(1, |(_, steps)| steps as u64),
-            constraint_residual: planned.angle_residual.map_or(0.0, |(residual, _)| residual),
-            quasi_conformal_mean: planned.quality.mean_q,
-            quasi_conformal_max: planned.quality.max_q,
-            scale_min: planned.quality.min_s,
-            scale_max: planned.quality.max_s,
-            flips: planned.quality.flips as u64,
+            iterations: flattening.steps as u64,
+            constraint_residual: flattening.residual,
+            quasi_conformal_mean: quality.mean_q,
+            quasi_conformal_max: quality.max_q,
+            scale_min: quality.min_s,
+            scale_max: quality.max_s,
+            flips: quality.flips as u64,
         },
         passes: PassFigures {
             pattern: job.path.pattern.name().into(),
-            count: planned.passes as u64,
-            tree_depth: planned.ring_depth as u64,
-            closed_cores: planned.closing.cores as u64,
-            branches: planned.closing.branches as u64,
-            branch_length_mm: planned.closing.length,
-            widest_gap_passes: planned.closing.widest_gap,
-            length_floor_mm: planned.length_floor,
+            count: planned.passes.count as u64,
+            tree_depth: planned.passes.depth as u64,
+            closed_cores: planned.passes.closing.cores as u64,
+            branches: planned.passes.closing.branches as u64,
+            branch_length_mm: planned.passes.closing.length,
+            widest_gap_passes: planned.passes.closing.widest_gap,
+            length_floor_mm: planned.passes.length_floor,
             length_mm: length,
-            length_over_floor: length / planned.length_floor,
+            length_over_floor: length / planned.passes.length_floor,
             retracts: planned.toolpath.retracts() as u64,
-            even_share: planned.even_share,
+            even_share: planned.passes.even_share,
         },
         regions: division,
-        tensor: planned.topology.as_ref().map(topology::figures),
+        tensor: planned.passes.topology.as_ref().map(topology::figures),
         stepover: StepoverFigures {
             nominal_mm: job.nominal_side_step(),
             over_radius: job.nominal_side_step() / job.tool.radius(),
@@ -650,7 +644,7 @@ fn report_on(
             limit_mm3_per_min: per_minute(limit),
             straight_pass_mm3_per_min: per_minute(job.nominal_mrr()),
             over_limit_intervals: planned.plain.as_ref().map(|path| intervals_above(path, limit)),
-            trochoid_loops: planned.loops as u64,
+            trochoid_loops: planned.passes.loops as u64,
         },
         plain,
         slowed,
@@ -711,7 +705,7 @@ fn lifted(planned: &Planned) -> Vec<LiftedSpan> {
 }
 
 fn repairs(planned: &Planned) -> Vec<String> {
-    planned.warnings.iter().filter_map(surface::Warning::repair).collect()
+    planned.prepared.warnings().iter().filter_map(surface::Warning::repair).collect()
 }
 
 fn warning(stage: &str, message: String, remedy: &str) -> Warning {
@@ -730,7 +724,7 @@ fn warnings(
     slowed: Option<&PathFigures>,
     delivered: &PathFigures,
 ) -> Vec<Warning> {
-    let about_surface = planned.warnings.iter().filter(|w| w.repair().is_none());
+    let about_surface = planned.prepared.warnings().iter().filter(|w| w.repair().is_none());
     let mut out: Vec<Warning> =
         about_surface.map(|w| warning("surface", without_stage(&w.to_string()), "")).collect();
     let c = &planned.coverage;
@@ -768,7 +762,7 @@ fn warnings(
             "use a smaller cutter or corner radius there, or a smaller cut.allowance if there is one",
         ));
     }
-    let q = &planned.quality;
+    let q = planned.prepared.quality();
     if q.max_s > WIDEST_SCALE * q.min_s {
         let message = format!(
             "the scale of the flat map runs from {:.3} to {:.3}; side steps and removal rates are \
@@ -825,7 +819,7 @@ fn warn_of_force(
         ));
     }
     if let Some(slowed) = slowed
-        && planned.loops > 0
+        && planned.passes.loops > 0
         && delivered.machine_time_s.total > 1.01 * slowed.machine_time_s.total
     {
         let message = format!(

@@ -5,7 +5,7 @@ use evencut_core::gcode::{self, CheckOptions, Finding, GcodeError, Kinematics};
 use evencut_core::geometry::{DVec3, math};
 use evencut_core::job::Job;
 use evencut_core::mesh::{MeshFormat, ReadError, Repaired, Repairs, read, repair};
-use evencut_core::plan::{Files, PlanError, cusp_limit, load, load_beside};
+use evencut_core::plan::{Files, PlanError, SurfaceKeys, cusp_limit, load, load_beside};
 use evencut_core::preview::{rate_map, residual_map};
 use evencut_core::report::{
     FORMAT, FileRecord, Lines, VerificationFigures, VerificationReport, Versions,
@@ -153,8 +153,9 @@ impl Workpiece {
     /// [`VerdictError`] where the surface cannot be read or used.
     pub fn of_job(job: &Job, files: Files) -> Result<(Self, f64), VerdictError> {
         let failed = |error| VerdictError::Surface(Box::new(error));
-        let built = load(job, files).map_err(failed)?;
-        let beside = load_beside(job, files).map_err(failed)?;
+        let keys = SurfaceKeys::of(job);
+        let built = load(&keys, files).map_err(failed)?;
+        let beside = load_beside(&keys, files).map_err(failed)?;
         let (positions, faces) = built.surface.triangles();
         let design = Part { positions: positions.to_vec(), faces };
         let curvature = built.surface.curvature(job.surface.curvature_radius);

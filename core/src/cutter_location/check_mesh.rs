@@ -125,6 +125,11 @@ impl CheckMesh {
         mesh
     }
 
+    /// No obstacle.
+    pub fn nothing() -> Self {
+        Self { nodes: Vec::new(), facets: Vec::new() }
+    }
+
     /// Number of facets.
     pub fn face_count(&self) -> usize {
         self.facets.len()

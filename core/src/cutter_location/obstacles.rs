@@ -4,6 +4,7 @@ use super::check_mesh::CheckMesh;
 use super::ruling::{Pushed, Ruling, Rulings};
 use crate::geometry::DVec3;
 use crate::tool::Tool;
+use std::sync::Arc;
 
 /// Rounds in which the cutter is lifted out of the part and out of walls in turn.
 const MOST_ROUNDS: usize = 8;
@@ -14,7 +15,7 @@ const FIRST_DROP: f64 = 0.125;
 /// The part and the walls beside it.
 #[derive(Clone, Debug)]
 pub struct Obstacles {
-    part: CheckMesh,
+    part: Arc<CheckMesh>,
     walls: CheckMesh,
     rulings: Rulings,
 }
@@ -61,17 +62,17 @@ impl Standing {
 impl Obstacles {
     /// A part without walls.
     pub fn of_part(part: CheckMesh) -> Self {
-        Self { part, walls: CheckMesh::new(Vec::new(), Vec::new()), rulings: Rulings::default() }
+        Self { part: part.into(), walls: CheckMesh::nothing(), rulings: Rulings::default() }
     }
 
     /// A part with walls: as facets, and as rulings off which the cutter is pushed.
-    pub fn with_walls(part: CheckMesh, walls: CheckMesh, rulings: Vec<Ruling>) -> Self {
+    pub fn with_walls(part: Arc<CheckMesh>, walls: CheckMesh, rulings: Vec<Ruling>) -> Self {
         Self { part, walls, rulings: Rulings::new(rulings) }
     }
 
     /// The walls alone.
     pub fn without_part(&self) -> Self {
-        Self { part: CheckMesh::new(Vec::new(), Vec::new()), ..self.clone() }
+        Self { part: CheckMesh::nothing().into(), ..self.clone() }
     }
 
     /// The walls to push the cutter off.

@@ -1,14 +1,18 @@
 //! The flat image of a surface, and its scale.
 
+use super::locator::{FaceTree, Locator};
 use crate::geometry::{DVec2, cross2};
 use crate::mesh::FaceId;
 use crate::surface::{Surface, SurfacePoint};
+use std::sync::{Arc, OnceLock};
 
 /// A flat image of a surface: one flat point per vertex, same connectivity, same total area.
 #[derive(Clone, Debug)]
 pub struct Chart {
     uv: Vec<DVec2>,
     vertex_scale: Vec<f64>,
+    /// Made when it is first needed.
+    tree: OnceLock<Arc<FaceTree>>,
 }
 
 impl Chart {
@@ -24,12 +28,19 @@ impl Chart {
             *p *= factor;
         }
         let vertex_scale = vertex_scale(surface, &uv);
-        Self { uv, vertex_scale }
+        Self { uv, vertex_scale, tree: OnceLock::new() }
     }
 
     /// `#V` flat points, flat mm.
     pub fn uv(&self) -> &[DVec2] {
         &self.uv
+    }
+
+    /// Finds the points of `surface`, of which this is the image, by their flat points.
+    pub fn locator<'a>(&'a self, surface: &'a Surface) -> Locator<'a> {
+        let connectivity = surface.connectivity();
+        let tree = self.tree.get_or_init(|| FaceTree::new(connectivity, &self.uv).into());
+        Locator::by(Arc::clone(tree), connectivity, &self.uv)
     }
 
     /// `#V` linear scales `s`, mm on the surface per flat mm, area-weighted means of the faces'.

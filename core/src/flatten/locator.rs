@@ -7,6 +7,7 @@ use super::error::OutsideChart;
 use crate::geometry::{DVec2, cross2};
 use crate::mesh::{Connectivity, FaceId, HalfEdgeId};
 use crate::surface::SurfacePoint;
+use std::sync::Arc;
 
 /// Faces in one leaf of the tree: more make the search slower, fewer the tree larger.
 const LEAF: usize = 4;
@@ -22,8 +23,20 @@ const LONGEST_WALK: usize = 64;
 /// Finds the surface points of the flat points of a chart.
 #[derive(Clone, Debug)]
 pub struct Locator<'a> {
+    flat: Flat<'a>,
+    tree: Arc<FaceTree>,
+}
+
+/// The flat faces of a mesh: its connectivity and `#V` flat points.
+#[derive(Copy, Clone, Debug)]
+struct Flat<'a> {
     connectivity: &'a Connectivity,
     uv: &'a [DVec2],
+}
+
+/// The boxes around the flat faces of a mesh, of which it holds nothing.
+#[derive(Clone, Debug, Default)]
+pub struct FaceTree {
     nodes: Vec<Node>,
     /// Faces in the order of the leaves.
     faces: Vec<u32>,
@@ -48,25 +61,21 @@ impl Node {
     }
 }
 
+impl Flat<'_> {
+    fn corners(&self, face: FaceId) -> [DVec2; 3] {
+        self.connectivity.face(face).map(|v| self.uv[v.index()])
+    }
+}
+
 impl<'a> Locator<'a> {
     /// Indexes the flat faces of a mesh: its connectivity and `#V` flat points.
     pub fn new(connectivity: &'a Connectivity, uv: &'a [DVec2]) -> Self {
-        let count = connectivity.face_count();
-        let mut locator = Self {
-            connectivity,
-            uv,
-            nodes: Vec::with_capacity(count),
-            faces: Vec::new(),
-            tolerance: 0.0,
-        };
-        locator.faces = locator.by_place();
-        if count > 0 {
-            locator.build(0, count);
-        }
-        if let Some(root) = locator.nodes.first() {
-            locator.tolerance = ON_BOUNDARY * (root.high - root.low).length();
-        }
-        locator
+        Self::by(Arc::new(FaceTree::new(connectivity, uv)), connectivity, uv)
+    }
+
+    /// By the boxes made earlier of the same flat faces.
+    pub fn by(tree: Arc<FaceTree>, connectivity: &'a Connectivity, uv: &'a [DVec2]) -> Self {
+        Self { flat: Flat { connectivity, uv }, tree }
     }
 
     /// The surface point at `uv`, flat mm.
@@ -77,9 +86,9 @@ impl<'a> Locator<'a> {
     /// [`OutsideChart`] when `uv` lies outside by more than rounding.
     pub fn locate(&self, uv: DVec2) -> Result<SurfacePoint, OutsideChart> {
         let mut found: Option<SurfacePoint> = None;
-        self.visit(uv, 0.0, |face| {
+        self.tree.visit(uv, 0.0, |face| {
             let earlier = found.is_none_or(|best| face < best.face);
-            if earlier && let Some(weights) = inside(self.corners(face), uv) {
+            if earlier && let Some(weights) = inside(self.flat.corners(face), uv) {
                 found = Some(SurfacePoint { face, weights });
             }
         });
@@ -98,13 +107,13 @@ impl<'a> Locator<'a> {
     pub fn locate_from(&self, hint: FaceId, uv: DVec2) -> Result<SurfacePoint, OutsideChart> {
         let mut face = hint;
         for _ in 0..LONGEST_WALK {
-            let corners = self.corners(face);
+            let corners = self.flat.corners(face);
             if let Some(weights) = inside(corners, uv) {
                 return Ok(SurfacePoint { face, weights });
             }
             let weights = weights(corners, uv);
             let lowest = (0..3).fold(0, |l, i| if weights[i] < weights[l] { i } else { l });
-            match self.connectivity.opposite(face.half_edge((lowest + 1) % 3)) {
+            match self.flat.connectivity.opposite(face.half_edge((lowest + 1) % 3)) {
                 Some(side) => face = side.face(),
                 None => break,
             }
@@ -128,27 +137,27 @@ impl<'a> Locator<'a> {
     ) -> Result<SurfacePoint, OutsideChart> {
         let (way, mut face, mut done) = (to - from, start, 0.0);
         // A straight line enters a face once.
-        for _ in 0..=self.connectivity.face_count() {
-            if let Some(weights) = inside(self.corners(face), to) {
+        for _ in 0..=self.flat.connectivity.face_count() {
+            if let Some(weights) = inside(self.flat.corners(face), to) {
                 return Ok(SurfacePoint { face, weights });
             }
             let Some((side, t)) = self.exit(face, from, way, done) else { break };
             done = t;
-            let Some(next) = self.connectivity.opposite(side) else { break };
+            let Some(next) = self.flat.connectivity.opposite(side) else { break };
             face = next.face();
             cross(side, t);
         }
         // What is left of the way is within rounding of the chart's coordinates: its end decides.
         let left = (1.0 - done) * way.length();
         match self.locate(to) {
-            Ok(end) if left <= SHORT_WALK * self.tolerance => Ok(end),
+            Ok(end) if left <= SHORT_WALK * self.tree.tolerance => Ok(end),
             _ => Err(OutsideChart { uv: from + way * done }),
         }
     }
 
     /// The side through which the line leaves `face`, and the part of the way done there.
     fn exit(&self, face: FaceId, from: DVec2, way: DVec2, done: f64) -> Option<(HalfEdgeId, f64)> {
-        let corners = self.corners(face);
+        let corners = self.flat.corners(face);
         let leaving = (0..3).filter_map(|i| {
             let (a, b) = (corners[i], corners[(i + 1) % 3]);
             let across = way.perp_dot(b - a);
@@ -161,15 +170,32 @@ impl<'a> Locator<'a> {
 
     /// The nearest point of the chart when it is within the tolerance.
     fn nearest(&self, uv: DVec2) -> Option<SurfacePoint> {
-        let mut best = (self.tolerance, None);
-        self.visit(uv, self.tolerance, |face| {
-            let (distance, weights) = nearest_on(self.corners(face), uv);
+        let mut best = (self.tree.tolerance, None);
+        self.tree.visit(uv, self.tree.tolerance, |face| {
+            let (distance, weights) = nearest_on(self.flat.corners(face), uv);
             let first = best.1.is_none_or(|p: SurfacePoint| face < p.face);
             if distance < best.0 || (distance == best.0 && first) {
                 best = (distance, Some(SurfacePoint { face, weights }));
             }
         });
         best.1
+    }
+}
+
+impl FaceTree {
+    /// The boxes around the flat faces of a mesh: its connectivity and `#V` flat points.
+    pub fn new(connectivity: &Connectivity, uv: &[DVec2]) -> Self {
+        let flat = Flat { connectivity, uv };
+        let count = connectivity.face_count();
+        let mut tree =
+            Self { nodes: Vec::with_capacity(count), faces: by_place(flat), tolerance: 0.0 };
+        if count > 0 {
+            tree.build(flat, 0, count);
+        }
+        if let Some(root) = tree.nodes.first() {
+            tree.tolerance = ON_BOUNDARY * (root.high - root.low).length();
+        }
+        tree
     }
 
     /// Calls `look` for the faces of all leaves within `distance` of `p`.
@@ -190,52 +216,48 @@ impl<'a> Locator<'a> {
         }
     }
 
-    /// The faces along a curve that fills the chart, by their centres.
-    ///
-    /// Source: Morton, "A computer oriented geodetic data base", 1966.
-    fn by_place(&self) -> Vec<u32> {
-        let centre = |f: u32| self.corners(FaceId(f)).into_iter().sum::<DVec2>() / 3.0;
-        let faces = 0..self.connectivity.face_count() as u32;
-        let centres: Vec<DVec2> = faces.map(centre).collect();
-        let low = centres.iter().fold(DVec2::INFINITY, |low, c| low.min(*c));
-        let high = centres.iter().fold(DVec2::NEG_INFINITY, |high, c| high.max(*c));
-        let cells = f64::from(u32::MAX) / (high - low).max_element();
-        // Casts saturate: of a chart without extent all faces are at one place.
-        let key = |c: &DVec2| {
-            let cell = (*c - low) * cells;
-            spread(cell.x as u32) | spread(cell.y as u32) << 1
-        };
-        let mut keyed: Vec<(u64, u32)> = centres.iter().map(key).zip(0..).collect();
-        keyed.sort_unstable();
-        keyed.into_iter().map(|(_, f)| f).collect()
-    }
-
     /// Appends the tree over `count` of the ordered faces from `first`; its box.
-    fn build(&mut self, first: usize, count: usize) -> (DVec2, DVec2) {
+    fn build(&mut self, flat: Flat, first: usize, count: usize) -> (DVec2, DVec2) {
         let node = self.nodes.len();
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         self.nodes.push(Node { low, high, second_or_first: first as u32, count: count as u32 });
         if count <= LEAF {
             for &f in &self.faces[first..first + count] {
-                for p in self.corners(FaceId(f)) {
+                for p in flat.corners(FaceId(f)) {
                     (low, high) = (low.min(p), high.max(p));
                 }
             }
         } else {
             let half = count / 2;
-            let left = self.build(first, half);
+            let left = self.build(flat, first, half);
             self.nodes[node].count = 0;
             self.nodes[node].second_or_first = self.nodes.len() as u32;
-            let right = self.build(first + half, count - half);
+            let right = self.build(flat, first + half, count - half);
             (low, high) = (left.0.min(right.0), left.1.max(right.1));
         }
         (self.nodes[node].low, self.nodes[node].high) = (low, high);
         (low, high)
     }
+}
 
-    fn corners(&self, face: FaceId) -> [DVec2; 3] {
-        self.connectivity.face(face).map(|v| self.uv[v.index()])
-    }
+/// The faces along a curve that fills the chart, by their centres.
+///
+/// Source: Morton, "A computer oriented geodetic data base", 1966.
+fn by_place(flat: Flat) -> Vec<u32> {
+    let centre = |f: u32| flat.corners(FaceId(f)).into_iter().sum::<DVec2>() / 3.0;
+    let faces = 0..flat.connectivity.face_count() as u32;
+    let centres: Vec<DVec2> = faces.map(centre).collect();
+    let low = centres.iter().fold(DVec2::INFINITY, |low, c| low.min(*c));
+    let high = centres.iter().fold(DVec2::NEG_INFINITY, |high, c| high.max(*c));
+    let cells = f64::from(u32::MAX) / (high - low).max_element();
+    // Casts saturate: of a chart without extent all faces are at one place.
+    let key = |c: &DVec2| {
+        let cell = (*c - low) * cells;
+        spread(cell.x as u32) | spread(cell.y as u32) << 1
+    };
+    let mut keyed: Vec<(u64, u32)> = centres.iter().map(key).zip(0..).collect();
+    keyed.sort_unstable();
+    keyed.into_iter().map(|(_, f)| f).collect()
 }
 
 /// The bits of a number, each followed by a zero.
@@ -305,7 +327,7 @@ mod tests {
     #[test]
     fn every_inner_point_is_found_both_ways() {
         let (surface, chart) = chart_of_plane(23);
-        let locator = Locator::new(surface.connectivity(), chart.uv());
+        let locator = chart.locator(&surface);
         let mut hint = FaceId(0);
         for k in 0..2000 {
             let (s, t) = (jitter(k, 7) + 0.5, jitter(k, 8) + 0.5);
@@ -321,7 +343,7 @@ mod tests {
     #[test]
     fn a_walk_crosses_sides_in_order_and_stops_at_the_boundary() {
         let (surface, chart) = chart_of_plane(12);
-        let locator = Locator::new(surface.connectivity(), chart.uv());
+        let locator = chart.locator(&surface);
         let at = |i: usize| chart.uv()[i];
         let (from, to) = (at(1).lerp(at(40), 0.3), at(100).lerp(at(130), 0.6));
         let start = locator.locate(from).unwrap().face;
@@ -337,7 +359,7 @@ mod tests {
     #[test]
     fn corners_and_boundary_count_as_inside() {
         let (surface, chart) = chart_of_plane(9);
-        let locator = Locator::new(surface.connectivity(), chart.uv());
+        let locator = chart.locator(&surface);
         for (v, &uv) in chart.uv().iter().enumerate() {
             let point = locator.locate(uv).unwrap();
             assert!(surface.position(point).distance(surface.positions()[v]) < 1e-12);
@@ -349,7 +371,7 @@ mod tests {
     #[test]
     fn outside_is_an_error_with_its_place() {
         let (surface, chart) = chart_of_plane(9);
-        let locator = Locator::new(surface.connectivity(), chart.uv());
+        let locator = chart.locator(&surface);
         for uv in [DVec2::new(0.4, -1e-6), DVec2::new(9.0, 9.0), DVec2::new(f64::NAN, 0.0)] {
             let fault = locator.locate(uv).unwrap_err();
             assert!(fault.uv == uv || uv.x.is_nan());

@@ -26,4 +26,4 @@ pub use chart::Chart;
 pub use disk::outer_loop;
 pub use distortion::{Distortion, Quality};
 pub use error::{FlattenError, OutsideChart};
-pub use locator::Locator;
+pub use locator::{FaceTree, Locator};

@@ -1,6 +1,6 @@
 //! Both methods on real parts; skipped where the data is not present.
 
-use super::{Chart, Locator, abf, bff};
+use super::{Chart, abf, bff};
 use crate::geometry::math::atan2;
 use crate::geometry::{DVec2, DVec3};
 use crate::job::{Selection, SurfaceOptions, SurfaceSource};
@@ -101,7 +101,7 @@ fn flat_points_keep_the_solved_angles() {
 fn face_centres_are_located_on_a_chart_of_uneven_scale() {
     let Some((surface, _)) = load("mesh/cowhead.ply") else { return };
     let chart = bff(&surface).unwrap();
-    let locator = Locator::new(surface.connectivity(), chart.uv());
+    let locator = chart.locator(&surface);
     for (f, face) in surface.connectivity().faces().iter().enumerate() {
         let [a, b, c] = face.map(|v| chart.uv()[v.index()]);
         assert_eq!(locator.locate((a + b + c) / 3.0).unwrap().face.index(), f);

@@ -69,6 +69,26 @@ impl Pattern {
     pub fn has_rings(self) -> bool {
         matches!(self, Self::Contour | Self::Spiral)
     }
+
+    /// Whether its regions are its own: bands, each with a curve at which its passes begin.
+    pub fn divides_itself(self) -> bool {
+        self == Self::Mpf
+    }
+
+    /// Whether trochoids can be inserted into its passes where they would remove too much.
+    pub fn takes_trochoids(self) -> bool {
+        self == Self::Contour
+    }
+
+    /// Whether its rings are joined to one pass.
+    pub fn joins_rings(self) -> bool {
+        self == Self::Spiral
+    }
+
+    /// Whether its passes may follow the surface's own parameters.
+    pub fn follows_parameters(self) -> bool {
+        self == Self::IsoParametric
+    }
 }
 
 /// Where iso-scallop passes begin.

@@ -1,7 +1,7 @@
 //! Flat paths → delivered ones: with their true removal rates, and without the material that the first passes leave.
 
 use super::error::{PlanError, SLOWEST};
-use super::load::chord;
+use super::prepared::Prepared;
 use super::tilt::{axis_rule, tilted};
 use crate::cutter_location::{LiftedSpan, PassOptions, ToolAxis};
 use crate::flat_path::FlatPoint;
@@ -43,8 +43,10 @@ pub struct Delivery<'a> {
     pub locator: &'a Locator<'a>,
     pub deliverer: Deliverer<'a>,
     pub cusp_limit: f64,
+    /// How far the facets may be off a smooth surface, mm.
+    pub chord: f64,
     /// The material, once it is asked for.
-    pub columns: OnceCell<Columns>,
+    pub columns: &'a OnceCell<Columns>,
 }
 
 impl Delivery<'_> {
@@ -135,7 +137,7 @@ impl Delivery<'_> {
             rim: (!self.deliverer.obstacles.rulings().is_empty()).then(|| self.rim()),
             follows_walls: self.job.path.boundary == Boundary::Wall,
             // Columns stand on facets, below the smooth surface by the chord error.
-            cusp: self.cusp_limit + self.chord(),
+            cusp: self.cusp_limit + self.chord,
             cell: self.job.nominal_side_step(),
             threads: self.deliverer.options.threads,
         };
@@ -154,11 +156,6 @@ impl Delivery<'_> {
             lag: tilted(job).map_or(0.0, |strip| strip.lag(0.5 * job.nominal_side_step())),
             has_open_rim: job.path.boundary == Boundary::Open,
         }
-    }
-
-    /// How far the facets may be off a smooth surface, mm.
-    fn chord(&self) -> f64 {
-        self.surface.parameters().map_or(0.0, |_| chord(self.job))
     }
 
     /// The path with its true removal rates and the resulting feeds.
@@ -232,7 +229,8 @@ pub fn rapid_plane(part: &Part, walls: &[DVec3], job: &Job) -> f64 {
 }
 
 /// The walls along a job's surface, none at an open boundary, and what stands `beside` it.
-pub fn walls(job: &Job, surface: &Surface, rest: &Part, beside: Option<&Part>) -> Walls {
+pub fn walls(job: &Job, prepared: &Prepared) -> Walls {
+    let surface = prepared.surface();
     let options = WallOptions {
         sweep: match axis_rule(job) {
             ToolAxis::Fixed(axis) => Sweep::Axis(axis),
@@ -244,9 +242,9 @@ pub fn walls(job: &Job, surface: &Surface, rest: &Part, beside: Option<&Part>) -
     };
     let mut walls = match job.path.boundary {
         Boundary::Open => Walls::default(),
-        Boundary::Wall => Walls::beside(surface, rest, &options),
+        Boundary::Wall => Walls::beside(surface, &prepared.part().without(surface), &options),
     };
-    if let Some(mesh) = beside {
+    if let Some(mesh) = prepared.beside() {
         walls.add(mesh, surface, &options, 4.0 * job.tool.radius());
     }
     walls

@@ -1,7 +1,10 @@
 //! The files that a job names, or its formula → its surface, the part to which it belongs, and the mesh beside it.
 
 use super::error::PlanError;
-use crate::job::{AnalyticKind, AnalyticOptions, AnalyticParameters, Job, SurfaceSource};
+use crate::job::{
+    AnalyticKind, AnalyticOptions, AnalyticParameters, FlattenMethod, Job, SurfaceOptions,
+    SurfaceSource,
+};
 use crate::mesh::{MeshFormat, read};
 use crate::step::{SmoothFormat, smooth};
 use crate::surface::{AnalyticSurface, Built, Part, build, build_beside};
@@ -25,14 +28,36 @@ impl<'a> Files<'a> {
     }
 }
 
+/// All keys of a job on which its surface and the flat map depend.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfaceKeys {
+    pub(super) surface: SurfaceOptions,
+    pub(super) flatten: FlattenMethod,
+    /// The mesh beside the surface.
+    wall_file: Option<String>,
+    /// Largest distance between a smooth surface and its facets, mm.
+    pub(super) chord: f64,
+}
+
+impl SurfaceKeys {
+    /// Those of a job.
+    pub fn of(job: &Job) -> Self {
+        Self {
+            surface: job.surface.clone(),
+            flatten: job.flatten,
+            wall_file: job.path.wall_file.clone(),
+            chord: job.surface.chord.unwrap_or(CHORD * job.cut.tolerance),
+        }
+    }
+}
+
 /// The surface of a job and the part it belongs to.
-pub fn load(job: &Job, files: Files) -> Result<Built, PlanError> {
-    let soup = match &job.surface.source {
+pub fn load(keys: &SurfaceKeys, files: Files) -> Result<Built, PlanError> {
+    let soup = match &keys.surface.source {
         SurfaceSource::File(name) => {
             let bytes = files.surface.ok_or_else(|| PlanError::NoFile(name.clone()))?;
-            let chord = chord(job);
             match SmoothFormat::from_name(name) {
-                Some(format) => return Ok(smooth(bytes, format, &job.surface, chord)?),
+                Some(format) => return Ok(smooth(bytes, format, &keys.surface, keys.chord)?),
                 None => {
                     let format = MeshFormat::from_name(name)
                         .ok_or_else(|| PlanError::UnknownFormat(name.clone()))?;
@@ -44,24 +69,19 @@ pub fn load(job: &Job, files: Files) -> Result<Built, PlanError> {
             analytic_surface(options).mesh(options.parameters.resolution)
         }
     };
-    Ok(build(soup, &job.surface)?)
+    Ok(build(soup, &keys.surface)?)
 }
 
 /// The mesh that stands beside the surface of a job, if it names one.
-pub fn load_beside(job: &Job, files: Files) -> Result<Option<Part>, PlanError> {
-    let Some(name) = &job.path.wall_file else { return Ok(None) };
+pub fn load_beside(keys: &SurfaceKeys, files: Files) -> Result<Option<Part>, PlanError> {
+    let Some(name) = &keys.wall_file else { return Ok(None) };
     let bytes = files.wall.ok_or_else(|| PlanError::NoWallFile(name.clone()))?;
     let part = || -> Result<Part, PlanError> {
         let format =
             MeshFormat::from_name(name).ok_or_else(|| PlanError::UnknownFormat(name.clone()))?;
-        Ok(build_beside(read(bytes, format)?, &job.surface)?)
+        Ok(build_beside(read(bytes, format)?, &keys.surface)?)
     };
     part().map(Some).map_err(|error| PlanError::WallFile(Box::new(error)))
-}
-
-/// Largest distance between a smooth surface and its facets, mm.
-pub fn chord(job: &Job) -> f64 {
-    job.surface.chord.unwrap_or(CHORD * job.cut.tolerance)
 }
 
 /// The formula that the options name.

@@ -5,7 +5,7 @@ use crate::centring::Centring;
 use crate::engagement::{Cutting, Simulation, Stock};
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
-use crate::job::{CutDirection, ForceControl, Job, Pattern, Stepover};
+use crate::job::{CutDirection, ForceControl, Job, Stepover};
 use crate::level_set::FieldTerrain;
 use crate::link::{CutOptions, Excess, Group, LayOptions, cut_passes, lay};
 use crate::outline::Outline;
@@ -53,7 +53,7 @@ impl<'a> Plane<'a> {
     /// Whether trochoids are inserted where plain passes exceed the limit.
     pub fn is_walked(&self) -> bool {
         let Job { path, force, .. } = self.job;
-        path.pattern == Pattern::Contour && force.control != ForceControl::Off
+        path.pattern.takes_trochoids() && force.control != ForceControl::Off
     }
 
     fn groups(&self, order: &[usize]) -> Vec<Group<'a>> {
@@ -77,7 +77,7 @@ impl<'a> Plane<'a> {
     }
 
     /// The passes as the disc cuts them, with trochoids near `excess`.
-    pub fn cut(&self, order: &[usize], excess: &Excess, progress: impl FnMut(f64)) -> FlatCut {
+    pub fn cut(&self, order: &[usize], excess: &Excess, progress: &mut dyn FnMut(f64)) -> FlatCut {
         let job = self.job;
         let cutting = Cutting {
             // The disc that takes as much of the layer as the cutter, but covers the side step.

@@ -98,7 +98,7 @@ impl Regions {
         least: f64,
     ) -> Result<Self, FlattenError> {
         let mut split_mesh = SplitMesh::new(surface, chart);
-        let locator = Locator::new(surface.connectivity(), chart.uv());
+        let locator = chart.locator(surface);
         lines.iter().for_each(|line| split_mesh.cut_polyline(line, &locator));
         split_mesh.improve();
         let all: Vec<u32> = (0..split_mesh.faces().len() as u32).collect();

@@ -7,7 +7,7 @@ use super::region_mesh::RegionMesh;
 use crate::flatten::Locator;
 use crate::geometry::DVec2;
 use crate::geometry::polyline::{simplify_closed, simplify_open};
-use crate::job::{FirstPass, Job, PathOptions, Pattern, Start};
+use crate::job::{FirstPass, Job, PathOptions, Start};
 use crate::level_set::{
     ClosingOptions, ClosingReport, FieldTerrain, INSIDE, LevelSetError, Pass, PassField, close,
     passes as level_curves,
@@ -88,16 +88,16 @@ impl Spacing {
     }
 }
 
-/// Lays out the passes of the job's pattern on every region; `locators` are over their refined meshes.
+/// Lays out the passes of the job's pattern on every region.
 ///
 /// # Errors
 /// [`LevelSetError`]: no pass can be laid out on some region.
 pub fn lay_out(
     region_meshes: &[RegionMesh],
-    locators: &[Locator],
     options: &LayoutOptions,
 ) -> Result<Vec<Layout>, LevelSetError> {
-    let tasks: Vec<_> = region_meshes.iter().zip(locators).collect();
+    let locators: Vec<Locator> = region_meshes.iter().map(RegionMesh::locator).collect();
+    let tasks: Vec<_> = region_meshes.iter().zip(&locators).collect();
     // A single region is shared by all threads.
     let threads = if tasks.len() > 1 { 1 } else { options.threads };
     let options_of_one = LayoutOptions { threads, ..*options };
@@ -108,7 +108,7 @@ pub fn lay_out(
     let mut drafts = drafts.into_iter().collect::<Result<Vec<_>, _>>()?;
     let pattern = options.job.path.pattern;
     // Bands end half a pass from their neighbours by themselves.
-    if region_meshes.len() > 1 && !pattern.has_rings() && pattern != Pattern::Mpf {
+    if region_meshes.len() > 1 && !pattern.has_rings() && !pattern.divides_itself() {
         let fields: Vec<&PassField> = drafts.iter().map(|d| &d.field).collect();
         let shifts = shifts(region_meshes, &fields);
         for ((draft, region_mesh), shift) in drafts.iter_mut().zip(region_meshes).zip(shifts) {
@@ -164,7 +164,7 @@ impl Draft {
                         has_neighbours: region_mesh.has_neighbours(),
                         clearance: clearance.as_deref(),
                     };
-                    let own = (job.path.pattern == Pattern::IsoParametric)
+                    let own = (job.path.pattern.follows_parameters())
                         .then(|| Parameters::of(options.surface, options.chart, mesh))
                         .flatten();
                     pattern::lay_out(
@@ -183,7 +183,7 @@ impl Draft {
             return Err(LevelSetError::TooSmall { passes: high - low.min(0.0) });
         }
         let precedence = Precedence::new(&passes, job.path.order);
-        let is_spiral = job.path.pattern == Pattern::Spiral;
+        let is_spiral = job.path.pattern.joins_rings();
         if is_spiral {
             passes = pattern::spiral(mesh, &field, &passes, &precedence);
             passes = simplified(passes, options.tolerance);
@@ -274,7 +274,7 @@ fn path(region_mesh: &RegionMesh, job: &Job) -> PathOptions {
     let mut path = job.path.clone();
     if let Some(curve) = &region_mesh.start {
         path.start = Start::Curve(curve.clone());
-    } else if path.pattern == Pattern::Mpf {
+    } else if path.pattern.divides_itself() {
         path.start = Start::Widest;
     }
     path

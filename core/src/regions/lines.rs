@@ -203,7 +203,7 @@ mod tests {
     #[test]
     fn crossing_lines_make_four_pieces() {
         let (surface, chart) = &*BUMP;
-        let locator = Locator::new(surface.connectivity(), chart.uv());
+        let locator = chart.locator(surface);
         for turn in [0.0, 0.1, 0.37, core::f64::consts::FRAC_PI_4] {
             let way = DVec2::new(cos(turn), sin(turn)) * 100.0;
             let mut split_mesh = SplitMesh::new(surface, chart);
@@ -229,7 +229,7 @@ mod tests {
     #[test]
     fn a_line_without_end_on_the_boundary_parts_nothing() {
         let (surface, chart) = &*BUMP;
-        let locator = Locator::new(surface.connectivity(), chart.uv());
+        let locator = chart.locator(surface);
         let mut split_mesh = SplitMesh::new(surface, chart);
         let line = [DVec2::new(-100.0, 3.0), DVec2::new(2.0, 3.3)].map(|p| middle() + p);
         split_mesh.cut_polyline(&line, &locator);

@@ -2,7 +2,7 @@
 
 use super::division::{Region, Regions};
 use super::split_mesh::{Mean, SplitMesh};
-use crate::flatten::{Chart, Locator};
+use crate::flatten::{Chart, FaceTree, Locator};
 use crate::geometry::{DVec2, DVec3};
 use crate::level_set::{
     self, INSIDE, LevelSetError, PassField, PassMesh, StripMetric, length_floor,
@@ -11,6 +11,7 @@ use crate::mesh::{Connectivity, FaceId, HalfEdgeId, VertexId};
 use crate::parallel;
 use crate::surface::Surface;
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 /// Inner vertices of the mesh on which patterns are compared. Fewer: the shortest may be missed; more: slower.
 const SKETCH: usize = 5000;
@@ -22,6 +23,8 @@ pub struct RegionMesh {
     pub coarse: PassMesh,
     /// Fine enough for passes.
     pub fine: PassMesh,
+    /// Over the faces of `fine`.
+    tree: Arc<FaceTree>,
     /// Number of vertices before any refinement, which come first.
     vertices: usize,
     /// Sides of the unrefined boundary beyond which another region lies.
@@ -55,6 +58,7 @@ impl RegionMesh {
         let fine = coarse.clone().refined()?;
         Ok(Self {
             length_floor: length_floor(&fine),
+            tree: tree(&fine),
             fine,
             coarse: coarse.thinned(SKETCH),
             vertices: surface.positions().len(),
@@ -98,6 +102,7 @@ impl RegionMesh {
         let fine = coarse.clone().refined()?;
         Ok(Self {
             length_floor: length_floor.unwrap_or_else(|| level_set::length_floor(&fine)),
+            tree: tree(&fine),
             fine,
             coarse: coarse.thinned(SKETCH),
             vertices: piece.vertices.len(),
@@ -113,7 +118,7 @@ impl RegionMesh {
 
     /// Over the faces of the refined mesh.
     pub fn locator(&self) -> Locator<'_> {
-        Locator::new(self.fine.connectivity(), self.fine.uv())
+        Locator::by(Arc::clone(&self.tree), self.fine.connectivity(), self.fine.uv())
     }
 
     /// Shortest length that passes on it can have, mm.
@@ -223,6 +228,10 @@ impl RegionMesh {
         let [a, b, c] = corners.map(|v| self.fine.positions()[v.index()]);
         0.5 * (b - a).cross(c - a).length()
     }
+}
+
+fn tree(mesh: &PassMesh) -> Arc<FaceTree> {
+    FaceTree::new(mesh.connectivity(), mesh.uv()).into()
 }
 
 fn mean(mean: &Mean, values: &[f64]) -> f64 {

@@ -2,7 +2,7 @@ use super::heights::CLAMP;
 use super::*;
 use crate::cutter_location::{CheckMesh, Obstacles, PassOptions, ToolAxis};
 use crate::flat_path::FlatPoint;
-use crate::flatten::{Chart, Locator};
+use crate::flatten::Chart;
 use crate::geometry::math::sin;
 use crate::job::{Component, Selection, SurfaceOptions, SurfaceSource};
 use crate::lift::Lift;
@@ -125,7 +125,7 @@ fn done(flat: &[FlatPoint], pass: PassOptions, check: CheckMesh, options: RestOp
     let surface = plane();
     let uv: Vec<DVec2> = surface.positions().iter().map(|p| p.truncate()).collect();
     let chart = Chart::new(&surface, uv);
-    let locator = Locator::new(surface.connectivity(), chart.uv());
+    let locator = chart.locator(&surface);
     let places =
         Places { surface: &surface, chart: &chart, locator: &locator, side_step: SIDE_STEP };
     let lift = Lift::new(&surface, &chart, &locator, RADIUS);

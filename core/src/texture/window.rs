@@ -287,7 +287,7 @@ mod tests {
         for analytic in [AnalyticSurface::Plane { width: 20.0, depth: 20.0 }, cap] {
             let surface = surface(&analytic, 0.5);
             let chart = bff(&surface).unwrap();
-            let locator = Locator::new(surface.connectivity(), chart.uv());
+            let locator = chart.locator(&surface);
             let at = DVec3::new(1.0, 0.5, 0.2);
             let window =
                 Window::new(&surface, &chart, &locator, (&path(), &tool), (at, 1.0)).unwrap();
@@ -320,7 +320,7 @@ mod tests {
             let analytic = AnalyticSurface::SphereCap { radius: 40.0, diameter: 20.0 };
             let surface = surface(&analytic, edge);
             let chart = bff(&surface).unwrap();
-            let locator = Locator::new(surface.connectivity(), chart.uv());
+            let locator = chart.locator(&surface);
             let at = (DVec3::ZERO, 1.0);
             let window = Window::new(&surface, &chart, &locator, (&path(), &tool), at).unwrap();
             let curvature = surface.curvature(None);
@@ -339,7 +339,7 @@ mod tests {
         let analytic = AnalyticSurface::SphereCap { radius: 10.0, diameter: 18.0 };
         let surface = surface(&analytic, 0.5);
         let chart = bff(&surface).unwrap();
-        let locator = Locator::new(surface.connectivity(), chart.uv());
+        let locator = chart.locator(&surface);
         let window =
             Window::new(&surface, &chart, &locator, (&path(), &tool), (DVec3::ZERO, 1e9)).unwrap();
         let (middle, size) = window.whole();

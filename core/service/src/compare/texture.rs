@@ -5,16 +5,17 @@
 
 use super::judged;
 use crate::results::ResultsError;
-use crate::results::texture::{PathOn, Simulated, window_of};
+use crate::results::texture::{Simulated, window_of};
 use core::fmt::Write;
 use evencut_core::job::{Job, TextureOptions};
 use evencut_core::machine::Axes;
-use evencut_core::plan::{Files, Stage, plan};
+use evencut_core::plan::{Prepared, Stage, plan_on};
 use evencut_core::preview::{TexturePanel, texture_panels};
 use evencut_core::report::TextureFigures;
 use evencut_core::texture::export::Matrix;
 use evencut_core::tool::ToolKind;
 use evencut_core::units::per_minute;
+use std::sync::Arc;
 use thiserror::Error;
 
 /// Header of the table as comma-separated values.
@@ -113,14 +114,14 @@ impl Choice {
     }
 }
 
-/// Plans and verifies a job, and simulates its window.
+/// Plans and verifies a job on its surface, and simulates its window.
 ///
 /// # Errors
 /// As [`texture_results`](crate::results::texture::texture_results), and those of the verification.
-pub fn made(job: &Job, files: Files, threads: usize) -> Result<Made, ResultsError> {
+pub fn made(prepared: &Arc<Prepared>, job: &Job, threads: usize) -> Result<Made, ResultsError> {
     let options = window_of(job)?;
-    let planned = plan(job, files, threads, &mut |_: Stage, _| {})?;
-    let on = PathOn { surface: &planned.surface, chart: &planned.chart, path: &planned.toolpath };
+    let planned = plan_on(prepared, job, threads, &mut |_: Stage, _| {})?;
+    let on = (&**prepared, &planned.toolpath);
     let simulated = Simulated::of(job, options, on, threads, &mut |_| {})?;
     let report = judged(job, &planned, threads)?.report;
     let levelled = simulated.levelled();
@@ -272,6 +273,7 @@ mod tests {
     use super::*;
     use crate::results::texture::tests::{JOB, WINDOW};
     use evencut_core::job;
+    use evencut_core::plan::{Files, SurfaceKeys};
 
     /// The job on a machine with these axes.
     fn on(axes: &str) -> Job {
@@ -282,10 +284,12 @@ mod tests {
     #[test]
     fn tilts_and_feeds_are_compared_on_one_grid() {
         let job = on("xyzac");
+        let keys = SurfaceKeys::of(&job);
+        let prepared = Prepared::new(keys, Files::default(), &mut |_, _| {}).unwrap();
         let row = |tilt: f64, per_tooth: f64| {
             let choice = Choice { tilt: Some(tilt), feed_per_tooth: Some(per_tooth) };
             let job = choice.of(&job, 0.1).unwrap();
-            let made = made(&job, Files::default(), 1).map_err(|e| e.to_string());
+            let made = made(&prepared, &job, 1).map_err(|e| e.to_string());
             Row { job, made }
         };
         let rows = [row(0.0, 0.1), row(0.2, 0.1), row(0.2, 0.2)];

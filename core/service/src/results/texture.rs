@@ -6,15 +6,13 @@
 use super::error::ResultsError;
 pub use super::error::TextureError;
 use super::files::OutputFile;
-use evencut_core::flatten::{Chart, Locator};
 use evencut_core::geometry::{DVec2, DVec3};
 use evencut_core::job::{Job, TextureCells, TextureOptions};
-use evencut_core::plan::{Files, Stage, laid_flat, plan};
+use evencut_core::plan::{Files, Prepared, Stage, SurfaceKeys, plan};
 use evencut_core::preview::{texture_map, texture_png};
 use evencut_core::report::{
     ArealFigures, CuttingFigures, ProfileFigures, TextureFigures, WindowFigures, WorkFigures,
 };
-use evencut_core::surface::Surface;
 use evencut_core::texture::edge::Runout;
 use evencut_core::texture::engagement::{Shape, TooConcave, thickness};
 use evencut_core::texture::export::{MICRO, Matrix, asc, csv, x3p};
@@ -45,17 +43,6 @@ pub struct TextureResults {
     pub figures: TextureFigures,
 }
 
-/// A path on its surface.
-#[derive(Copy, Clone, Debug)]
-pub struct PathOn<'a> {
-    /// The surface.
-    pub surface: &'a Surface,
-    /// Its flat image.
-    pub chart: &'a Chart,
-    /// The path.
-    pub path: &'a Toolpath,
-}
-
 /// Plans a job without verifying it, and simulates the texture of its window. Arguments as of
 /// [`plan`](evencut_core::plan::plan()).
 ///
@@ -71,7 +58,7 @@ pub fn texture_results(
     let options = window_of(job)?;
     let planned = plan(job, files, threads, progress)?;
     progress(Stage::Texture, 0.0);
-    let on = PathOn { surface: &planned.surface, chart: &planned.chart, path: &planned.toolpath };
+    let on = (&*planned.prepared, &planned.toolpath);
     Ok(texture_on(job, options, on, threads, &mut |part| progress(Stage::Texture, part))?)
 }
 
@@ -88,11 +75,11 @@ pub fn texture_of_path(
     progress: &mut dyn FnMut(Stage, f64),
 ) -> Result<TextureResults, ResultsError> {
     let options = window_of(job)?;
-    progress(Stage::Flatten, 0.0);
-    let (surface, chart) = laid_flat(job, files)?;
+    let prepared = Prepared::new(SurfaceKeys::of(job), files, progress)?;
     progress(Stage::Texture, 0.0);
-    let on = PathOn { surface: &surface, chart: &chart, path };
-    Ok(texture_on(job, options, on, threads, &mut |part| progress(Stage::Texture, part))?)
+    Ok(texture_on(job, options, (&prepared, path), threads, &mut |part| {
+        progress(Stage::Texture, part)
+    })?)
 }
 
 /// The window of a job, checked before any work is done.
@@ -113,7 +100,7 @@ pub(crate) fn window_of(job: &Job) -> Result<&TextureOptions, TextureError> {
 pub(crate) fn texture_on(
     job: &Job,
     options: &TextureOptions,
-    on: PathOn,
+    on: (&Prepared, &Toolpath),
     threads: usize,
     progress: &mut dyn FnMut(f64),
 ) -> Result<TextureResults, TextureError> {
@@ -147,11 +134,11 @@ impl Simulated {
     pub fn of(
         job: &Job,
         options: &TextureOptions,
-        PathOn { surface, chart, path }: PathOn,
+        (prepared, path): (&Prepared, &Toolpath),
         threads: usize,
         progress: &mut dyn FnMut(f64),
     ) -> Result<Self, TextureError> {
-        let locator = Locator::new(surface.connectivity(), chart.uv());
+        let (surface, chart, locator) = (prepared.surface(), prepared.chart(), prepared.locator());
         let allowed = if options.whole { f64::INFINITY } else { options.size.max_element() };
         let by = (path, &job.tool);
         let window = Window::new(surface, chart, &locator, by, (options.at, allowed))?;
@@ -164,10 +151,10 @@ impl Simulated {
         let node = |uv: DVec2| window.node(at + uv).or(beyond);
         let grid = Grid::new(size, options.spacing, cells, threads, &node)
             .map_err(|error| too_fine(error, &window, options, size))?;
-        let curvature = surface.curvature(job.surface.curvature_radius);
+        let curvature = prepared.curvature();
         let half = if options.whole { f64::INFINITY } else { 0.5 * size.length() };
-        let near = window.least_concave_radius(&curvature, half);
-        let reached = window.least_concave_radius(&curvature, half + 2.0 * job.tool.radius());
+        let near = window.least_concave_radius(curvature, half);
+        let reached = window.least_concave_radius(curvature, half + 2.0 * job.tool.radius());
         let start = job.cut.allowance + job.cut.axial_depth;
         let cutter = cutter(job, options);
         let runout = cutter.runout.largest();
@@ -207,7 +194,7 @@ impl Simulated {
             facets: window.facets((at, size)),
             least_concave_radius: near,
             runout,
-            is_plane: window.is_plane(&curvature, half),
+            is_plane: window.is_plane(curvature, half),
         })
     }
 

@@ -13,12 +13,12 @@ impl Resolver<'_> {
             self.fault("force.relative", message, "keep one of the two");
         }
         let pattern = self.file.path.pattern.unwrap_or(Pattern::Contour);
-        let default = match pattern {
-            Pattern::Contour => ForceControl::Trochoid,
-            _ => ForceControl::Off,
+        let default = match pattern.takes_trochoids() {
+            true => ForceControl::Trochoid,
+            false => ForceControl::Off,
         };
         let control = table.control.unwrap_or(default);
-        if control == ForceControl::Trochoid && pattern != Pattern::Contour {
+        if control == ForceControl::Trochoid && !pattern.takes_trochoids() {
             let message =
                 format!("trochoids are possible in contour passes only, not {:?}", pattern.name());
             let help = "give `control = \"feed\"` or `\"off\"`, or `pattern = \"contour\"`";

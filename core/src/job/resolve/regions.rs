@@ -84,7 +84,9 @@ impl Resolver<'_> {
         if method != RegionMethod::Tensor {
             refuse("regions.tensor".into());
         }
-        if method != RegionMethod::Single && self.file.path.pattern == Some(Pattern::Mpf) {
+        if method != RegionMethod::Single
+            && self.file.path.pattern.is_some_and(Pattern::divides_itself)
+        {
             let message = format!("divides the surface itself, as {named} would");
             self.fault("path.pattern", message, "choose one of the two");
         }

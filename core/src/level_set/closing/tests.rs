@@ -87,7 +87,7 @@ fn closed(
     for ring in &mut rings {
         ring.points = crate::geometry::polyline::simplify_closed(&ring.points, 0.002 * step);
     }
-    let on_chart = Locator::new(surface.connectivity(), chart.uv());
+    let on_chart = chart.locator(surface);
     let measure = |rings: &[Pass]| widest(surface, chart, &on_chart, rings, &terrain, step);
     let plain = measure(&rings);
     let options =

@@ -30,7 +30,7 @@ fn noisy(mut soup: TriangleSoup, edge: f64, part: f64) -> TriangleSoup {
 
 fn found(surface: &Surface) -> Topology {
     let chart = bff(surface).unwrap();
-    let locator = Locator::new(surface.connectivity(), chart.uv());
+    let locator = chart.locator(surface);
     let curvature = surface.curvature(None);
     let options = TensorOptions::default();
     let (topology, field) = topology(surface, (&chart, &locator), &curvature, BALL, &options);
@@ -98,7 +98,7 @@ fn separatrices_of_the_monkey_saddle_are_its_ridges() {
     let saddle = AnalyticSurface::MonkeySaddle { size: 40.0, height: 1.0 };
     let mesh = surface(saddle.mesh(0.4));
     let chart = bff(&mesh).unwrap();
-    let locator = Locator::new(mesh.connectivity(), chart.uv());
+    let locator = chart.locator(&mesh);
     let curvature = mesh.curvature(None);
     let (topology, _) =
         topology(&mesh, (&chart, &locator), &curvature, BALL, &TensorOptions::default());

@@ -1,0 +1,294 @@
+//! A prepared surface → regions, passes on each, their order, and the path over them in the flat plane.
+
+use super::delivery::{Delivery, deliver_options, rapid_plane, walls};
+use super::error::{FARTHEST, PlanError};
+use super::plane::{FlatCut, Plane, centring};
+use super::prepared::{Prepared, middle_and_size};
+use super::stage::Stage;
+use super::tilt::{axis_rule, tilted};
+use crate::cutter_location::Obstacles;
+use crate::flat_path::FlatPoint;
+use crate::flatten::{FlattenError, Locator};
+use crate::geometry::DVec3;
+use crate::job::{Boundary, Division, Job, Start, Stepover};
+use crate::level_set::{PassMesh, StripMetric};
+use crate::lift::Lift;
+use crate::link::{DeliverOptions, Deliverer};
+use crate::machine::Axes;
+use crate::outline::Outline;
+use crate::pattern;
+use crate::regions::tensor::{self, Topology};
+use crate::regions::{self, Layout, LayoutOptions, RegionMesh, Regions, Undivided};
+use crate::removal::{self, Columns};
+use crate::strips::{Strips, part_of_strip, strip};
+use crate::surface::{CurvatureField, Part, Surface};
+use crate::toolpath::Toolpath;
+use crate::walls::Clearance;
+use core::cell::OnceCell;
+use std::sync::Arc;
+
+/// Fraction of the tolerance by which the polylines of rings may deviate from the level curve.
+const RING_TOLERANCE: f64 = 0.25;
+/// Farthest distance of a point of a start curve from the surface's bounding box, in diagonals of the box.
+const CURVE_AWAY: f64 = 0.25;
+
+/// A path in the flat plane, with all that it takes to deliver it: what is missing are cutter locations, the feeds of
+/// the real cutter, and the extra passes over places where the cutter did not fit.
+pub struct Laid<'a> {
+    pub(super) ground: Ground<'a>,
+    pub(super) flat: FlatCut,
+    /// The path of the plain passes, where the removal rate is limited.
+    pub(super) plain: Option<Toolpath>,
+}
+
+/// The passes of a job on a prepared surface, and what they must keep clear of.
+pub(super) struct Ground<'a> {
+    pub prepared: &'a Arc<Prepared>,
+    pub job: &'a Job,
+    /// The regions, and what a single stepover would give; `None` for an undivided surface.
+    pub regions: Option<(Regions, Undivided)>,
+    /// Where the best feed direction is undefined, if the surface is divided by it.
+    pub topology: Option<Topology>,
+    pub region_meshes: Vec<RegionMesh>,
+    pub layouts: Vec<Layout>,
+    /// The indices of the regions in the order of machining.
+    pub order: Vec<usize>,
+    /// Shortest length that passes can have, mm.
+    pub length_floor: f64,
+    pub obstacles: Obstacles,
+    pub options: DeliverOptions,
+    pub cusp_limit: f64,
+    /// The material, once it is asked for.
+    columns: OnceCell<Columns>,
+}
+
+impl<'a> Laid<'a> {
+    /// Lays out the passes of a job on its surface. `progress`: as for [`Prepared::new`].
+    ///
+    /// # Errors
+    /// [`PlanError`]: what cannot be planned, where, and what to change.
+    ///
+    /// # Panics
+    /// If the surface is not that of the job: if [`Prepared::is_of`] is false.
+    pub fn new(
+        prepared: &'a Arc<Prepared>,
+        job: &'a Job,
+        threads: usize,
+        progress: &mut dyn FnMut(Stage, f64),
+    ) -> Result<Self, PlanError> {
+        assert!(prepared.is_of(job), "plan: the surface was prepared for other keys of the job");
+        refuse_too_far(job, prepared.part())?;
+        refuse_curve_away(job, prepared.surface())?;
+        progress(Stage::Rings, 0.0);
+        let ground = Ground::new(prepared, job, threads)?;
+        progress(Stage::Cut, 0.0);
+        let (flat, plain) = ground
+            .on(|plane, delivery| ground.cut(plane, delivery, &mut |p| progress(Stage::Cut, p)))?;
+        Ok(Self { ground, flat, plain })
+    }
+
+    /// The path in the flat plane.
+    pub fn points(&self) -> &[FlatPoint] {
+        &self.flat.points
+    }
+
+    /// Whether its removal rates are known: those of the disc model in the plane.
+    pub fn is_rated(&self) -> bool {
+        self.flat.is_rated
+    }
+}
+
+impl<'a> Ground<'a> {
+    fn new(prepared: &'a Arc<Prepared>, job: &'a Job, threads: usize) -> Result<Self, PlanError> {
+        let (surface, chart, curvature) =
+            (prepared.surface(), prepared.chart(), prepared.curvature());
+        let locator = &prepared.locator();
+        let Strips { metrics, creases } = Strips::of(job, surface, chart, curvature);
+        let (regions, topology) = division(prepared, locator, job, &metrics, threads)?;
+        let undivided = regions.as_ref().map(|r| Undivided::of(r, surface, chart, &metrics));
+        let region_meshes =
+            regions::region_meshes(regions.as_ref(), surface, chart, metrics, threads)?;
+        let floor = region_meshes.iter().map(RegionMesh::length_floor).sum::<f64>() / creases;
+        let walls = walls(job, prepared);
+        let options =
+            deliver_options(job, rapid_plane(prepared.part(), walls.corners(), job), threads);
+        let obstacles = walls.obstacles(prepared.obstacle());
+        let clearance =
+            Clearance { surface, chart: locator, obstacles: &obstacles, pass: options.pass };
+        let layout_options = LayoutOptions {
+            job,
+            surface,
+            chart: locator,
+            tolerance: ring_tolerance(job, prepared),
+            tilted: tilted(job),
+            // What stands on an open surface is no place to begin from.
+            clearance: (job.path.boundary == Boundary::Wall).then_some(clearance),
+            threads,
+        };
+        let layouts = regions::lay_out(&region_meshes, &layout_options)?;
+        let place = |at| locator.locate(at).ok().map(|p| surface.position(p));
+        let order = regions::in_order(regions.as_ref(), &layouts, job.regions.order, place);
+        Ok(Self {
+            prepared,
+            job,
+            regions: regions.zip(undivided),
+            topology,
+            region_meshes,
+            layouts,
+            order,
+            length_floor: floor * part_of_strip(job),
+            obstacles,
+            options,
+            cusp_limit: cusp_limit(job, surface, curvature),
+            columns: OnceCell::new(),
+        })
+    }
+
+    /// Calls `work` with what lays paths over the passes and what delivers them.
+    pub fn on<T>(&self, work: impl FnOnce(&Plane, &Delivery) -> T) -> T {
+        let Self { prepared, job, .. } = *self;
+        let (surface, chart) = (prepared.surface(), prepared.chart());
+        let locator = &prepared.locator();
+        let fine: Vec<Locator> = self.region_meshes.iter().map(RegionMesh::locator).collect();
+        let plane = Plane {
+            job,
+            region_meshes: &self.region_meshes,
+            layouts: &self.layouts,
+            fine: &fine,
+            region: &Outline::of_chart(surface, chart),
+            centring: centring(job, surface, (chart, locator), prepared.curvature()),
+        };
+        let lift = Lift::new(surface, chart, locator, job.tool.radius());
+        let lift = lift.going_far(tilted(job).is_some());
+        let delivery = Delivery {
+            job,
+            surface,
+            chart,
+            locator,
+            deliverer: Deliverer { lift: &lift, obstacles: &self.obstacles, options: self.options },
+            cusp_limit: self.cusp_limit,
+            chord: prepared.chord(),
+            columns: &self.columns,
+        };
+        work(&plane, &delivery)
+    }
+
+    /// The flat path, and that of the plain passes on the part where the removal rate is limited. Plain passes that
+    /// keep to the limit are the path themselves.
+    fn cut(
+        &self,
+        plane: &Plane,
+        delivery: &Delivery,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<(FlatCut, Option<Toolpath>), PlanError> {
+        let laid = plane.laid(&self.order);
+        let plain = delivery.plain(&laid.points)?;
+        let excess = plain.as_ref().filter(|_| plane.is_walked()).map(|path| plane.excess(path));
+        let cut = match excess.filter(|excess| !excess.is_empty()) {
+            Some(excess) => plane.cut(&self.order, &excess, progress),
+            None => laid,
+        };
+        Ok((cut, plain))
+    }
+}
+
+/// How far the flat polylines of passes may deviate from the level curves, flat mm.
+fn ring_tolerance(job: &Job, prepared: &Prepared) -> f64 {
+    let largest = prepared.chart().vertex_scale().iter().copied().fold(0.0, f64::max);
+    // Pass 0 of an open boundary stays clear of it.
+    let tolerance = (RING_TOLERANCE * job.cut.tolerance).min(0.005 * job.nominal_side_step());
+    tolerance / largest
+}
+
+/// The regions, and where the best feed direction is undefined, if they are divided by it.
+fn division(
+    prepared: &Prepared,
+    locator: &Locator,
+    job: &Job,
+    metrics: &[StripMetric],
+    threads: usize,
+) -> Result<(Option<Regions>, Option<Topology>), PlanError> {
+    let mut topology = topology(prepared, locator, job);
+    let regions = match job.path.pattern.divides_itself() {
+        true => Some(banded(prepared, job, metrics.to_vec())?),
+        false => divided(prepared, job, topology.as_ref(), threads)?,
+    };
+    if let (Some(topology), Some(regions)) = (&mut topology, &regions) {
+        // What was too small may have been joined again.
+        topology.points.iter_mut().for_each(|p| p.divides &= regions.is_at_border(p.at.face));
+    }
+    Ok((regions, topology))
+}
+
+/// The regions that the job specifies; `None` for a single one.
+fn divided(
+    prepared: &Prepared,
+    job: &Job,
+    topology: Option<&Topology>,
+    threads: usize,
+) -> Result<Option<Regions>, FlattenError> {
+    let (surface, chart, least) = (prepared.surface(), prepared.chart(), job.regions.min_area);
+    match &job.regions.division {
+        Division::Single => Ok(None),
+        Division::Tensor(_) => {
+            let cuts = topology.map_or_else(Vec::new, Topology::cuts);
+            Regions::along(surface, chart, &cuts, least).map(Some)
+        }
+        Division::Distortion(options) => {
+            Regions::even(surface, chart, options, least, threads).map(Some)
+        }
+    }
+}
+
+/// The regions that are bands of a machining potential field.
+fn banded(prepared: &Prepared, job: &Job, metric: Vec<StripMetric>) -> Result<Regions, PlanError> {
+    let (surface, chart) = (prepared.surface(), prepared.chart());
+    let mesh = PassMesh::coarse(surface, chart, metric)?;
+    let locator = Locator::new(mesh.connectivity(), mesh.uv());
+    let bands = pattern::bands(&mesh, &locator);
+    let regions = Regions::along(surface, chart, &bands.cuts, job.regions.min_area)?;
+    Ok(regions.with_starts(&bands.starts))
+}
+
+/// The topology of the best feed direction, for jobs that divide by it.
+fn topology(prepared: &Prepared, locator: &Locator, job: &Job) -> Option<Topology> {
+    let Division::Tensor(options) = &job.regions.division else { return None };
+    // The height of the cusps has no part in the directions.
+    let k_tool = strip(job, 1.0).k_tool();
+    let (surface, map) = (prepared.surface(), (prepared.chart(), locator));
+    Some(tensor::topology(surface, map, prepared.curvature(), k_tool, options).0)
+}
+
+/// Height of the cusps that a job allows on a surface, mm: its limit, or the largest that its side step leaves.
+pub fn cusp_limit(job: &Job, surface: &Surface, curvature: &CurvatureField) -> f64 {
+    let axis = axis_rule(job);
+    match job.cut.stepover {
+        Stepover::Scallop(h) => h,
+        Stepover::Fixed(d) => removal::worst_cusp(&job.tool, axis, surface, curvature, d),
+    }
+}
+
+fn refuse_too_far(job: &Job, part: &Part) -> Result<(), PlanError> {
+    let (middle, size) = middle_and_size(part);
+    let (distance, times) = (middle.length(), middle.length() / size);
+    if job.machine.axes != Axes::ThreeAxis && times > FARTHEST {
+        return Err(PlanError::FarFromCentre { middle, distance, times });
+    }
+    Ok(())
+}
+
+/// Points of a start curve are moved to the nearest place of the surface; points far away are a mistake.
+fn refuse_curve_away(job: &Job, surface: &Surface) -> Result<(), PlanError> {
+    let Start::Curve(points) = &job.path.start else { return Ok(()) };
+    let places = surface.positions().iter();
+    let (low, high) =
+        places.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
+    let size = (high - low).length();
+    for (&point, number) in points.iter().zip(1..) {
+        let distance = point.distance(point.clamp(low, high));
+        if distance > CURVE_AWAY * size {
+            return Err(PlanError::CurveAway { point, number, distance, size });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,141 @@
+//! A path in the flat plane → the path of the cutter, and what is known about it.
+
+use super::delivery::Finished;
+use super::error::PlanError;
+use super::laid::{Ground, Laid};
+use super::prepared::Prepared;
+use super::stage::Stage;
+use crate::cutter_location::LiftedSpan;
+use crate::geometry::DVec3;
+use crate::job::Job;
+use crate::level_set::ClosingReport;
+use crate::machine_time::fill_time;
+use crate::mesh::{FaceId, VertexId};
+use crate::regions::tensor::Topology;
+use crate::regions::{self, Divided, Layout};
+use crate::removal::Coverage;
+use crate::strips::strip;
+use crate::toolpath::Toolpath;
+use std::sync::Arc;
+
+/// A plan and what is known about it.
+#[derive(Debug)]
+pub struct Planned {
+    /// The surface and its flat map.
+    pub prepared: Arc<Prepared>,
+    /// The most concave place; `None` where nothing is concave.
+    pub tightest: Option<Tightest>,
+    /// The passes in figures.
+    pub passes: Passes,
+    /// The delivered path.
+    pub toolpath: Toolpath,
+    /// The path of the plain passes, where the removal rate is limited.
+    pub plain: Option<Toolpath>,
+    /// Height of the rapids, mm.
+    pub rapid_plane: f64,
+    /// Where the cutter had to be lifted.
+    pub lifted: Vec<LiftedSpan>,
+    /// What the path leaves uncut.
+    pub coverage: Coverage,
+    /// Height of the cusps that are meant to stay, mm: the job's limit, or the largest that the side step leaves.
+    pub cusp_limit: f64,
+}
+
+/// The passes of a plan in figures.
+#[derive(Debug)]
+pub struct Passes {
+    /// Number of passes.
+    pub count: usize,
+    /// Number of rings in the longest chain of nested rings.
+    pub depth: usize,
+    /// Trochoid loops.
+    pub loops: usize,
+    /// Shortest length that passes on the surface can have, mm.
+    pub length_floor: f64,
+    /// Share of the area on which passes are at least 0.9 of the allowed side step apart.
+    pub even_share: f64,
+    /// The gaps between passes that were closed; places are flat.
+    pub closing: ClosingReport,
+    /// The regions; `None` for an undivided surface.
+    pub divided: Option<Divided>,
+    /// Where the best feed direction is undefined, if the surface is divided by it.
+    pub topology: Option<Topology>,
+}
+
+/// The most concave place of a surface, and how much of it is too concave for the cutter.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Tightest {
+    /// Smallest concave radius of curvature, mm.
+    pub radius: f64,
+    /// Where, mm.
+    pub place: DVec3,
+    /// Area that is more concave than the cutter is convex, mm²: the cutter does not fit there.
+    pub too_concave: f64,
+}
+
+impl Laid<'_> {
+    /// Delivers the path. `progress`: as for [`Prepared::new`].
+    ///
+    /// # Errors
+    /// As [`Laid::new`].
+    pub fn planned(self, progress: &mut dyn FnMut(Stage, f64)) -> Result<Planned, PlanError> {
+        let Self { ground, flat, plain } = self;
+        progress(Stage::Locate, 0.0);
+        let Finished { mut toolpath, lifted, coverage, .. } = ground.on(|_, delivery| {
+            delivery.finished(&flat.points, &mut |p| progress(Stage::Locate, p))
+        })?;
+        let job = ground.job;
+        fill_time(&mut toolpath, &job.tool, &job.machine);
+        Ok(Planned {
+            prepared: Arc::clone(ground.prepared),
+            tightest: Tightest::of(job, ground.prepared),
+            toolpath,
+            plain,
+            rapid_plane: ground.options.rapid_plane,
+            lifted,
+            coverage,
+            cusp_limit: ground.cusp_limit,
+            passes: Passes::of(ground, flat.loops),
+        })
+    }
+}
+
+impl Passes {
+    fn of(ground: Ground, loops: usize) -> Self {
+        let Ground { region_meshes, layouts, order, .. } = ground;
+        let divided =
+            |(regions, undivided)| Divided::of(regions, order, &region_meshes, &layouts, undivided);
+        Self {
+            count: layouts.iter().map(|l| l.passes.len()).sum(),
+            depth: layouts.iter().map(|l| l.depth).max().unwrap_or(0),
+            loops,
+            length_floor: ground.length_floor,
+            even_share: regions::even_share(&region_meshes, &layouts),
+            closing: ClosingReport::joined(layouts.iter().map(|l: &Layout| l.closing.clone())),
+            divided: ground.regions.map(divided),
+            topology: ground.topology,
+        }
+    }
+}
+
+impl Tightest {
+    /// `None` where nothing is concave.
+    fn of(job: &Job, prepared: &Prepared) -> Option<Self> {
+        let (surface, operators) = (prepared.surface(), prepared.curvature().operators());
+        let k_min = |i: usize| operators[i].principal().0;
+        let count = surface.positions().len();
+        let vertex = (0..count).min_by(|&a, &b| k_min(a).total_cmp(&k_min(b)))?;
+        let k = k_min(vertex);
+        let k_tool = strip(job, job.cut.tolerance).k_tool();
+        let too_concave = |face: &[VertexId; 3]| face.map(|v| k_min(v.index()) < -k_tool);
+        let area = |f: usize, face: &[VertexId; 3]| {
+            let [a, b, c] = surface.corners(FaceId(f as u32));
+            let share = too_concave(face).iter().filter(|&&is| is).count() as f64 / 3.0;
+            0.5 * (b - a).cross(c - a).length() * share
+        };
+        let faces = surface.connectivity().faces().iter().enumerate();
+        let too_concave = faces.map(|(f, face)| area(f, face)).fold(0.0, |sum, a| sum + a);
+        let place = surface.positions()[vertex];
+        (k < 0.0).then_some(Self { radius: -1.0 / k, place, too_concave })
+    }
+}
