@@ -166,11 +166,11 @@ impl Survey<'_> {
         let candidates = left.get(place.of)?;
         let stride = candidates.len() / MOST_LOOKED_AT + 1;
         let far = |p: &DVec3| self.body.nearest(&at, *p).distance;
-        let looked_at = candidates.iter().step_by(stride).copied();
-        let contact = looked_at.min_by(|a, b| far(a).total_cmp(&far(b)))?;
+        let looked_at = candidates.iter().step_by(stride).map(|p| (far(p), *p));
+        let (distance, contact) = looked_at.min_by(|a, b| a.0.total_cmp(&b.0))?;
         let way = (m.to.tip - m.from.tip).try_normalize()?;
         let (of, part) = (place.of, place.part);
-        (far(&contact) < TOUCH * self.material.height).then_some(Contact { of, part, contact, way })
+        (distance < TOUCH * self.material.height).then_some(Contact { of, part, contact, way })
     }
 
     /// Places evenly along the cutting moves, and the length of these moves.

@@ -16,8 +16,16 @@ pub struct Surface<'a> {
     facets: Facets<'a>,
     normals: Vec<[DVec3; 3]>,
     order: Vec<u32>,
-    /// Boxes in depth-first order; the right half of the facets follows the left one's boxes.
-    boxes: Vec<(DVec3, DVec3)>,
+    /// In depth-first order, the left child of a node next to it.
+    nodes: Vec<Node>,
+}
+
+/// A box around some of the facets.
+struct Node {
+    low: DVec3,
+    high: DVec3,
+    /// Index of the right child; 0 in a leaf.
+    right: u32,
 }
 
 /// A point of a section.
@@ -49,10 +57,15 @@ impl<'a> Surface<'a> {
             facets,
             normals: facets.normals(),
             order: (0..facets.faces.len() as u32).collect(),
-            boxes: Vec::new(),
+            nodes: Vec::new(),
         };
+        let middle = |face: &[u32; 3]| {
+            let [a, b, c] = facets.corners(face);
+            a + b + c
+        };
+        let middles: Vec<DVec3> = facets.faces.iter().map(middle).collect();
         let mut order = core::mem::take(&mut out.order);
-        out.build(&mut order);
+        out.build(&mut order, &middles);
         out.order = order;
         out
     }
@@ -62,36 +75,28 @@ impl<'a> Surface<'a> {
         super::samples::bounds(faces.iter().flat_map(corners))
     }
 
-    fn build(&mut self, order: &mut [u32]) {
+    /// `middles`: a point in every facet, by which facets are halved.
+    fn build(&mut self, order: &mut [u32], middles: &[DVec3]) {
         let (low, high) = self.bounds(order);
-        self.boxes.push((low, high));
+        let node = self.nodes.len();
+        self.nodes.push(Node { low, high, right: 0 });
         if order.len() <= LEAF {
             return;
         }
         let size = high - low;
         let axis = (0..3).fold(0, |best, i| if size[i] > size[best] { i } else { best });
-        let middle = |f: u32| {
-            let [a, b, c] = self.facets.corners(&self.facets.faces[f as usize]);
-            (a + b + c)[axis]
-        };
+        let middle = |f: u32| middles[f as usize][axis];
         let half = order.len() / 2;
         order
             .select_nth_unstable_by(half, |&a, &b| middle(a).total_cmp(&middle(b)).then(a.cmp(&b)));
         let (left, right) = order.split_at_mut(half);
-        self.build(left);
-        self.build(right);
-    }
-
-    /// Boxes of a tree over that many facets.
-    fn boxes_over(count: usize) -> usize {
-        if count <= LEAF {
-            return 1;
-        }
-        1 + Self::boxes_over(count / 2) + Self::boxes_over(count - count / 2)
+        self.build(left, middles);
+        self.nodes[node].right = self.nodes.len() as u32;
+        self.build(right, middles);
     }
 
     fn visit(&self, node: usize, faces: &[u32], ball: (DVec3, f64), to: &mut dyn FnMut(u32)) {
-        let (low, high) = self.boxes[node];
+        let Node { low, high, right: next } = self.nodes[node];
         if ball.0.clamp(low, high).distance(ball.0) > ball.1 {
             return;
         }
@@ -100,7 +105,7 @@ impl<'a> Surface<'a> {
         }
         let (left, right) = faces.split_at(faces.len() / 2);
         self.visit(node + 1, left, ball, to);
-        self.visit(node + 1 + Self::boxes_over(left.len()), right, ball, to);
+        self.visit(next as usize, right, ball, to);
     }
 
     /// The section through the surface near `centre` perpendicular to `way` (unit), up to `reach` mm to both sides:

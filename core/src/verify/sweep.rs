@@ -118,16 +118,29 @@ pub fn sweep(
 
 /// Sweeps scattered samples by some steps, in their order. Samples without area do not count for the volume.
 pub fn swept(samples: Vec<Sample>, steps: &[Step], body: &Body, material: Material) -> Vec<Swept> {
-    let mut sweep = Sweep::new(samples, body, material);
-    steps.iter().for_each(|step| sweep.take(step, false, body, material));
-    sweep.out.samples
+    let mut samples = swept_by_nothing(samples, body, material);
+    for samples in samples.chunks_mut(BLOCK) {
+        let mut bounds = Bounds::<1>::EMPTY;
+        bounds.add(samples, material);
+        let mut block = Block::new(samples, body, material);
+        for step in steps {
+            let mut cut = StepCut { step, body, material, rapid: false, volume: 0.0, worst: None };
+            if bounds.reached(step, body) != 0 && cut.block(&mut block, samples) {
+                bounds.settle(0, samples);
+            }
+        }
+    }
+    samples
+}
+
+fn swept_by_nothing(samples: Vec<Sample>, body: &Body, material: Material) -> Vec<Swept> {
+    let walled = body.has_wall_below(material.height);
+    samples.into_iter().map(|s| Swept::new(s, walled, material)).collect()
 }
 
 impl Sweep {
     fn new(samples: Vec<Sample>, body: &Body, material: Material) -> Self {
-        let walled = body.has_wall_below(material.height);
-        let samples: Vec<Swept> =
-            samples.into_iter().map(|s| Swept::new(s, walled, material)).collect();
+        let samples = swept_by_nothing(samples, body, material);
         let out = SweptTile { samples, ..SweptTile::default() };
         let groups = out.samples.chunks(BLOCKS * BLOCK);
         let mut bounds: Vec<Bounds<GROUPS>> = Vec::new();
