@@ -3,6 +3,7 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use evencut_core::engagement::{Capsule, Stock};
 use evencut_core::flatten::{Locator, bff};
+use evencut_core::footprint::Footprint;
 use evencut_core::geometry::{DVec2, DVec3};
 use evencut_core::job::{
     self, Component, Job, RingOrder, Selection, SurfaceOptions, SurfaceSource,
@@ -13,6 +14,7 @@ use evencut_core::level_set::{
 use evencut_core::outline::Outline;
 use evencut_core::plan::{Files, plan};
 use evencut_core::surface::{AnalyticSurface, Surface, build};
+use evencut_core::tool::Tool;
 use std::hint::black_box;
 
 /// About 20 000 faces at an edge of 1 mm, 200 000 at 0.316 mm.
@@ -64,6 +66,7 @@ fn stages(c: &mut Criterion) {
             })
         });
     });
+    let Ok(tool) = Tool::new(5.0, 5.0) else { return };
     let metric = vec![strip_metric::even(0.6); surface.positions().len()];
     if let Ok(mesh) = PassMesh::new(&surface, &chart, metric) {
         let field = PassField::from_boundary(&mesh);
@@ -76,7 +79,7 @@ fn stages(c: &mut Criterion) {
                     order: RingOrder::OutsideIn,
                     on_levels: true,
                     beside: &[],
-                    has_flat_bottom: false,
+                    footprint: Footprint::new(tool, 0.0),
                     threads,
                 };
                 b.iter(|| close(&mut plain.clone(), &mesh, &field, &terrain, &options).branches);

@@ -12,8 +12,8 @@
 
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
+use crate::footprint::Footprint;
 use crate::geometry::{DVec2, DVec3};
-use crate::strip_width::Strip;
 use crate::surface::{CurvatureField, Surface};
 use crate::toolpath::MoveKind;
 
@@ -37,8 +37,10 @@ pub struct Centring<'a> {
     pub locator: &'a Locator<'a>,
     /// Its curvature.
     pub curvature: &'a CurvatureField,
-    /// The cutter and the cusps it leaves.
-    pub strip: Strip,
+    /// The cutter.
+    pub footprint: Footprint,
+    /// Height of the cusps between strips, mm.
+    pub cusp: f64,
     /// Largest distance of points, mm.
     pub step: f64,
 }
@@ -109,7 +111,7 @@ impl Centring<'_> {
     /// By how much a contact at a flat place, cut in a flat unit direction, is moved so that its strip lies there.
     fn aside(&self, at: DVec2, way: DVec2) -> Option<DVec2> {
         let (ahead, [along, twist, across]) = self.bends(at, way)?;
-        let middle = self.strip.middle(across, along, twist);
+        let middle = self.footprint.middle(self.cusp, across, along, twist);
         Some(way.perp() * (-middle / ahead.length()))
     }
 

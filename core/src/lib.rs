@@ -12,8 +12,8 @@ pub mod mesh;
 pub mod parallel;
 pub mod units;
 
+pub mod footprint;
 pub mod machine;
-pub mod strip_width;
 mod strips;
 pub mod tool;
 

@@ -6,6 +6,7 @@
 use crate::cutter_location::{Contact, facet_error};
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator, OutsideChart};
+use crate::footprint::Footprint;
 use crate::geometry::beyond::Parabola;
 use crate::geometry::{DVec2, DVec3};
 use crate::mesh::{FaceId, HalfEdgeId};
@@ -40,24 +41,18 @@ pub struct Lift<'a> {
     chart: &'a Chart,
     locator: &'a Locator<'a>,
     tool_radius: f64,
-    /// Whether overruns also follow the change of the curvature.
-    goes_far: bool,
+    footprint: Footprint,
 }
 
 impl<'a> Lift<'a> {
-    /// For a surface, its chart and an index over the chart.
+    /// For a surface, its chart, an index over the chart, and a cutter: its radius, mm, and how it touches.
     pub fn new(
         surface: &'a Surface,
         chart: &'a Chart,
         locator: &'a Locator<'a>,
-        tool_radius: f64,
+        (tool_radius, footprint): (f64, Footprint),
     ) -> Self {
-        Self { surface, chart, locator, tool_radius, goes_far: false }
-    }
-
-    /// As above, for overruns so long that the change of the curvature matters.
-    pub fn going_far(self, goes_far: bool) -> Self {
-        Self { goes_far, ..self }
+        Self { surface, chart, locator, tool_radius, footprint }
     }
 
     /// Maps a run of moves onto the surface; `first` is the index of `run[0]` in the whole path.
@@ -93,7 +88,7 @@ impl<'a> Lift<'a> {
             out.contacts[i].feed_direction = way;
         }
         let step = OVERRUN_STEP * self.tool_radius;
-        Ok(overrun(out, run, first, (step, self.goes_far)))
+        Ok(overrun(out, run, first, (step, &self.footprint)))
     }
 
     fn locate(&self, at: DVec2) -> Result<SurfacePoint, OutsideChart> {
@@ -201,7 +196,7 @@ fn overrun(
     lifted: Lifted,
     run: &[FlatPoint],
     first: usize,
-    (step, goes_far): (f64, bool),
+    (step, footprint): (f64, &Footprint),
 ) -> Lifted {
     if run.iter().all(|p| p.overrun == 0.0) {
         return lifted;
@@ -231,7 +226,8 @@ fn overrun(
             before.map(|k| &lifted.contacts[k]).collect()
         };
         let beyond = Beyond::new(contact, &inward, by);
-        let beyond = if goes_far { beyond.with_change(&inward) } else { beyond };
+        // The overruns of strips that lag are so long that the change of the curvature matters.
+        let beyond = if footprint.lags() { beyond.with_change(&inward) } else { beyond };
         for k in ways {
             let part = k as f64 / steps as f64;
             let at = if k == 0 { *contact } else { beyond.at(part) };

@@ -35,6 +35,17 @@ pub enum ToolKind {
     Bull,
 }
 
+impl ToolKind {
+    /// Its name in job files and programs.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ball => "ball",
+            Self::Flat => "flat",
+            Self::Bull => "bull",
+        }
+    }
+}
+
 /// A cutter of radius `R` and corner radius `r_c`, mm, tip at the origin, axis up.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Tool {
@@ -67,6 +78,11 @@ impl Tool {
         self.corner_radius
     }
 
+    /// Radius of the flat bottom `R - r_c`, mm: 0 for a ball.
+    pub fn bottom_radius(&self) -> f64 {
+        self.radius - self.corner_radius
+    }
+
     /// The family that the corner radius puts it in.
     pub fn kind(&self) -> ToolKind {
         if self.corner_radius == 0.0 {
@@ -84,7 +100,7 @@ impl Tool {
     /// `1/H * integral of r(z) dz`, `r(z) = R - r_c + sqrt(2 r_c z - z²)` up to `r_c` and `R` above.
     /// Exact for slots and steady passes of a cutter that stands along the normal.
     pub fn mean_radius(&self, depth: f64) -> f64 {
-        let (r, b) = (self.corner_radius, self.radius - self.corner_radius);
+        let (r, b) = (self.corner_radius, self.bottom_radius());
         let round = depth.min(r);
         if depth <= 0.0 || round == 0.0 {
             return if depth > 0.0 { self.radius } else { b };
@@ -102,7 +118,7 @@ impl Tool {
     /// # Source
     /// `k_tool` of the strip width; Kim 2001 for the bull form.
     pub fn effective_curvature(&self, sin_lead: f64) -> f64 {
-        let flat = self.radius - self.corner_radius;
+        let flat = self.bottom_radius();
         if flat == 0.0 {
             return 1.0 / self.radius;
         }

@@ -300,7 +300,7 @@ fn check_clamp(cutter: &Cutter) {
 
     // The path that knows nothing of the clamp cuts it.
     let (guarded, _) = Workpiece::of_job(&job, files).unwrap();
-    let options = verify_options(&job, without.cusp_limit, 2);
+    let options = verify_options(&job, without.cusps.limit, 2);
     let (design, rest) = (guarded.design(), guarded.rest());
     let found = verify(&without.toolpath, design, rest, &options, &mut |_| {}).unwrap();
     let gouge = found.figures.gouge.unwrap();

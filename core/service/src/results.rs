@@ -264,15 +264,15 @@ impl Written {
 
     fn linked(&self, job: &Job, planned: &Planned, judged: Option<&Judged>) -> Linked {
         Linked::of(&Drawn {
-            surface: planned.prepared.surface(),
-            chart: planned.prepared.chart(),
+            surface: &planned.prepared.surface,
+            chart: &planned.prepared.chart,
             path: &planned.toolpath,
             contacts: &self.contacts,
             plain: planned.plain.as_ref(),
             rest: rest(planned),
             verification: judged.map(|(verification, _)| verification),
             limit: rate_limit(job),
-            scallop: planned.cusp_limit,
+            scallop: planned.cusps.limit,
             tolerance: job.cut.tolerance,
         })
     }
@@ -337,7 +337,7 @@ fn rate_limit(job: &Job) -> Option<f64> {
 
 /// Pictures of a path before delivery.
 fn before_delivery(job: &Job, prepared: &Prepared, laid: &Laid) -> Early {
-    let (surface, chart) = (prepared.surface(), prepared.chart());
+    let (surface, chart) = (&prepared.surface, &prepared.chart);
     let path = path_on_surface(prepared, laid);
     let contacts = contacts(prepared, &path);
     let limit = rate_limit(job).filter(|_| laid.is_rated());
@@ -365,7 +365,7 @@ fn path_on_surface(prepared: &Prepared, laid: &Laid) -> Toolpath {
     let mut time = 0.0;
     let mut tip = DVec3::ZERO;
     let points = laid.points().iter().map(|p| {
-        tip = locator.locate(p.at).map_or(tip, |at| prepared.surface().position(at));
+        tip = locator.locate(p.at).map_or(tip, |at| prepared.surface.position(at));
         time += if p.feed > 0.0 { p.length / p.feed } else { 0.0 };
         PathPoint {
             kind: p.kind,
@@ -395,9 +395,9 @@ pub(crate) fn judge(
     let sphere = |p: &evencut_core::removal::Place| Sphere { centre: p.centre, radius: p.radius };
     let options = VerifyOptions {
         inaccessible: places.iter().map(sphere).collect(),
-        ..verify_options(job, planned.cusp_limit, threads)
+        ..verify_options(job, planned.cusps.limit, threads)
     };
-    let (positions, faces) = planned.prepared.surface().triangles();
+    let (positions, faces) = planned.prepared.surface.triangles();
     let design = Facets { positions, faces: &faces };
     let rest = rest(planned);
     let verification = verify(&planned.toolpath, design, rest, &options, progress)?;
@@ -458,10 +458,10 @@ fn pictures(
     contacts: &[Option<DVec3>],
     regions: Option<&DivisionFigures>,
 ) -> Vec<Drawing> {
-    let (surface, path, limit) = (planned.prepared.surface(), &planned.toolpath, rate_limit(job));
+    let (surface, path, limit) = (&planned.prepared.surface, &planned.toolpath, rate_limit(job));
     let draw = |&picture: &Picture| match picture {
         Picture::Flat => {
-            let svg = flat_map(surface, planned.prepared.chart(), path, limit);
+            let svg = flat_map(surface, &planned.prepared.chart, path, limit);
             Some(Drawing::new(picture, "flat.svg", "Flat map", svg))
         }
         Picture::Surface => {
@@ -475,7 +475,7 @@ fn pictures(
             })
         }
         Picture::Tensor => planned.passes.topology.as_ref().map(|topology| {
-            let (chart, locator) = (planned.prepared.chart(), planned.prepared.locator());
+            let (chart, locator) = (&planned.prepared.chart, planned.prepared.locator());
             let direction_at = |at| topology::direction_at(topology, surface, &locator, at);
             let drawn = topology::picture(topology, planned.passes.divided.as_ref());
             let svg = tensor_map(surface, chart, &drawn, &direction_at);
@@ -492,13 +492,13 @@ fn pictures(
 
 /// What must not be cut into.
 fn rest(planned: &Planned) -> Facets<'_> {
-    let rest = planned.prepared.rest();
+    let rest = &planned.prepared.rest;
     Facets { positions: &rest.positions, faces: &rest.faces }
 }
 
 /// The pictures of the simulation that the job requests.
 fn measured(job: &Job, planned: &Planned, (found, options): &Judged) -> Vec<Drawing> {
-    let (positions, faces) = planned.prepared.surface().triangles();
+    let (positions, faces) = planned.prepared.surface.triangles();
     let design = Facets { positions, faces: &faces };
     let rest = rest(planned);
     let draw = |&picture: &Picture| match picture {
@@ -520,7 +520,7 @@ fn measured(job: &Job, planned: &Planned, (found, options): &Judged) -> Vec<Draw
 /// The place on the surface of every point of a path.
 fn contacts(prepared: &Prepared, path: &Toolpath) -> Vec<Option<DVec3>> {
     let locator = prepared.locator();
-    let place = |at| locator.locate(at).ok().map(|p| prepared.surface().position(p));
+    let place = |at| locator.locate(at).ok().map(|p| prepared.surface.position(p));
     path.points.iter().map(|p| p.flat.and_then(place)).collect()
 }
 
@@ -560,8 +560,8 @@ fn report_on(
     contacts: &[Option<DVec3>],
 ) -> Report {
     let limit = job.mrr_limit();
-    let surface = planned.prepared.surface();
-    let (flattening, quality) = (planned.prepared.flattening(), planned.prepared.quality());
+    let surface = &planned.prepared.surface;
+    let (flattening, quality) = (planned.prepared.flattening, &planned.prepared.quality);
     let figures = |path: &Toolpath, feed: f64| {
         let time = machine_time(path, &job.tool, &job.machine, job.cut.tolerance);
         let mut by_kind = ByKind::default();
@@ -687,7 +687,7 @@ fn coverage(planned: &Planned) -> CoverageFigures {
         inaccessible_mm2: c.inaccessible,
         inaccessible_at_mm: c.inaccessible_at.map(|p| p.to_array()),
         inaccessible_places: c.inaccessible_places.iter().map(sphere).collect(),
-        cusp_limit_mm: planned.cusp_limit,
+        cusp_limit_mm: planned.cusps.limit,
     }
 }
 
@@ -705,7 +705,7 @@ fn lifted(planned: &Planned) -> Vec<LiftedSpan> {
 }
 
 fn repairs(planned: &Planned) -> Vec<String> {
-    planned.prepared.warnings().iter().filter_map(surface::Warning::repair).collect()
+    planned.prepared.warnings.iter().filter_map(surface::Warning::repair).collect()
 }
 
 fn warning(stage: &str, message: String, remedy: &str) -> Warning {
@@ -724,7 +724,7 @@ fn warnings(
     slowed: Option<&PathFigures>,
     delivered: &PathFigures,
 ) -> Vec<Warning> {
-    let about_surface = planned.prepared.warnings().iter().filter(|w| w.repair().is_none());
+    let about_surface = planned.prepared.warnings.iter().filter(|w| w.repair().is_none());
     let mut out: Vec<Warning> =
         about_surface.map(|w| warning("surface", without_stage(&w.to_string()), "")).collect();
     let c = &planned.coverage;
@@ -762,7 +762,7 @@ fn warnings(
             "use a smaller cutter or corner radius there, or a smaller cut.allowance if there is one",
         ));
     }
-    let q = planned.prepared.quality();
+    let q = &planned.prepared.quality;
     if q.max_s > WIDEST_SCALE * q.min_s {
         let message = format!(
             "the scale of the flat map runs from {:.3} to {:.3}; side steps and removal rates are \

@@ -5,7 +5,7 @@ use evencut_core::gcode::{self, CheckOptions, Finding, GcodeError, Kinematics};
 use evencut_core::geometry::{DVec3, math};
 use evencut_core::job::Job;
 use evencut_core::mesh::{MeshFormat, ReadError, Repaired, Repairs, read, repair};
-use evencut_core::plan::{Files, PlanError, SurfaceKeys, cusp_limit, load, load_beside};
+use evencut_core::plan::{CuspBudget, Files, PlanError, SurfaceKeys, load, load_beside};
 use evencut_core::preview::{rate_map, residual_map};
 use evencut_core::report::{
     FORMAT, FileRecord, Lines, VerificationFigures, VerificationReport, Versions,
@@ -159,7 +159,7 @@ impl Workpiece {
         let (positions, faces) = built.surface.triangles();
         let design = Part { positions: positions.to_vec(), faces };
         let curvature = built.surface.curvature(job.surface.curvature_radius);
-        let cusps = cusp_limit(job, &built.surface, &curvature);
+        let cusps = CuspBudget::of(job, &built.surface, &curvature).limit;
         let mut rest = built.part.without(&built.surface);
         if let Some(beside) = &beside {
             rest.add(beside);

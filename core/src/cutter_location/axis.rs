@@ -2,6 +2,7 @@
 
 use crate::geometry::DVec3;
 use crate::geometry::math::{cos, sin};
+use crate::machine::Axes;
 
 /// How the tool axis is determined.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -10,6 +11,16 @@ pub enum ToolAxis {
     Fixed(DVec3),
     /// Tilted from the surface normal toward the feed direction by this lead angle, rad (five-axis).
     Lead(f64),
+}
+
+impl ToolAxis {
+    /// On a machine with these axes: along Z where they are fixed, else with `lead` rad.
+    pub fn on(axes: Axes, lead: f64) -> Self {
+        match axes {
+            Axes::ThreeAxis => Self::Fixed(DVec3::Z),
+            Axes::Xyzac => Self::Lead(lead),
+        }
+    }
 }
 
 /// Unit tool axis at a contact with unit `normal` and feed direction `feed` (of any length).

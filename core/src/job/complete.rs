@@ -8,9 +8,9 @@ use super::path::PathOptions;
 use super::regions::RegionOptions;
 use super::surface::{FlattenMethod, SurfaceOptions};
 use super::texture::TextureOptions;
-use crate::geometry::math::sin;
+use crate::footprint::Footprint;
 use crate::machine::{Axes, Machine};
-use crate::tool::{Tool, ToolKind};
+use crate::tool::Tool;
 
 /// A complete job: every default filled in, every value checked.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,23 +60,16 @@ impl Job {
     /// A fixed stepover is itself. For a scallop height `h`: the chord of the corner's circle,
     /// `2 sqrt(2 r_c h - h²)`, where the tool stands upright; the second-order strip width
     /// `sqrt(8 h / k_tool)` for a flat or bull end with a lead. Never above the diameter.
-    ///
-    /// # Source
-    /// Strip width of a plane; see [`Tool::effective_curvature`].
     pub fn nominal_side_step(&self) -> f64 {
-        let h = match self.cut.stepover {
-            Stepover::Fixed(side_step) => return side_step,
-            Stepover::Scallop(h) => h,
-        };
-        let (radius, corner) = (self.tool.radius(), self.tool.corner_radius());
-        let leads = self.cut.lead > 0.0 && self.tool.kind() != ToolKind::Ball;
-        let side_step = if leads {
-            let sin_lead = sin(self.cut.lead);
-            (8.0 * h / self.tool.effective_curvature(sin_lead)).sqrt()
-        } else {
-            2.0 * (h * (2.0 * corner - h)).max(0.0).sqrt()
-        };
-        side_step.min(2.0 * radius)
+        match self.cut.stepover {
+            Stepover::Fixed(side_step) => side_step,
+            Stepover::Scallop(h) => self.footprint().side_step(h).min(2.0 * self.tool.radius()),
+        }
+    }
+
+    /// The cutter as it touches the surface.
+    pub fn footprint(&self) -> Footprint {
+        Footprint::new(self.tool, self.cut.lead)
     }
 
     /// Removal rate `D H V_f` of a straight pass at the nominal side step, mm³/s.

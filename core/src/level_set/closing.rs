@@ -110,7 +110,7 @@ pub fn close(
             passes: &passes,
             terrain,
             order: options.order,
-            has_flat_bottom: options.has_flat_bottom,
+            lags: options.footprint.lags(),
         };
         let clusters = cluster::clusters(&places, &near);
         let wide = clusters.iter().filter(|b| b.deepest().gap > ACCEPTED);

@@ -7,13 +7,13 @@
 use super::group::{Group, LONGEST_LINK, SLANT, oriented};
 use super::order::{Precedence, Sequence};
 use crate::flat_path::{FlatPoint, Terrain};
+use crate::footprint::Footprint;
 use crate::geometry::DVec2;
 use crate::job::{CutDirection, Links, RingOrder, Traverse};
 use crate::level_set::{INSIDE, Pass};
-use crate::strip_width::Strip;
 use crate::toolpath::MoveKind;
 
-/// The strip of a tilted cutter at the end of its pass is taken to be wider by this factor: neighbours are not quite
+/// A strip that lags, at the end of its pass, is taken to be wider by this factor: neighbours are not quite
 /// parallel, boundaries not quite straight.
 const ROOM: f64 = 1.1;
 
@@ -34,8 +34,8 @@ pub struct LayOptions {
     pub height: f64,
     /// Feed, mm/s.
     pub feed: f64,
-    /// A tilted cutter with a flat bottom, whose strip edges trail behind it; `None` for any other.
-    pub tilted: Option<Strip>,
+    /// The cutter.
+    pub footprint: Footprint,
 }
 
 /// Lays out the passes of one region after the other.
@@ -173,14 +173,14 @@ impl Layer<'_> {
         let Some(ends) = pass.points.first().zip(pass.points.last()) else { return [0.0; 2] };
         let at = |end: usize, place: DVec2| {
             let scale = self.terrain.scale(place).unwrap_or(1.0);
-            let Some(strip) = self.options.tilted else { return scale * pass.overrun[end] };
-            if pass.overrun[end] == 0.0 {
-                return 0.0;
+            let footprint = &self.options.footprint;
+            if pass.overrun[end] == 0.0 || !footprint.lags() {
+                return scale * pass.overrun[end];
             }
             let half = ROOM * scale * pass.half[end];
             let beside = ROOM * scale * pass.overrun[end];
             // As much as it is drawn in at least.
-            strip.overruns(half, beside)[end].max(2.0 * INSIDE * half)
+            footprint.overruns(half, beside)[end].max(2.0 * INSIDE * half)
         };
         [at(0, *ends.0), at(1, *ends.1)]
     }

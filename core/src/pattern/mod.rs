@@ -22,6 +22,7 @@ pub use mpf::{Bands, bands};
 pub use spiral::spiral;
 
 use crate::flatten::Locator;
+use crate::footprint::Footprint;
 use crate::geometry::math::{cos, sin};
 use crate::geometry::{DVec2, DVec3};
 use crate::job::{FirstPass, Parameter, PathOptions, Pattern};
@@ -82,9 +83,9 @@ impl Parameters {
 pub struct Setting<'a> {
     /// Cutter radius, mm.
     pub radius: f64,
-    /// Whether the cutter has a flat bottom and is tilted: beside a sharp turn it cuts where it should not and leaves
-    /// material where it should cut.
-    pub has_flat_bottom: bool,
+    /// The cutter: if its strip lags, it cuts where it should not beside a sharp turn, and leaves material where it should
+    /// cut.
+    pub footprint: Footprint,
     /// Whether passes continue in neighbouring regions.
     pub has_neighbours: bool,
     /// Clearance between cutter and walls at the `#V` vertices of the fine mesh, mm; `None` without walls.
@@ -159,7 +160,7 @@ impl Sketch<'_> {
     fn source(&self) -> Result<Source, LevelSetError> {
         let locator = Locator::new(self.coarse.connectivity(), self.coarse.uv());
         let mut candidates = Source::candidates(self.coarse, &locator, &self.options.start);
-        if self.setting.has_flat_bottom {
+        if self.setting.footprint.lags() {
             candidates = candidates.into_iter().map(Source::going_on).collect();
         }
         if candidates.len() == 1 {

@@ -2,7 +2,6 @@
 
 use super::error::{PlanError, SLOWEST};
 use super::prepared::Prepared;
-use super::tilt::{axis_rule, tilted};
 use crate::cutter_location::{LiftedSpan, PassOptions, ToolAxis};
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
@@ -15,16 +14,12 @@ use crate::removal::{
     self, Access, Columns, Coverage, Cutter, Feeds, Layer, Limit, TooSlow, rated,
 };
 use crate::rest::{Places, Rest, RestOptions};
+use crate::strips::CuspBudget;
 use crate::surface::{Part, Surface};
 use crate::toolpath::Toolpath;
 use crate::walls::{Sweep, WallOptions, Walls};
 use core::cell::OnceCell;
 
-/// Fraction of the tolerance above the limit from which on a place is too high: samples may miss the highest point.
-const TOO_HIGH: f64 = 0.7;
-/// The same fraction from which on a place may be too high once further branches have changed which points the path
-/// keeps.
-const CLOSE: f64 = 0.0;
 /// Fraction of the stock's depth above which the remaining material counts as untouched.
 const TOUCHED: f64 = 0.98;
 
@@ -42,7 +37,7 @@ pub struct Delivery<'a> {
     pub chart: &'a Chart,
     pub locator: &'a Locator<'a>,
     pub deliverer: Deliverer<'a>,
-    pub cusp_limit: f64,
+    pub cusps: CuspBudget,
     /// How far the facets may be off a smooth surface, mm.
     pub chord: f64,
     /// The material, once it is asked for.
@@ -137,7 +132,7 @@ impl Delivery<'_> {
             rim: (!self.deliverer.obstacles.rulings().is_empty()).then(|| self.rim()),
             follows_walls: self.job.path.boundary == Boundary::Wall,
             // Columns stand on facets, below the smooth surface by the chord error.
-            cusp: self.cusp_limit + self.chord,
+            cusp: self.cusps.limit + self.chord,
             cell: self.job.nominal_side_step(),
             threads: self.deliverer.options.threads,
         };
@@ -151,9 +146,9 @@ impl Delivery<'_> {
         let touched = TOUCHED * job.cut.axial_depth;
         RestOptions {
             side_step: job.nominal_side_step(),
-            limit: (self.cusp_limit + TOO_HIGH * job.cut.tolerance).min(touched),
-            close: (self.cusp_limit + CLOSE * job.cut.tolerance).min(touched),
-            lag: tilted(job).map_or(0.0, |strip| strip.lag(0.5 * job.nominal_side_step())),
+            limit: self.cusps.too_high().min(touched),
+            close: self.cusps.limit.min(touched),
+            lag: job.footprint().lag(0.5 * job.nominal_side_step()),
             has_open_rim: job.path.boundary == Boundary::Open,
         }
     }
@@ -202,7 +197,7 @@ pub fn deliver_options(job: &Job, rapid_plane: f64, threads: usize) -> DeliverOp
     DeliverOptions {
         pass: PassOptions {
             tool: job.tool,
-            axis: axis_rule(job),
+            axis: ToolAxis::on(job.machine.axes, job.cut.lead),
             axis_rate: f64::INFINITY,
             allowance: job.cut.allowance,
             tolerance: job.cut.tolerance,
@@ -230,9 +225,9 @@ pub fn rapid_plane(part: &Part, walls: &[DVec3], job: &Job) -> f64 {
 
 /// The walls along a job's surface, none at an open boundary, and what stands `beside` it.
 pub fn walls(job: &Job, prepared: &Prepared) -> Walls {
-    let surface = prepared.surface();
+    let surface = &prepared.surface;
     let options = WallOptions {
-        sweep: match axis_rule(job) {
+        sweep: match ToolAxis::on(job.machine.axes, job.cut.lead) {
             ToolAxis::Fixed(axis) => Sweep::Axis(axis),
             ToolAxis::Lead(_) => Sweep::Normal,
         },
@@ -242,9 +237,9 @@ pub fn walls(job: &Job, prepared: &Prepared) -> Walls {
     };
     let mut walls = match job.path.boundary {
         Boundary::Open => Walls::default(),
-        Boundary::Wall => Walls::beside(surface, &prepared.part().without(surface), &options),
+        Boundary::Wall => Walls::beside(surface, &prepared.part.without(surface), &options),
     };
-    if let Some(mesh) = prepared.beside() {
+    if let Some(mesh) = &prepared.beside {
         walls.add(mesh, surface, &options, 4.0 * job.tool.radius());
     }
     walls

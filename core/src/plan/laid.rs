@@ -1,27 +1,25 @@
 //! A prepared surface → regions, passes on each, their order, and the path over them in the flat plane.
 
 use super::delivery::{Delivery, deliver_options, rapid_plane, walls};
-use super::error::{FARTHEST, PlanError};
+use super::error::PlanError;
 use super::plane::{FlatCut, Plane, centring};
-use super::prepared::{Prepared, middle_and_size};
+use super::prepared::Prepared;
 use super::stage::Stage;
-use super::tilt::{axis_rule, tilted};
 use crate::cutter_location::Obstacles;
 use crate::flat_path::FlatPoint;
 use crate::flatten::{FlattenError, Locator};
 use crate::geometry::DVec3;
-use crate::job::{Boundary, Division, Job, Start, Stepover};
+use crate::job::{Boundary, Division, Job, Start};
 use crate::level_set::{PassMesh, StripMetric};
 use crate::lift::Lift;
 use crate::link::{DeliverOptions, Deliverer};
-use crate::machine::Axes;
 use crate::outline::Outline;
 use crate::pattern;
 use crate::regions::tensor::{self, Topology};
 use crate::regions::{self, Layout, LayoutOptions, RegionMesh, Regions, Undivided};
-use crate::removal::{self, Columns};
-use crate::strips::{Strips, part_of_strip, strip};
-use crate::surface::{CurvatureField, Part, Surface};
+use crate::removal::Columns;
+use crate::strips::{CuspBudget, Strips};
+use crate::surface::Surface;
 use crate::toolpath::Toolpath;
 use crate::walls::Clearance;
 use core::cell::OnceCell;
@@ -57,7 +55,7 @@ pub(super) struct Ground<'a> {
     pub length_floor: f64,
     pub obstacles: Obstacles,
     pub options: DeliverOptions,
-    pub cusp_limit: f64,
+    pub cusps: CuspBudget,
     /// The material, once it is asked for.
     columns: OnceCell<Columns>,
 }
@@ -77,8 +75,7 @@ impl<'a> Laid<'a> {
         progress: &mut dyn FnMut(Stage, f64),
     ) -> Result<Self, PlanError> {
         assert!(prepared.is_of(job), "plan: the surface was prepared for other keys of the job");
-        refuse_too_far(job, prepared.part())?;
-        refuse_curve_away(job, prepared.surface())?;
+        refuse_curve_away(job, &prepared.surface)?;
         progress(Stage::Rings, 0.0);
         let ground = Ground::new(prepared, job, threads)?;
         progress(Stage::Cut, 0.0);
@@ -100,10 +97,11 @@ impl<'a> Laid<'a> {
 
 impl<'a> Ground<'a> {
     fn new(prepared: &'a Arc<Prepared>, job: &'a Job, threads: usize) -> Result<Self, PlanError> {
-        let (surface, chart, curvature) =
-            (prepared.surface(), prepared.chart(), prepared.curvature());
+        let (surface, chart, curvature) = (&prepared.surface, &prepared.chart, &prepared.curvature);
         let locator = &prepared.locator();
-        let Strips { metrics, creases } = Strips::of(job, surface, chart, curvature);
+        let cusps = CuspBudget::of(job, surface, curvature);
+        let Strips { metrics, creases, spacing } =
+            Strips::of(job, &cusps, surface, chart, curvature);
         let (regions, topology) = division(prepared, locator, job, &metrics, threads)?;
         let undivided = regions.as_ref().map(|r| Undivided::of(r, surface, chart, &metrics));
         let region_meshes =
@@ -111,8 +109,8 @@ impl<'a> Ground<'a> {
         let floor = region_meshes.iter().map(RegionMesh::length_floor).sum::<f64>() / creases;
         let walls = walls(job, prepared);
         let options =
-            deliver_options(job, rapid_plane(prepared.part(), walls.corners(), job), threads);
-        let obstacles = walls.obstacles(prepared.obstacle());
+            deliver_options(job, rapid_plane(&prepared.part, walls.corners(), job), threads);
+        let obstacles = walls.obstacles(Arc::clone(&prepared.obstacle));
         let clearance =
             Clearance { surface, chart: locator, obstacles: &obstacles, pass: options.pass };
         let layout_options = LayoutOptions {
@@ -120,7 +118,6 @@ impl<'a> Ground<'a> {
             surface,
             chart: locator,
             tolerance: ring_tolerance(job, prepared),
-            tilted: tilted(job),
             // What stands on an open surface is no place to begin from.
             clearance: (job.path.boundary == Boundary::Wall).then_some(clearance),
             threads,
@@ -136,10 +133,10 @@ impl<'a> Ground<'a> {
             region_meshes,
             layouts,
             order,
-            length_floor: floor * part_of_strip(job),
+            length_floor: floor * spacing,
             obstacles,
             options,
-            cusp_limit: cusp_limit(job, surface, curvature),
+            cusps,
             columns: OnceCell::new(),
         })
     }
@@ -147,7 +144,7 @@ impl<'a> Ground<'a> {
     /// Calls `work` with what lays paths over the passes and what delivers them.
     pub fn on<T>(&self, work: impl FnOnce(&Plane, &Delivery) -> T) -> T {
         let Self { prepared, job, .. } = *self;
-        let (surface, chart) = (prepared.surface(), prepared.chart());
+        let (surface, chart) = (&prepared.surface, &prepared.chart);
         let locator = &prepared.locator();
         let fine: Vec<Locator> = self.region_meshes.iter().map(RegionMesh::locator).collect();
         let plane = Plane {
@@ -156,17 +153,16 @@ impl<'a> Ground<'a> {
             layouts: &self.layouts,
             fine: &fine,
             region: &Outline::of_chart(surface, chart),
-            centring: centring(job, surface, (chart, locator), prepared.curvature()),
+            centring: centring(job, self.cusps.on_plane, prepared, locator),
         };
-        let lift = Lift::new(surface, chart, locator, job.tool.radius());
-        let lift = lift.going_far(tilted(job).is_some());
+        let lift = Lift::new(surface, chart, locator, (job.tool.radius(), job.footprint()));
         let delivery = Delivery {
             job,
             surface,
             chart,
             locator,
             deliverer: Deliverer { lift: &lift, obstacles: &self.obstacles, options: self.options },
-            cusp_limit: self.cusp_limit,
+            cusps: self.cusps,
             chord: prepared.chord(),
             columns: &self.columns,
         };
@@ -194,7 +190,7 @@ impl<'a> Ground<'a> {
 
 /// How far the flat polylines of passes may deviate from the level curves, flat mm.
 fn ring_tolerance(job: &Job, prepared: &Prepared) -> f64 {
-    let largest = prepared.chart().vertex_scale().iter().copied().fold(0.0, f64::max);
+    let largest = prepared.chart.vertex_scale().iter().copied().fold(0.0, f64::max);
     // Pass 0 of an open boundary stays clear of it.
     let tolerance = (RING_TOLERANCE * job.cut.tolerance).min(0.005 * job.nominal_side_step());
     tolerance / largest
@@ -227,7 +223,7 @@ fn divided(
     topology: Option<&Topology>,
     threads: usize,
 ) -> Result<Option<Regions>, FlattenError> {
-    let (surface, chart, least) = (prepared.surface(), prepared.chart(), job.regions.min_area);
+    let (surface, chart, least) = (&prepared.surface, &prepared.chart, job.regions.min_area);
     match &job.regions.division {
         Division::Single => Ok(None),
         Division::Tensor(_) => {
@@ -242,7 +238,7 @@ fn divided(
 
 /// The regions that are bands of a machining potential field.
 fn banded(prepared: &Prepared, job: &Job, metric: Vec<StripMetric>) -> Result<Regions, PlanError> {
-    let (surface, chart) = (prepared.surface(), prepared.chart());
+    let (surface, chart) = (&prepared.surface, &prepared.chart);
     let mesh = PassMesh::coarse(surface, chart, metric)?;
     let locator = Locator::new(mesh.connectivity(), mesh.uv());
     let bands = pattern::bands(&mesh, &locator);
@@ -253,28 +249,9 @@ fn banded(prepared: &Prepared, job: &Job, metric: Vec<StripMetric>) -> Result<Re
 /// The topology of the best feed direction, for jobs that divide by it.
 fn topology(prepared: &Prepared, locator: &Locator, job: &Job) -> Option<Topology> {
     let Division::Tensor(options) = &job.regions.division else { return None };
-    // The height of the cusps has no part in the directions.
-    let k_tool = strip(job, 1.0).k_tool();
-    let (surface, map) = (prepared.surface(), (prepared.chart(), locator));
-    Some(tensor::topology(surface, map, prepared.curvature(), k_tool, options).0)
-}
-
-/// Height of the cusps that a job allows on a surface, mm: its limit, or the largest that its side step leaves.
-pub fn cusp_limit(job: &Job, surface: &Surface, curvature: &CurvatureField) -> f64 {
-    let axis = axis_rule(job);
-    match job.cut.stepover {
-        Stepover::Scallop(h) => h,
-        Stepover::Fixed(d) => removal::worst_cusp(&job.tool, axis, surface, curvature, d),
-    }
-}
-
-fn refuse_too_far(job: &Job, part: &Part) -> Result<(), PlanError> {
-    let (middle, size) = middle_and_size(part);
-    let (distance, times) = (middle.length(), middle.length() / size);
-    if job.machine.axes != Axes::ThreeAxis && times > FARTHEST {
-        return Err(PlanError::FarFromCentre { middle, distance, times });
-    }
-    Ok(())
+    let k_tool = job.footprint().k_tool();
+    let (surface, map) = (&prepared.surface, (&prepared.chart, locator));
+    Some(tensor::topology(surface, map, &prepared.curvature, k_tool, options).0)
 }
 
 /// Points of a start curve are moved to the nearest place of the surface; points far away are a mistake.

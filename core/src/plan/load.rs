@@ -5,6 +5,7 @@ use crate::job::{
     AnalyticKind, AnalyticOptions, AnalyticParameters, FlattenMethod, Job, SurfaceOptions,
     SurfaceSource,
 };
+use crate::machine::Axes;
 use crate::mesh::{MeshFormat, read};
 use crate::step::{SmoothFormat, smooth};
 use crate::surface::{AnalyticSurface, Built, Part, build, build_beside};
@@ -28,7 +29,7 @@ impl<'a> Files<'a> {
     }
 }
 
-/// All keys of a job on which its surface and the flat map depend.
+/// All keys of a job on which its surface and the flat map depend, and whether they can be used.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurfaceKeys {
     pub(super) surface: SurfaceOptions,
@@ -37,6 +38,8 @@ pub struct SurfaceKeys {
     wall_file: Option<String>,
     /// Largest distance between a smooth surface and its facets, mm.
     pub(super) chord: f64,
+    /// About a rotary centre a part may not lie far away.
+    pub(super) axes: Axes,
 }
 
 impl SurfaceKeys {
@@ -47,6 +50,7 @@ impl SurfaceKeys {
             flatten: job.flatten,
             wall_file: job.path.wall_file.clone(),
             chord: job.surface.chord.unwrap_or(CHORD * job.cut.tolerance),
+            axes: job.machine.axes,
         }
     }
 }

@@ -12,11 +12,11 @@ mod plane;
 mod planned;
 mod prepared;
 mod stage;
-mod tilt;
 
 use crate::job::Job;
+pub use crate::strips::CuspBudget;
 pub use error::PlanError;
-pub use laid::{Laid, cusp_limit};
+pub use laid::Laid;
 pub use load::{Files, SurfaceKeys, load, load_beside};
 pub use planned::{Passes, Planned, Tightest};
 pub use prepared::{Flattening, Prepared};

@@ -1,17 +1,15 @@
 //! Passes → the path in the plane: cut with the disc that represents the cutter, or laid out as they are.
 
-use super::tilt::tilted;
+use super::prepared::Prepared;
 use crate::centring::Centring;
 use crate::engagement::{Cutting, Simulation, Stock};
 use crate::flat_path::FlatPoint;
-use crate::flatten::{Chart, Locator};
-use crate::job::{CutDirection, ForceControl, Job, Stepover};
+use crate::flatten::Locator;
+use crate::job::{CutDirection, ForceControl, Job};
 use crate::level_set::FieldTerrain;
 use crate::link::{CutOptions, Excess, Group, LayOptions, cut_passes, lay};
 use crate::outline::Outline;
 use crate::regions::{JointTerrain, Layout, RegionMesh};
-use crate::strips::strip;
-use crate::surface::{CurvatureField, Surface};
 use crate::toolpath::{MoveKind, Toolpath};
 use crate::trochoid::Loops;
 
@@ -28,7 +26,7 @@ pub struct Plane<'a> {
     /// Over the fine mesh of every region mesh.
     pub fine: &'a [Locator<'a>],
     pub region: &'a Outline,
-    /// Adjusts the passes of tilted cutters with a flat bottom.
+    /// Adjusts the passes of cutters whose strips lag.
     pub centring: Option<Centring<'a>>,
 }
 
@@ -114,20 +112,23 @@ impl<'a> Plane<'a> {
     }
 }
 
-/// How the passes of tilted cutters with a flat bottom are adjusted.
+/// How passes are adjusted whose strips, below cusps `cusp` mm high, lag; `None` for the others.
 pub fn centring<'a>(
     job: &Job,
-    surface: &'a Surface,
-    (chart, locator): (&'a Chart, &'a Locator<'a>),
-    curvature: &'a CurvatureField,
+    cusp: f64,
+    prepared: &'a Prepared,
+    locator: &'a Locator<'a>,
 ) -> Option<Centring<'a>> {
-    tilted(job)?;
-    let scallop = match job.cut.stepover {
-        Stepover::Scallop(h) => h,
-        Stepover::Fixed(d) => 0.125 * d * d * strip(job, 1.0).k_tool(),
-    };
-    let step = CENTRED * job.nominal_side_step();
-    Some(Centring { surface, chart, locator, curvature, strip: strip(job, scallop), step })
+    let footprint = job.footprint();
+    footprint.lags().then(|| Centring {
+        surface: &prepared.surface,
+        chart: &prepared.chart,
+        locator,
+        curvature: &prepared.curvature,
+        footprint,
+        cusp,
+        step: CENTRED * job.nominal_side_step(),
+    })
 }
 
 /// How passes are laid out where the removal rate does not matter.
@@ -140,7 +141,7 @@ fn lay_options(job: &Job) -> LayOptions {
         radius: job.tool.radius(),
         height: job.cut.axial_depth,
         feed: job.cut.feed,
-        tilted: tilted(job),
+        footprint: job.footprint(),
     }
 }
 

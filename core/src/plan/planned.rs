@@ -14,7 +14,7 @@ use crate::mesh::{FaceId, VertexId};
 use crate::regions::tensor::Topology;
 use crate::regions::{self, Divided, Layout};
 use crate::removal::Coverage;
-use crate::strips::strip;
+use crate::strips::CuspBudget;
 use crate::toolpath::Toolpath;
 use std::sync::Arc;
 
@@ -37,8 +37,8 @@ pub struct Planned {
     pub lifted: Vec<LiftedSpan>,
     /// What the path leaves uncut.
     pub coverage: Coverage,
-    /// Height of the cusps that are meant to stay, mm: the job's limit, or the largest that the side step leaves.
-    pub cusp_limit: f64,
+    /// How high cusps may be.
+    pub cusps: CuspBudget,
 }
 
 /// The passes of a plan in figures.
@@ -94,7 +94,7 @@ impl Laid<'_> {
             rapid_plane: ground.options.rapid_plane,
             lifted,
             coverage,
-            cusp_limit: ground.cusp_limit,
+            cusps: ground.cusps,
             passes: Passes::of(ground, flat.loops),
         })
     }
@@ -121,12 +121,12 @@ impl Passes {
 impl Tightest {
     /// `None` where nothing is concave.
     fn of(job: &Job, prepared: &Prepared) -> Option<Self> {
-        let (surface, operators) = (prepared.surface(), prepared.curvature().operators());
+        let (surface, operators) = (&prepared.surface, prepared.curvature.operators());
         let k_min = |i: usize| operators[i].principal().0;
         let count = surface.positions().len();
         let vertex = (0..count).min_by(|&a, &b| k_min(a).total_cmp(&k_min(b)))?;
         let k = k_min(vertex);
-        let k_tool = strip(job, job.cut.tolerance).k_tool();
+        let k_tool = job.footprint().k_tool();
         let too_concave = |face: &[VertexId; 3]| face.map(|v| k_min(v.index()) < -k_tool);
         let area = |f: usize, face: &[VertexId; 3]| {
             let [a, b, c] = surface.corners(FaceId(f as u32));

@@ -1,12 +1,13 @@
 //! The files that a job names → its surface, laid flat: whatever is planned on it, and with which cutter.
 
-use super::error::PlanError;
+use super::error::{FARTHEST, PlanError};
 use super::load::{Files, SurfaceKeys, load, load_beside};
 use super::stage::Stage;
 use crate::cutter_location::CheckMesh;
 use crate::flatten::{Chart, FlattenError, Locator, Quality, abf, bff};
 use crate::geometry::DVec3;
 use crate::job::{FlattenMethod, Job};
+use crate::machine::Axes;
 use crate::surface::{Built, CurvatureField, Part, Surface, Warning};
 use std::sync::Arc;
 
@@ -18,19 +19,26 @@ const LONGEST_TRAVEL: f64 = 5e5;
 #[derive(Debug)]
 pub struct Prepared {
     keys: SurfaceKeys,
-    surface: Surface,
-    /// The whole part to which the surface belongs.
-    part: Part,
-    /// The mesh beside the surface.
-    beside: Option<Part>,
-    rest: Part,
-    warnings: Vec<Warning>,
-    chart: Chart,
-    flattening: Flattening,
-    quality: Quality,
-    curvature: CurvatureField,
+    /// The surface.
+    pub surface: Surface,
+    /// Warnings about it.
+    pub warnings: Vec<Warning>,
+    /// Its curvature.
+    pub curvature: CurvatureField,
+    /// Its flat image.
+    pub chart: Chart,
+    /// How the flat image was found.
+    pub flattening: Flattening,
+    /// How conformal the map is.
+    pub quality: Quality,
+    /// Facets of the part that are not machined, and of the mesh beside the surface.
+    pub rest: Part,
+    /// The part to which the surface belongs.
+    pub(super) part: Part,
     /// The part as an obstacle.
-    obstacle: Arc<CheckMesh>,
+    pub(super) obstacle: Arc<CheckMesh>,
+    /// The mesh beside the surface.
+    pub(super) beside: Option<Part>,
 }
 
 /// How a flat map was found.
@@ -56,7 +64,7 @@ impl Prepared {
         progress(Stage::Surface, 0.0);
         let Built { surface, part, warnings, .. } = load(&keys, files)?;
         let beside = load_beside(&keys, files)?;
-        refuse_too_far(&part)?;
+        refuse_too_far(keys.axes, &part)?;
         progress(Stage::Flatten, 0.0);
         let (chart, flattening) = flatten(keys.flatten, &surface)?;
         let mut rest = part.without(&surface);
@@ -83,59 +91,9 @@ impl Prepared {
         self.keys == SurfaceKeys::of(job)
     }
 
-    /// The surface.
-    pub fn surface(&self) -> &Surface {
-        &self.surface
-    }
-
-    /// Warnings about it.
-    pub fn warnings(&self) -> &[Warning] {
-        &self.warnings
-    }
-
-    /// Its flat image.
-    pub fn chart(&self) -> &Chart {
-        &self.chart
-    }
-
     /// Finds its points by their flat points.
     pub fn locator(&self) -> Locator<'_> {
         self.chart.locator(&self.surface)
-    }
-
-    /// How the flat image was found.
-    pub fn flattening(&self) -> Flattening {
-        self.flattening
-    }
-
-    /// How conformal the map is.
-    pub fn quality(&self) -> &Quality {
-        &self.quality
-    }
-
-    /// The curvature of the surface.
-    pub fn curvature(&self) -> &CurvatureField {
-        &self.curvature
-    }
-
-    /// Facets of the part that are not machined, and of the mesh beside the surface.
-    pub fn rest(&self) -> &Part {
-        &self.rest
-    }
-
-    /// The part to which the surface belongs.
-    pub(super) fn part(&self) -> &Part {
-        &self.part
-    }
-
-    /// The mesh beside the surface.
-    pub(super) fn beside(&self) -> Option<&Part> {
-        self.beside.as_ref()
-    }
-
-    /// The part as an obstacle.
-    pub(super) fn obstacle(&self) -> Arc<CheckMesh> {
-        Arc::clone(&self.obstacle)
     }
 
     /// How far the facets may be off a smooth surface, mm.
@@ -154,20 +112,18 @@ fn flatten(method: FlattenMethod, surface: &Surface) -> Result<(Chart, Flattenin
     }
 }
 
-/// The middle of a part, and the length of its box's diagonal, mm.
-pub(super) fn middle_and_size(part: &Part) -> (DVec3, f64) {
+fn refuse_too_far(axes: Axes, part: &Part) -> Result<(), PlanError> {
     let (low, high) = part
         .positions
         .iter()
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
-    (0.5 * (low + high), (high - low).length())
-}
-
-fn refuse_too_far(part: &Part) -> Result<(), PlanError> {
-    let (middle, _) = middle_and_size(part);
-    let distance = middle.length();
+    let middle = 0.5 * (low + high);
+    let (distance, times) = (middle.length(), middle.length() / (high - low).length());
     if distance > LONGEST_TRAVEL {
         return Err(PlanError::FarFromOrigin { middle, distance });
+    }
+    if axes != Axes::ThreeAxis && times > FARTHEST {
+        return Err(PlanError::FarFromCentre { middle, distance, times });
     }
     Ok(())
 }

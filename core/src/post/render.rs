@@ -6,7 +6,6 @@ use super::program::{Program, ProgramOptions};
 use crate::geometry::DVec3;
 use crate::machine::{Axes, Leg, Rotary, Tables};
 use crate::machine_time::commanded_time;
-use crate::tool::ToolKind;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath, push_fixed};
 use crate::units::{MINUTE, per_minute};
 
@@ -98,11 +97,7 @@ fn last_feed(points: &[PathPoint]) -> Option<f64> {
 
 fn header(text: &mut String, options: &ProgramOptions, dialect: &Dialect) {
     let tool = &options.tool;
-    let kind = match tool.kind() {
-        ToolKind::Ball => "ball",
-        ToolKind::Flat => "flat",
-        ToolKind::Bull => "bull",
-    };
+    let kind = tool.kind().name();
     let mut cutter = format!("tool {}: {kind} end mill, diameter ", options.tool_number);
     push_fixed(&mut cutter, 2.0 * tool.radius(), 4);
     cutter.push_str(" corner radius ");

@@ -1,7 +1,7 @@
 //! Ends of open passes on inner borders: how far each pass continues beyond its border.
 //!
 //! - *Joint*: such an end, and the straight flat continuation from there, on the surface.
-//! - *Lag*: how far the edge of the strip trails behind the contact of a tilted flat bottom.
+//! - *Lag*: how far the edge of the strip trails behind the contact (`footprint`).
 //!
 //! A border that is met at a slant leaves uncut places on the acute side of the last half strip. The passes of the
 //! neighbouring region machine some of them; each of the others is assigned to the joint that reaches it on the
@@ -11,11 +11,11 @@ use super::options::LayoutOptions;
 use super::region_mesh::RegionMesh;
 use crate::flat_path::Terrain;
 use crate::flatten::Locator;
+use crate::footprint::Footprint;
 use crate::geometry::DVec2;
 use crate::job::{CutDirection, Job, Traverse};
 use crate::level_set::{ClosingOptions, Gap, Pass, PassField, shortened, uncovered};
 use crate::link::oriented;
-use crate::strip_width::Strip;
 
 /// Longest continuation beyond an inner border, half pass distances.
 const LONGEST: f64 = 14.0;
@@ -156,7 +156,7 @@ pub(super) fn decide(
     }
     let blend = options.job.regions.blend;
     for ((_, joint), need) in ends.iter_mut().zip(needs) {
-        let room = if options.tilted.is_some() { ROOM * joint.half } else { 0.0 };
+        let room = if lags.footprint.lags() { ROOM * joint.half } else { 0.0 };
         joint.by = (need + room + blend / joint.scale).min(joint.room);
     }
 }
@@ -175,26 +175,25 @@ pub(super) fn run_on(passes: &mut [Pass], joints: &[Joints]) {
 
 /// The lag of the job's cutter.
 struct Lags {
-    /// A tilted cutter with a flat bottom.
-    tilted: Option<Strip>,
+    footprint: Footprint,
     /// Whether a pass is cut toward its last point, and whether toward its first.
     ways: [bool; 2],
 }
 
 impl Lags {
     fn of(options: &LayoutOptions) -> Self {
-        let Job { path, cut, .. } = options.job;
+        let job @ Job { path, cut, .. } = options.job;
         let is_forward = cut.direction == CutDirection::Climb;
         let ways = match path.traverse {
             Traverse::OneWay => [is_forward, !is_forward],
             Traverse::Zigzag => [true, true],
         };
-        Self { tilted: options.tilted, ways }
+        Self { footprint: job.footprint(), ways }
     }
 
     /// At a given distance across, mm: how much farther the contact must go, mm.
     fn at(&self, is_end: bool, across: f64) -> f64 {
-        let lag = self.tilted.map_or(0.0, |strip| strip.lag(across));
+        let lag = self.footprint.lag(across);
         // A pass that is cut from here begins with what lies behind its contact.
         if self.ways[usize::from(!is_end)] { lag } else { -lag }
     }

@@ -160,7 +160,7 @@ impl Draft {
                     let clearance = options.clearance.map(|c| c.of_mesh(mesh, options.threads));
                     let setting = Setting {
                         radius: job.tool.radius(),
-                        has_flat_bottom: options.tilted.is_some(),
+                        footprint: job.footprint(),
                         has_neighbours: region_mesh.has_neighbours(),
                         clearance: clearance.as_deref(),
                     };
@@ -236,7 +236,7 @@ impl Draft {
             order: options.job.path.order,
             on_levels,
             beside,
-            has_flat_bottom: options.tilted.is_some(),
+            footprint: options.job.footprint(),
             threads: options.threads,
         }
     }
@@ -258,7 +258,8 @@ impl Draft {
         let depth = self.precedence.depth();
         let terrain = FieldTerrain::new(&region_mesh.fine, &self.field, locator);
         let closing = self.closing_options(region_mesh, &beside, options);
-        let overruns = options.tilted.map(|_| overruns(&mut self.passes));
+        let lags = options.job.footprint().lags();
+        let overruns = lags.then(|| overruns(&mut self.passes));
         let closing = close(&mut self.passes, &region_mesh.fine, &self.field, &terrain, &closing);
         for (pass, overrun) in self.passes.iter_mut().zip(overruns.into_iter().flatten()) {
             pass.overrun = overrun;

@@ -2,7 +2,6 @@
 
 use crate::flatten::Locator;
 use crate::job::Job;
-use crate::strip_width::Strip;
 use crate::surface::Surface;
 use crate::walls::Clearance;
 
@@ -17,8 +16,6 @@ pub struct LayoutOptions<'a> {
     pub chart: &'a Locator<'a>,
     /// How far polylines may deviate from level curves, flat mm.
     pub tolerance: f64,
-    /// A tilted cutter with a flat bottom, whose strip edges trail behind it; `None` for any other.
-    pub tilted: Option<Strip>,
     /// Clearance between cutter and walls, if there are any.
     pub clearance: Option<Clearance<'a>>,
     /// Number of threads.

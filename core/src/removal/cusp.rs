@@ -132,7 +132,7 @@ pub fn worst_cusp(
         most_convex[class] = Some(most_convex[class].map_or(k, |other| other.max(k)));
     }
     let headings = match axis {
-        ToolAxis::Fixed(_) if tool.corner_radius() < tool.radius() => HEADINGS,
+        ToolAxis::Fixed(_) if tool.bottom_radius() > 0.0 => HEADINGS,
         _ => 1,
     };
     let mut worst = 0.0f64;

@@ -48,7 +48,7 @@ impl Rest<'_> {
         let pass = &self.deliverer.options.pass;
         let radius = pass.tool.radius();
         let ball = Ball { radius, allowance: pass.allowance, limit: self.options.limit };
-        (pass.tool.corner_radius() == radius).then_some(ball)
+        (pass.tool.bottom_radius() == 0.0).then_some(ball)
     }
 
     /// The heights of all samples, with additional samples where it is nearly too high.

@@ -3,6 +3,7 @@ use super::*;
 use crate::cutter_location::{CheckMesh, Obstacles, PassOptions, ToolAxis};
 use crate::flat_path::FlatPoint;
 use crate::flatten::Chart;
+use crate::footprint::Footprint;
 use crate::geometry::math::sin;
 use crate::job::{Component, Selection, SurfaceOptions, SurfaceSource};
 use crate::lift::Lift;
@@ -128,7 +129,8 @@ fn done(flat: &[FlatPoint], pass: PassOptions, check: CheckMesh, options: RestOp
     let locator = chart.locator(&surface);
     let places =
         Places { surface: &surface, chart: &chart, locator: &locator, side_step: SIDE_STEP };
-    let lift = Lift::new(&surface, &chart, &locator, RADIUS);
+    let footprint = Footprint::new(pass.tool, 0.0);
+    let lift = Lift::new(&surface, &chart, &locator, (RADIUS, footprint));
     let obstacles = Obstacles::of_part(check);
     let deliver = DeliverOptions {
         pass,

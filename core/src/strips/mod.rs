@@ -3,24 +3,21 @@
 //! On a mesh whose facets are as long as strips are wide the curvature is concentrated in creases: the strips are
 //! those of the facets, not of the smooth surface that the mesh approximates.
 
+mod budget;
 mod upright;
 
+pub use budget::CuspBudget;
+
 use crate::flatten::Chart;
-use crate::geometry::math;
+use crate::footprint::StripTable;
 use crate::job::{ForceControl, Job, Stepover};
 use crate::level_set::{StripMetric, length_floor_of, strip_metric};
-use crate::machine::Axes;
-use crate::strip_width::{Strip, StripTable};
 use crate::surface::{CurvatureField, ShapeOperator, Surface};
-use crate::tool::{Tool, ToolKind};
 use upright::Upright;
 
 /// Fraction of the strip width at which passes are spaced: the distance field is accurate to a few thousandths of it,
 /// and the cusp height grows with its square.
 const SHARE_OF_STRIP: f64 = 0.9975;
-/// Fraction of the tolerance by which cusps stay below the limit, because the chords of the path run above them; at
-/// most the fraction of the limit given second.
-const CHORDS: (f64, f64) = (0.2, 0.05);
 /// Fraction of the limit on the removal rate that a straight pass uses at most; bends use more.
 const SHARE_OF_LIMIT: f64 = 0.8;
 /// Edges shorter than this fraction of a strip do not concentrate the curvature in creases.
@@ -32,48 +29,59 @@ pub struct Strips {
     pub metrics: Vec<StripMetric>,
     /// By what factor creases make the shortest path longer.
     pub creases: f64,
+    /// The spacing of passes as a fraction of the widest that the limit allows, on a plane.
+    pub spacing: f64,
 }
 
 impl Strips {
     /// Strips that leave the cusps, or have the width of the side step, that the job specifies.
-    pub fn of(job: &Job, surface: &Surface, chart: &Chart, curvature: &CurvatureField) -> Self {
+    pub fn of(
+        job: &Job,
+        cusps: &CuspBudget,
+        surface: &Surface,
+        chart: &Chart,
+        curvature: &CurvatureField,
+    ) -> Self {
+        if let Stepover::Fixed(side_step) = job.cut.stepover {
+            let metrics = vec![strip_metric::even(side_step); surface.positions().len()];
+            return Self { metrics, creases: 1.0, spacing: 1.0 };
+        }
         let facets = facets(surface);
-        let metrics = metrics(job, curvature, &facets);
-        let smooth = self::metrics(job, curvature, &vec![0.0; facets.len()]);
+        let metrics = metrics(job, cusps, curvature, &facets);
+        let smooth = self::metrics(job, cusps, curvature, &vec![0.0; facets.len()]);
         let floor = |metrics: &[StripMetric]| length_floor_of(surface, chart, metrics);
-        let creases = floor(&metrics) / floor(&smooth);
-        Self { metrics, creases }
+        let on_plane = |h: f64| job.footprint().width(h, 0.0, 0.0);
+        Self {
+            creases: floor(&metrics) / floor(&smooth),
+            spacing: SHARE_OF_STRIP * on_plane(cusps.aimed) / on_plane(cusps.limit),
+            metrics,
+        }
     }
 }
 
 /// The strip metric at every vertex, if facets are `facets` mm long there.
-fn metrics(job: &Job, curvature: &CurvatureField, facets: &[f64]) -> Vec<StripMetric> {
-    let operators = curvature.operators();
-    let h = match job.cut.stepover {
-        Stepover::Fixed(side_step) => return vec![strip_metric::even(side_step); operators.len()],
-        Stepover::Scallop(h) => h,
-    };
-    let strip = strip(job, aimed(job, h));
-    let width = strip.exact(0.0);
+fn metrics(
+    job: &Job,
+    cusps: &CuspBudget,
+    curvature: &CurvatureField,
+    facets: &[f64],
+) -> Vec<StripMetric> {
+    let (operators, footprint, cusp) = (curvature.operators(), job.footprint(), cusps.aimed);
+    let width = footprint.width(cusp, 0.0, 0.0);
     let bends = operators.iter().zip(facets).map(|(o, facet)| {
         let (low, high, _) = o.principal();
         (low, gathered(high, facet / width))
     });
     let (low, high) = bends.fold((0.0f64, 0.0f64), |(l, h), (a, b)| (l.min(a), h.max(b)));
     // Where the surface is as concave as the cutter is convex the strip is as wide as it gets.
-    let table = StripTable::new(&strip, low.max(-strip.k_tool()), high);
-    let upright = is_upright_bull(job).then(|| Upright {
-        tool: job.tool,
-        scallop: aimed(job, h),
-        widest: widest(job),
-    });
+    let table = StripTable::new(&footprint, cusp, low.max(-footprint.k_tool()), high);
+    let upright = Upright { footprint, cusp, widest: widest(job) };
     let of_vertex = |(shape, facet): (&ShapeOperator, &f64)| {
         let bent = |k: f64| gathered(k, facet / width);
-        let metric = match &upright {
-            Some(upright) => upright.metric(shape, bent, |k| table.weight(k, 0.0)),
-            None => strip_metric::of_scallop(shape, |k, along| table.weight(bent(k), along)),
-        };
-        metric.map(|m| m / (SHARE_OF_STRIP * SHARE_OF_STRIP))
+        let metric = upright.metric(shape, bent, |k| table.weight(k, 0.0));
+        let on_both_sides =
+            || strip_metric::of_scallop(shape, |k, along| table.weight(bent(k), along));
+        metric.unwrap_or_else(on_both_sides).map(|m| m / (SHARE_OF_STRIP * SHARE_OF_STRIP))
     };
     operators.iter().zip(facets).map(of_vertex).collect()
 }
@@ -113,38 +121,6 @@ fn facets(surface: &Surface) -> Vec<f64> {
         }
     }
     sums.into_iter().map(|(sum, count)| sum / f64::from(count.max(1))).collect()
-}
-
-/// The target cusp height of the passes.
-fn aimed(job: &Job, scallop: f64) -> f64 {
-    let (of_tolerance, of_scallop) = CHORDS;
-    scallop - (of_tolerance * job.cut.tolerance).min(of_scallop * scallop)
-}
-
-/// The spacing of passes as a fraction of the widest that the limit allows, on a plane.
-pub fn part_of_strip(job: &Job) -> f64 {
-    match job.cut.stepover {
-        Stepover::Fixed(_) => 1.0,
-        Stepover::Scallop(h) => {
-            let aimed = strip(job, aimed(job, h)).exact(0.0);
-            SHARE_OF_STRIP * aimed / strip(job, h).exact(0.0)
-        }
-    }
-}
-
-/// Whether the cutter is a bull end on three axes.
-fn is_upright_bull(job: &Job) -> bool {
-    job.machine.axes == Axes::ThreeAxis && job.tool.kind() == ToolKind::Bull
-}
-
-/// The parameters of the strip width where a job specifies a scallop height; for an upright bull end, those of its
-/// corner.
-pub fn strip(job: &Job, scallop: f64) -> Strip {
-    let corner = job.tool.corner_radius();
-    match (job.machine.axes, Tool::new(corner, corner)) {
-        (Axes::ThreeAxis, Ok(corner)) => Strip::new(corner, 1.0, scallop),
-        _ => Strip::new(job.tool, math::sin(job.cut.lead), scallop),
-    }
 }
 
 #[cfg(test)]

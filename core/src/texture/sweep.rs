@@ -26,7 +26,6 @@ use super::steps::edge_step;
 use super::tile::{Local, SIDE, Tile};
 use crate::geometry::DVec3;
 use crate::parallel;
-use crate::tool::ToolKind;
 use over::{Over, Swept};
 use simulation::{Group, Sweep};
 use stint::Stint;
@@ -74,7 +73,7 @@ pub fn sweep(
         start: options.start,
         floor: options.start.max(options.slack) + cutter.runout.largest(),
         search: options.search,
-        ball: (cutter.tool.kind() == ToolKind::Ball).then(|| cutter.tool.radius()),
+        ball: (cutter.tool.bottom_radius() == 0.0).then(|| cutter.tool.radius()),
         groups: Group::all(&stints),
         stints,
     };

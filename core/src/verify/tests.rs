@@ -1,8 +1,8 @@
 //! The judge against closed forms, and against faults planted in paths.
 
 use super::*;
+use crate::footprint::Footprint;
 use crate::geometry::math;
-use crate::strip_width::Strip;
 use crate::tool::Tool;
 use crate::toolpath::PathPoint;
 
@@ -556,7 +556,7 @@ fn crests_of_a_bull_on_a_plane() {
 fn crests_of_a_tilted_bull_are_its_silhouettes() {
     let (r, corner, lead, h) = (5.0, 1.0, 0.09, 0.02);
     let options = options(r, corner);
-    let strip = Strip::new(options.tool, math::sin(lead), h).exact(0.0);
+    let strip = Footprint::new(options.tool, lead).width(h, 0.0, 0.0);
     let axis = DVec3::new(math::sin(lead), 0.0, math::cos(lead));
     let bottom = axis * corner + DVec3::X.reject_from(axis).normalize() * (r - corner);
     let tip = |x: f64, y: f64| (DVec3::new(x, y, corner) - bottom, axis);

@@ -13,7 +13,6 @@ use evencut_core::plan::{Prepared, Stage, plan_on};
 use evencut_core::preview::{TexturePanel, texture_panels};
 use evencut_core::report::TextureFigures;
 use evencut_core::texture::export::Matrix;
-use evencut_core::tool::ToolKind;
 use evencut_core::units::per_minute;
 use std::sync::Arc;
 use thiserror::Error;
@@ -90,9 +89,7 @@ impl Choice {
             if job.machine.axes == Axes::ThreeAxis && tilt != 0.0 {
                 return Err(ChoiceError::Upright);
             }
-            if job.machine.axes != Axes::ThreeAxis
-                && tilt == 0.0
-                && job.tool.kind() != ToolKind::Ball
+            if job.machine.axes != Axes::ThreeAxis && tilt == 0.0 && job.tool.bottom_radius() > 0.0
             {
                 return Err(ChoiceError::Heel);
             }

@@ -22,7 +22,6 @@ use evencut_core::texture::parameters::Levelled;
 use evencut_core::texture::steps::{feed_per_tooth, resolution};
 use evencut_core::texture::sweep::{Cutter, EdgePart, Search, SweepOptions, Work, sweep};
 use evencut_core::texture::window::Window;
-use evencut_core::tool::ToolKind;
 use evencut_core::toolpath::Toolpath;
 use evencut_core::units::per_minute;
 use serde::Serialize;
@@ -138,7 +137,7 @@ impl Simulated {
         threads: usize,
         progress: &mut dyn FnMut(f64),
     ) -> Result<Self, TextureError> {
-        let (surface, chart, locator) = (prepared.surface(), prepared.chart(), prepared.locator());
+        let (surface, chart, locator) = (&prepared.surface, &prepared.chart, prepared.locator());
         let allowed = if options.whole { f64::INFINITY } else { options.size.max_element() };
         let by = (path, &job.tool);
         let window = Window::new(surface, chart, &locator, by, (options.at, allowed))?;
@@ -151,7 +150,7 @@ impl Simulated {
         let node = |uv: DVec2| window.node(at + uv).or(beyond);
         let grid = Grid::new(size, options.spacing, cells, threads, &node)
             .map_err(|error| too_fine(error, &window, options, size))?;
-        let curvature = prepared.curvature();
+        let curvature = &prepared.curvature;
         let half = if options.whole { f64::INFINITY } else { 0.5 * size.length() };
         let near = window.least_concave_radius(curvature, half);
         let reached = window.least_concave_radius(curvature, half + 2.0 * job.tool.radius());
@@ -323,11 +322,11 @@ fn engaged(
     let Some(radius) = reached else { return Ok(a_p) };
     // The cutter touches the surface that the allowance leaves.
     let shape = Shape::Concave { least_radius: radius - job.cut.allowance };
-    match tool.kind() {
+    Ok(match tool.bottom_radius() > 0.0 {
+        true => f64::INFINITY,
         // Beyond the window, a place where the ball does not fit only means that all of its edge may cut.
-        ToolKind::Ball => Ok(thickness(shape, r, a_p).unwrap_or(2.0 * r)),
-        ToolKind::Bull | ToolKind::Flat => Ok(f64::INFINITY),
-    }
+        false => thickness(shape, r, a_p).unwrap_or(2.0 * r),
+    })
 }
 
 fn cutter(job: &Job, options: &TextureOptions) -> Cutter {

@@ -54,7 +54,7 @@ impl Resolver<'_> {
             }
         };
         if !agrees {
-            let kind = named_kind(kind);
+            let kind = kind.name();
             let message =
                 format!("{}; the corner radius of a {kind} end is {rule}", self.show(corner));
             let help = "correct it, or leave out `tool.kind`, which follows from it";
@@ -163,8 +163,8 @@ impl Resolver<'_> {
                 self.fault("cut.lead", message, help);
             }
             Axes::Xyzac if lead == 0.0 => {
-                let Some(tool) = tool.filter(|t| t.kind() != ToolKind::Ball) else { return };
-                let kind = named_kind(tool.kind());
+                let Some(tool) = tool.filter(|t| t.bottom_radius() > 0.0) else { return };
+                let kind = tool.kind().name();
                 let message = format!("a {kind} end without lead cuts with its heel on five axes");
                 self.fault("cut.lead", message, "give a lead above 0; 3 to 10 deg are usual");
             }
@@ -226,12 +226,4 @@ impl Resolver<'_> {
 
 fn same_radius(a: f64, b: f64) -> bool {
     (a - b).abs() <= SAME_RADIUS * b
-}
-
-fn named_kind(kind: ToolKind) -> &'static str {
-    match kind {
-        ToolKind::Ball => "ball",
-        ToolKind::Flat => "flat",
-        ToolKind::Bull => "bull",
-    }
 }

@@ -40,7 +40,7 @@ pub struct Chooser<'a> {
     /// Order of the rings: branches leave from the ring that is cut later, into cleared stock.
     pub order: RingOrder,
     /// Whether the cutter machines beside the ends of branches, but not beyond them.
-    pub has_flat_bottom: bool,
+    pub lags: bool,
 }
 
 impl Chooser<'_> {
@@ -105,7 +105,7 @@ impl Chooser<'_> {
         mut arms: [Vec<DVec2>; 2],
         cluster: &Cluster,
     ) -> Option<Vec<DVec2>> {
-        if !self.has_flat_bottom {
+        if !self.lags {
             trim(&mut arms, 0, cluster);
             trim(&mut arms, 1, cluster);
         }

@@ -1,5 +1,6 @@
 //! How gaps are closed.
 
+use crate::footprint::Footprint;
 use crate::geometry::DVec2;
 use crate::job::RingOrder;
 
@@ -12,8 +13,8 @@ pub struct ClosingOptions<'a> {
     pub on_levels: bool,
     /// Flat segments of other passes, which machine their surroundings.
     pub beside: &'a [[DVec2; 2]],
-    /// Whether the cutter has a flat bottom and is tilted: it machines nothing beyond the end of a branch.
-    pub has_flat_bottom: bool,
+    /// The cutter: if its strip lags, it machines nothing beyond the end of a branch.
+    pub footprint: Footprint,
     /// Number of threads; the branches do not depend on it.
     pub threads: usize,
 }

@@ -98,7 +98,7 @@ impl Passes {
         passes.push_layer(lines.collect());
         let beside = options.beside.iter().copied();
         // A tilted flat end goes on straight.
-        let beyond = rings.iter().flat_map(|ring| overruns(ring, options.has_flat_bottom));
+        let beyond = rings.iter().flat_map(|ring| overruns(ring, options.footprint.lags()));
         let beyond: Vec<[DVec2; 2]> = beyond.chain(beside).collect();
         if !beyond.is_empty() {
             let ends: Vec<_> = passes.layers[0].ends.iter().copied().chain(beyond).collect();

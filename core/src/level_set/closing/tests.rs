@@ -2,12 +2,14 @@
 
 use super::*;
 use crate::flatten::{Chart, Locator, bff};
+use crate::footprint::Footprint;
 use crate::geometry::{DVec3, math};
 use crate::job::RingOrder;
 use crate::job::{Component, Selection, SurfaceOptions, SurfaceSource};
 use crate::level_set::{FieldTerrain, passes, ring_levels, strip_metric};
 use crate::mesh::{Connectivity, VertexId};
 use crate::surface::{AnalyticSurface, Surface, build};
+use crate::tool::Tool;
 use core::f64::consts::TAU;
 use std::collections::BTreeMap;
 
@@ -90,8 +92,8 @@ fn closed(
     let on_chart = chart.locator(surface);
     let measure = |rings: &[Pass]| widest(surface, chart, &on_chart, rings, &terrain, step);
     let plain = measure(&rings);
-    let options =
-        ClosingOptions { order, on_levels: true, beside: &[], has_flat_bottom: false, threads: 2 };
+    let footprint = Footprint::new(Tool::new(5.0, 5.0).unwrap(), 0.0);
+    let options = ClosingOptions { order, on_levels: true, beside: &[], footprint, threads: 2 };
     let report = close(&mut rings, &mesh, &field, &terrain, &options);
     let widest = measure(&rings);
     Closed { rings, plain, report, widest }

@@ -59,7 +59,7 @@ const OWN_WAY: f64 = 0.02;
 ///
 /// `chart`, `locator`: its conformal flat image and the finder over it; `curvature`: its shape
 /// operators; `k_tool`: effective curvature of the cutter across the feed
-/// ([`Strip::k_tool`](crate::strip_width::Strip::k_tool)), 1/mm. On a mesh of a NURBS surface points
+/// ([`Footprint::k_tool`](crate::footprint::Footprint::k_tool)), 1/mm. On a mesh of a NURBS surface points
 /// and field are exact.
 pub fn topology<'a>(
     surface: &'a Surface,
