@@ -1,6 +1,6 @@
 //! A branch over a high place: where it leaves the path, where it runs, and its insertion.
 
-use super::Rest;
+use super::context::Rest;
 use super::samples::Sample;
 use crate::flat_path::FlatPoint;
 use crate::geometry::DVec2;

@@ -1,6 +1,6 @@
 //! How high a path leaves the samples, and where between them it may leave more.
 
-use super::Rest;
+use super::context::Rest;
 use super::samples::{Ball, LEVELS, Sample};
 use crate::geometry::DVec2;
 use crate::link::Delivered;

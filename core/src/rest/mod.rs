@@ -20,17 +20,19 @@
 
 use crate::cutter_location::{is_in_wall, lowest_off_walls, raise_at, standing_clear};
 use crate::geometry::{DVec2, DVec3};
-use crate::link::{DeliverError, Delivered, Deliverer};
+use crate::link::{DeliverError, Delivered};
 use crate::parallel;
 use crate::removal::{FeedIndex, Place};
 use crate::toolpath::{PathPoint, Toolpath};
 use std::collections::BTreeSet;
 
 mod branch;
+mod context;
 mod heights;
 mod samples;
 
 use branch::{Branch, inserted};
+pub use context::{Rest, RestOptions};
 pub use samples::Places;
 use samples::Sample;
 
@@ -46,36 +48,6 @@ const LOOKS: usize = 3;
 const MOST_BRANCHES: usize = 2000;
 const MOST_TRIED: usize = 3 * MOST_BRANCHES;
 
-/// What may be left.
-#[derive(Copy, Clone, Debug, PartialEq)]
-pub struct RestOptions {
-    /// Distance between passes, mm.
-    pub side_step: f64,
-    /// Places higher than this are machined again, mm.
-    pub limit: f64,
-    /// Places lower than this, mm, do not come near the limit again.
-    pub close: f64,
-    /// How far the edge of the strip trails behind the contact, mm: branches continue beyond the boundary by this.
-    pub lag: f64,
-    /// Whether passes must cover the surface up to its boundary: no wall stands there.
-    pub has_open_rim: bool,
-}
-
-/// Measures a path and cuts what it leaves too high.
-pub struct Rest<'a> {
-    options: RestOptions,
-    places: Places<'a>,
-    deliverer: Deliverer<'a>,
-    /// Those that were nearly too high.
-    samples: Vec<Sample>,
-    /// Number of the first samples that lie in rows beside passes, alternately on one side and the other.
-    in_rows: usize,
-    /// Whether what a wall keeps the cutter from is lowered as far as the cutter comes beside the wall.
-    beside_walls: bool,
-    /// What is too high and cannot be lowered.
-    inaccessible: Vec<Place>,
-}
-
 /// From where a sample that is too high can be lowered.
 enum Lowered {
     /// The cutter has to touch at this distance beside it, flat.
@@ -86,20 +58,7 @@ enum Lowered {
     InWall,
 }
 
-impl<'a> Rest<'a> {
-    /// For the places of a surface on which `deliverer` puts paths.
-    pub fn new(places: Places<'a>, deliverer: Deliverer<'a>, options: RestOptions) -> Self {
-        Self {
-            options,
-            places,
-            deliverer,
-            samples: Vec::new(),
-            in_rows: 0,
-            beside_walls: false,
-            inaccessible: Vec::new(),
-        }
-    }
-
+impl Rest<'_> {
     /// The path with branches over what it leaves too high anywhere but within a wall.
     ///
     /// # Errors

@@ -7,7 +7,7 @@ use crate::footprint::Footprint;
 use crate::geometry::math::sin;
 use crate::job::{Component, Selection, SurfaceOptions, SurfaceSource};
 use crate::lift::Lift;
-use crate::link::DeliverOptions;
+use crate::link::{DeliverOptions, Deliverer};
 use crate::surface::{AnalyticSurface, Surface, build};
 use crate::tool::Tool;
 use crate::toolpath::MoveKind;

@@ -1,0 +1,50 @@
+//! What the search for rest works on: a surface, how paths are put on it, what may be left.
+
+use super::samples::{Places, Sample};
+use crate::link::Deliverer;
+use crate::removal::Place;
+
+/// What may be left.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct RestOptions {
+    /// Distance between passes, mm.
+    pub side_step: f64,
+    /// Places higher than this are machined again, mm.
+    pub limit: f64,
+    /// Places lower than this, mm, do not come near the limit again.
+    pub close: f64,
+    /// How far the edge of the strip trails behind the contact, mm: branches continue beyond the boundary by this.
+    pub lag: f64,
+    /// Whether passes must cover the surface up to its boundary: no wall stands there.
+    pub has_open_rim: bool,
+}
+
+/// Measures a path and cuts what it leaves too high.
+pub struct Rest<'a> {
+    pub(super) options: RestOptions,
+    pub(super) places: Places<'a>,
+    pub(super) deliverer: Deliverer<'a>,
+    /// Those that were nearly too high.
+    pub(super) samples: Vec<Sample>,
+    /// Number of the first samples that lie in rows beside passes, alternately on one side and the other.
+    pub(super) in_rows: usize,
+    /// Whether what a wall keeps the cutter from is lowered as far as the cutter comes beside the wall.
+    pub(super) beside_walls: bool,
+    /// What is too high and cannot be lowered.
+    pub(super) inaccessible: Vec<Place>,
+}
+
+impl<'a> Rest<'a> {
+    /// For the places of a surface on which `deliverer` puts paths.
+    pub fn new(places: Places<'a>, deliverer: Deliverer<'a>, options: RestOptions) -> Self {
+        Self {
+            options,
+            places,
+            deliverer,
+            samples: Vec::new(),
+            in_rows: 0,
+            beside_walls: false,
+            inaccessible: Vec::new(),
+        }
+    }
+}
