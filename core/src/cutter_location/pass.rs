@@ -54,6 +54,8 @@ pub struct Located {
     /// How far the tip was lifted from touching the contact, mm; infinite where there is no path between the points
     /// before and behind.
     pub raise: f64,
+    /// Whether it is the location of that very contact, not of a place between contacts or beside a wall.
+    pub is_of_contact: bool,
     /// Keys of the first and the last contact whose pieces the move that ends here covers.
     pub keys: (usize, usize),
 }
@@ -557,6 +559,7 @@ fn located(contacts: &[Contact], dense: &[Dense], before: Option<usize>, at: usi
         normal: d.normal,
         feed: contacts[d.piece].feed,
         raise: d.raise,
+        is_of_contact: d.at_contact && d.away.is_none(),
         keys: (contacts[first].key, contacts[d.piece].key),
     }
 }

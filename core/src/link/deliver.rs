@@ -68,6 +68,8 @@ pub struct OnSurface {
     pub flat: DVec2,
     /// Unit flat direction in which the cutter faces; zero where it only arrives.
     pub facing: DVec2,
+    /// Whether the cutter stands as this contact requires, not off a wall or between two contacts.
+    pub is_exact: bool,
 }
 
 /// Maps flat paths onto the surface, locates the cutter along them and joins them.
@@ -274,7 +276,7 @@ impl Run<'_> {
         let source = self.mapped.points[l.keys.1].source;
         let way = || self.flat[source].at - self.flat[source.saturating_sub(1)].at;
         let facing = self.flat[source].heading.unwrap_or_else(way).normalize_or_zero();
-        OnSurface { flat: self.mapped.points[l.keys.1].uv, facing }
+        OnSurface { flat: self.mapped.points[l.keys.1].uv, facing, is_exact: l.is_of_contact }
     }
 
     /// A located point with the largest removal rate of the moves it covers.
@@ -389,7 +391,16 @@ mod tests {
                 let tip = DVec3::new(f64::from(i), 0.0, 0.0);
                 let keys = (i as usize, i as usize);
                 let (axis, normal) = (DVec3::Z, DVec3::Z);
-                Located { tip, axis, contact: tip, normal, feed: 10.0, raise: 0.0, keys }
+                Located {
+                    tip,
+                    axis,
+                    contact: tip,
+                    normal,
+                    feed: 10.0,
+                    raise: 0.0,
+                    is_of_contact: true,
+                    keys,
+                }
             })
             .collect();
         let flat: Vec<FlatPoint> = located

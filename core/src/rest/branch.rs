@@ -15,6 +15,9 @@ const AHEAD: f64 = 0.05;
 const INSIDE: f64 = 0.15;
 /// Fraction of the distance to the boundary that a branch may continue. More: rounding moves it outside.
 const WITHIN: f64 = 0.98;
+/// Greatest distance, tolerances, between where a branch begins or ends and where it leaves the path: the move there
+/// is not located.
+const MISSED: f64 = 2.0;
 /// Places of a path less than this fraction of the tolerance apart are one.
 const SAME: f64 = 0.1;
 
@@ -84,7 +87,14 @@ impl Rest<'_> {
         let there =
             [(anchor.place.flat, 0.0), (rear, 0.0), (front, overrun), (anchor.place.flat, 0.0)];
         let flat = there.map(|(at, overrun)| point(at, MoveKind::Cut, overrun));
-        if let Some(path) = self.deliverer.on_surface(&flat) {
+        let leave = path.toolpath.points[anchor.to - 1].toward(model, anchor.part).tip;
+        let tolerance = self.deliverer.options.pass.tolerance;
+        let is_there = |p: &PathPoint| p.tip.distance(leave) <= MISSED * tolerance;
+        let on = self.deliverer.on_surface(&flat).filter(|path| {
+            let points = &path.toolpath.points;
+            points.first().is_some_and(is_there) && points.last().is_some_and(is_there)
+        });
+        if let Some(path) = on {
             return Some((Some(Branch::On(Anchored { anchor, path })), aimed));
         }
         let pass = path.toolpath.points.last().map_or(0, |p| p.pass + 1);
@@ -164,7 +174,7 @@ fn nearest(path: &Delivered, place: DVec2) -> Option<Anchor> {
         };
         let way = end.flat - from.flat;
         // Beyond the chart the place is that where it is left.
-        if way == DVec2::ZERO || end.facing == DVec2::ZERO {
+        if way == DVec2::ZERO || end.facing == DVec2::ZERO || !(from.is_exact && end.is_exact) {
             continue;
         }
         let part = ((place - from.flat).dot(way) / way.length_squared()).clamp(0.0, 1.0);
