@@ -19,6 +19,6 @@ pub use error::LocateError;
 pub use obstacles::{Obstacles, Standing};
 pub use options::PassOptions;
 pub use pass::{Contact, LiftedSpan, Located, LocatedPass, facet_error, locate_pass};
-pub use probe::{is_in_wall, lowest_off_walls, raise_at, standing_clear};
+pub use probe::{is_in_wall, is_way_clear, lowest_off_walls, raise_at, standing_clear};
 pub use ruling::{Pushed, Ruling, Rulings, Stand};
 pub use tip::{contact_offset, tip};

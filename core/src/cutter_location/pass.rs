@@ -172,17 +172,6 @@ impl Probe<'_> {
         same_axis(a.axis, b.axis) && a.contact.distance(b.contact) < self.tolerance
     }
 
-    /// Whether the cutter penetrates nothing by more than three quarters of the tolerance on the straight line:
-    /// between places `s` apart it penetrates a sharp edge by `s²/(8R)` more.
-    fn is_straight_clear(&self, a: &Dense, b: &Dense) -> bool {
-        let apart = (4.0 * self.tool.radius() * self.tolerance).sqrt();
-        let count = (a.tip.distance(b.tip) / apart).ceil().max(1.0);
-        let axis = |u: f64| a.axis.lerp(b.axis, u).try_normalize().unwrap_or(b.axis);
-        (1..count as u32)
-            .map(|i| f64::from(i) / count)
-            .all(|u| self.clears(a.tip.lerp(b.tip, u), axis(u), 0.25 * self.tolerance))
-    }
-
     /// Whether the move between two places leads from the cut up onto what stands beside the surface: the cut is to
     /// reach its foot.
     fn is_ramp(&self, a: &Dense, b: &Dense) -> bool {
@@ -367,7 +356,7 @@ fn between(a: &Dense, b: &Dense, probe: &Probe, depth: u32, out: &mut Vec<Dense>
         return false;
     }
     if !is_short && (depth == 0 || probe.is_jump(a, b)) {
-        let is_blocked = !probe.is_straight_clear(a, b);
+        let is_blocked = !probe.is_straight_clear((a.tip, a.axis), (b.tip, b.axis));
         out.extend(is_blocked.then(|| Dense { raise: f64::INFINITY, ..midpoint(a, b) }));
         return is_blocked;
     }

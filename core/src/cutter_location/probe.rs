@@ -48,6 +48,17 @@ impl<'a> Probe<'a> {
         self.obstacles.is_clear(self.standing(tip, axis), self.allowance, depth)
     }
 
+    /// Whether the cutter penetrates nothing by more than three quarters of the tolerance on the straight way from one
+    /// tip and axis to another: between places `s` apart it penetrates a sharp edge by `s²/(8R)` more.
+    pub fn is_straight_clear(&self, a: (DVec3, DVec3), b: (DVec3, DVec3)) -> bool {
+        let apart = (4.0 * self.tool.radius() * self.tolerance).sqrt();
+        let count = (a.0.distance(b.0) / apart).ceil().max(1.0);
+        let axis = |u: f64| a.1.lerp(b.1, u).try_normalize().unwrap_or(b.1);
+        (1..count as u32)
+            .map(|i| f64::from(i) / count)
+            .all(|u| self.clears(a.0.lerp(b.0, u), axis(u), 0.25 * self.tolerance))
+    }
+
     /// Position of the cutter intended at `tip`: moved off walls and then lowered onto the part; lifted where it does
     /// not fit.
     pub fn placed(&self, tip: DVec3, axis: DVec3) -> Placed {
@@ -78,6 +89,16 @@ impl<'a> Probe<'a> {
         }
         (raise, true)
     }
+}
+
+/// Whether the cutter may go straight from one tip and axis to another.
+pub fn is_way_clear(
+    from: (DVec3, DVec3),
+    to: (DVec3, DVec3),
+    options: &PassOptions,
+    obstacles: &Obstacles,
+) -> bool {
+    Probe::new(options, obstacles).is_straight_clear(from, to)
 }
 
 /// How far the cutter must be lifted where it is to touch one contact of a path going along `feed`, mm; infinite

@@ -2,6 +2,7 @@
 
 use super::context::Rest;
 use super::samples::Sample;
+use crate::cutter_location::is_way_clear;
 use crate::flat_path::FlatPoint;
 use crate::geometry::DVec2;
 use crate::link::{DeliverError, Delivered, Deliverer, OnSurface};
@@ -15,9 +16,6 @@ const AHEAD: f64 = 0.05;
 const INSIDE: f64 = 0.15;
 /// Fraction of the distance to the boundary that a branch may continue. More: rounding moves it outside.
 const WITHIN: f64 = 0.98;
-/// Greatest distance, tolerances, between where a branch begins or ends and where it leaves the path: the move there
-/// is not located.
-const MISSED: f64 = 2.0;
 /// Places of a path less than this fraction of the tolerance apart are one.
 const SAME: f64 = 0.1;
 
@@ -87,12 +85,11 @@ impl Rest<'_> {
         let there =
             [(anchor.place.flat, 0.0), (rear, 0.0), (front, overrun), (anchor.place.flat, 0.0)];
         let flat = there.map(|(at, overrun)| point(at, MoveKind::Cut, overrun));
-        let leave = path.toolpath.points[anchor.to - 1].toward(model, anchor.part).tip;
-        let tolerance = self.deliverer.options.pass.tolerance;
-        let is_there = |p: &PathPoint| p.tip.distance(leave) <= MISSED * tolerance;
-        let on = self.deliverer.on_surface(&flat).filter(|path| {
-            let points = &path.toolpath.points;
-            points.first().is_some_and(is_there) && points.last().is_some_and(is_there)
+        let leave = path.toolpath.points[anchor.to - 1].toward(model, anchor.part);
+        let on = self.deliverer.on_surface(&flat).filter(|branch| {
+            let points = &branch.toolpath.points;
+            let is_joined = |p: &PathPoint| self.is_way_clear(&leave, p);
+            points.first().is_some_and(is_joined) && points.last().is_some_and(is_joined)
         });
         if let Some(path) = on {
             return Some((Some(Branch::On(Anchored { anchor, path })), aimed));
@@ -107,6 +104,13 @@ impl Rest<'_> {
         let apart = self.deliverer.path(&flat, None, |_| {}).ok();
         let apart = apart.filter(|path| !path.toolpath.points.is_empty());
         Some((apart.map(|path| Branch::Apart(flat.to_vec(), path)), aimed))
+    }
+
+    /// Whether the cutter may go straight from where it leaves the path to an end of a branch. They differ a little
+    /// where a pass turns the axis more slowly.
+    fn is_way_clear(&self, leave: &PathPoint, end: &PathPoint) -> bool {
+        let Deliverer { obstacles, options, .. } = &self.deliverer;
+        is_way_clear((leave.tip, leave.axis), (end.tip, end.axis), &options.pass, obstacles)
     }
 
     /// Where a branch runs that lowers the first of the high samples and those around it, which are returned, too.

@@ -1,8 +1,10 @@
 //! How high a path leaves the samples, and where between them it may leave more.
 
-use super::context::Rest;
+use super::context::{Rest, RestOptions};
 use super::samples::{Ball, LEVELS, Sample};
+use crate::cutter_location::ToolAxis;
 use crate::geometry::DVec2;
+use crate::geometry::math::cos;
 use crate::link::Delivered;
 use crate::removal::{Columns, Cutter, Layer, Line};
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
@@ -10,6 +12,10 @@ use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 /// Fractions of the limit above which more samples are placed around one, and still more around each of those: the
 /// samples nearest to the crest of a sharp cusp as high as the limit are not lower than this.
 const NEARLY: [f64; LEVELS as usize] = [0.85, 0.95];
+/// No sample lower than this fraction of the limit counts as nearly too high.
+const LEAST: f64 = 0.3;
+/// Steepest flank of a cusp that is assumed.
+const STEEPEST: f64 = 1.0;
 /// Fraction of the limit by which a sample must be higher than another to count as clearly higher.
 const CLEARLY: f64 = 0.01;
 /// Size of the cells in each of which the cutter is tested at one sample, side steps. Smaller: slower.
@@ -54,25 +60,42 @@ impl Rest<'_> {
     /// The heights of all samples, with additional samples where it is nearly too high.
     pub(super) fn refined(&mut self, path: &Toolpath) -> Vec<f64> {
         let limit = self.options.limit;
-        let enough =
-            |level: u8| NEARLY.get(usize::from(level)).map_or(self.options.close, |n| n * limit);
-        let mut heights = self.heights(&self.samples, path, enough(0));
+        let exact = self.samples.iter().map(|s| self.nearly(s)).fold(self.options.close, f64::min);
+        let mut heights = self.heights(&self.samples, path, exact);
         let mut known = 0;
         while known < self.samples.len() {
             // What is too high is gone over anyway.
             let mut more = Vec::new();
             for (i, height) in heights.iter().enumerate().skip(known) {
-                let Sample { level, .. } = self.samples[i];
-                if level < LEVELS && (enough(level)..=limit).contains(height) {
-                    more.extend(self.places.about(&self.samples[i]));
+                let sample = &self.samples[i];
+                if sample.level < LEVELS && (self.nearly(sample)..=limit).contains(height) {
+                    more.extend(self.places.about(sample));
                     self.samples[i].level = LEVELS;
                 }
             }
             known = self.samples.len();
-            heights.extend(self.heights(&more, path, enough(LEVELS)));
+            heights.extend(self.heights(&more, path, exact));
             self.samples.extend(more);
         }
         heights
+    }
+
+    /// The height of a sample from which on a place around it may be too high, mm.
+    ///
+    /// Where the edge of a flat bottom leaves a cusp, its flank is as steep as the bottom lies on the surface.
+    fn nearly(&self, sample: &Sample) -> f64 {
+        let RestOptions { limit, close, .. } = self.options;
+        let nearly = NEARLY.get(usize::from(sample.level)).map_or(close, |n| n * limit);
+        if self.ball().is_some() {
+            return nearly;
+        }
+        let cosine = match self.deliverer.options.pass.axis {
+            ToolAxis::Fixed(axis) => axis.dot(sample.normal),
+            ToolAxis::Lead(lead) => cos(lead),
+        };
+        let steepness = (1.0 - cosine * cosine).max(0.0).sqrt() / cosine.max(f64::MIN_POSITIVE);
+        let rise = 0.5 * sample.spacing * steepness.min(STEEPEST);
+        nearly.min((limit - rise).max(LEAST * limit))
     }
 
     /// Whether a sample beside a pass is nearly too high and clearly higher than those before and behind it.
@@ -87,12 +110,18 @@ impl Rest<'_> {
             && here - before.min(behind) > CLEARLY * limit
     }
 
+    /// Height of a sample from which on its surroundings are searched for higher places, mm.
+    pub(super) fn climbed_from(&self) -> f64 {
+        let RestOptions { limit, close, .. } = self.options;
+        // Beside passes samples lie on ridges already.
+        if self.in_rows > 0 { close } else { close.min(NEARLY[0] * limit) }
+    }
+
     /// Climbs from samples that are nearly too high to higher places beside them: samples leave gaps, and the peaks
     /// left by the edge of a flat end are narrow.
     pub(super) fn climb(&mut self, heights: &mut Vec<f64>, path: &Toolpath) {
         let (limit, close) = (self.options.limit, self.options.close);
-        // Beside passes samples lie on ridges already.
-        let low = if self.in_rows > 0 { close } else { close.min(NEARLY[0] * limit) };
+        let low = self.climbed_from();
         let is_nearly = |i: &usize| {
             let is_high = (low..=limit).contains(&heights[*i]) || self.is_top(*i, heights);
             is_high && !self.samples[*i].is_climbed

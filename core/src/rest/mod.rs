@@ -125,7 +125,8 @@ impl Rest<'_> {
         mut heights: Vec<f64>,
         mut high: Vec<usize>,
     ) -> Vec<Branch> {
-        let RestOptions { limit, close, .. } = self.options;
+        let RestOptions { limit, .. } = self.options;
+        let low = self.climbed_from();
         let lowerable: BTreeSet<usize> = high.iter().copied().collect();
         high.sort_by(|&a, &b| heights[b].total_cmp(&heights[a]));
         let mut branches: Vec<Branch> = Vec::new();
@@ -151,10 +152,15 @@ impl Rest<'_> {
                     && !(i == worst && is_lowered)
             });
         }
-        let is_left = |i: &usize| heights[*i] > close || lowerable.contains(i);
+        let is_left = |i: &usize| heights[*i] > low || lowerable.contains(i);
         let is_excused = |i: &usize| heights[*i] > limit && !lowerable.contains(i);
         let left = (0..heights.len()).filter(|i| is_left(i) && !is_excused(i));
-        self.samples = left.map(|i| self.samples[i]).collect();
+        // Where branches lowered some, the highest place between them may be another.
+        let sample = |i: usize| Sample {
+            is_climbed: self.samples[i].is_climbed && !lowerable.contains(&i),
+            ..self.samples[i]
+        };
+        self.samples = left.map(sample).collect();
         self.in_rows = 0;
         for branch in &branches {
             let beside = self.samples_beside(branch.path());
