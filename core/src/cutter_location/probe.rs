@@ -114,7 +114,8 @@ pub fn raise_at(
         .map_or(f64::INFINITY, |at| obstacles.raise(at, options.allowance))
 }
 
-/// The cutter that touches one contact of a path going along `feed`, if nothing obstructs it.
+/// The cutter that is to touch one contact of a path going along `feed`, lifted clear of what obstructs it; `None`
+/// where the surface faces away or the allowance leaves nothing of the cutter.
 pub fn standing_clear(
     contact: DVec3,
     normal: DVec3,
@@ -123,7 +124,7 @@ pub fn standing_clear(
     obstacles: &Obstacles,
 ) -> Option<Standing> {
     let at = touching(contact, normal, feed, options)?;
-    obstacles.is_clear(at, options.allowance, 0.25 * options.tolerance).then_some(at)
+    Some(at.lifted(obstacles.raise(at, options.allowance)))
 }
 
 /// The cutter that is to touch one contact of a path going along `feed` and would penetrate a wall: moved off it and
