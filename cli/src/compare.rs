@@ -6,16 +6,18 @@ use std::time::Instant;
 
 use clap::Args;
 use evencut_core::job::{self, Faults, Job, Pattern};
-use evencut_core::plan::{PlanError, Prepared, SurfaceKeys, plan_on};
+use evencut_core::plan::{PlanError, Prepared, Stage, SurfaceKeys, plan_on};
 use evencut_service::compare::{
     RegionVariant, Row, Variant, judged, texture, to_csv, to_svg, to_text,
 };
 use evencut_service::failure;
 use evencut_service::results::ResultsError;
 use evencut_service::results::texture::TextureError;
+use evencut_service::stages::words;
 
 use crate::input::Contents;
 use crate::plan::Failed;
+use crate::progress::Progress;
 use crate::{Exit, Streams, input};
 
 /// Largest tilt, degrees: the largest lead angle of a job.
@@ -195,7 +197,9 @@ impl Compare {
             let (exit, fault) = failure::explain(&ResultsError::from(error), source, None);
             self.failed(exit, &Faults(vec![fault]), source)
         };
-        Prepared::new(SurfaceKeys::of(job), contents.files(), &mut |_, _| {}).map_err(failed)
+        let mut progress = Progress::on_standard_error();
+        let mut tell = |stage, part| progress.report(words(stage), part);
+        Prepared::new(SurfaceKeys::of(job), contents.files(), &mut tell).map_err(failed)
     }
 
     fn threads(&self) -> usize {
@@ -241,8 +245,11 @@ impl Compare {
     ) -> (Row, Exit) {
         let (job, threads) = (variant.of(job), self.threads());
         let begun = Instant::now();
-        let plan = plan_on(prepared, &job, threads, &mut |_, _| {}).map_err(ResultsError::from);
+        let mut progress = Progress::on_standard_error();
+        let mut tell = |stage, part| progress.report(words(stage), part);
+        let plan = plan_on(prepared, &job, threads, &mut tell).map_err(ResultsError::from);
         let seconds = begun.elapsed().as_secs_f64();
+        progress.report(words(Stage::Verify), 0.0);
         let figures = plan.and_then(|plan| judged(&job, &plan, threads));
         let fault = |error: ResultsError| {
             let (exit, fault) = failure::explain(&error, source, None);

@@ -31,6 +31,7 @@ Exit codes:
   3  unreadable or unusable surface
   4  no path: a limit cannot be kept, or the cutter does not fit
   5  planned and written, but the simulation found a limit broken
+  130  interrupted; nothing is written, earlier results are unchanged
 
 Messages go to standard error, data to standard output.";
 

@@ -8,11 +8,29 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use thiserror::Error;
 
 /// Name of the list of files that marks a directory of results.
 pub const LIST: &str = ".evencut-results";
+
+/// Directories that are being written, to be removed if the run is interrupted. Locked while results are put in place.
+static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes results that are not complete, for a run that is interrupted. Nothing is put in place afterwards: the
+/// returned guard is to be held until the process ends.
+pub fn remove_unfinished() -> impl Drop {
+    let unfinished = unfinished();
+    for directory in unfinished.iter() {
+        let _ = fs::remove_dir_all(directory);
+    }
+    unfinished
+}
 
 /// Why results cannot be written.
 #[derive(Debug, Error)]
@@ -82,7 +100,9 @@ impl ResultDirectory {
         let target = resolved(target)?;
         check_replaceable(&target)?;
         fs::create_dir_all(parent(&target)).at(parent(&target))?;
+        let mut unfinished = unfinished();
         let partial = create_beside(&target, "partial")?;
+        unfinished.insert(partial.clone());
         Ok(Self { target, partial, names: BTreeSet::new() })
     }
 
@@ -114,6 +134,8 @@ impl ResultDirectory {
     pub fn commit(self) -> Result<PathBuf, OutputError> {
         let list: String = self.names.iter().map(|name| format!("{name}\n")).collect();
         self.store(LIST, list.as_bytes())?;
+        // An interruption waits until they are in place.
+        let _whole = unfinished();
         // Somebody may have put a file there during the run.
         check_replaceable(&self.target)?;
         if !self.target.exists() {
@@ -137,6 +159,7 @@ impl Drop for ResultDirectory {
     fn drop(&mut self) {
         // After a commit it is no longer there.
         let _ = fs::remove_dir_all(&self.partial);
+        unfinished().remove(&self.partial);
     }
 }
 

@@ -1,4 +1,5 @@
-//! Progress on a terminal: one line with stage and percentage, for runs longer than a second.
+//! Progress on standard error, with stage and percentage: on a terminal one line that is drawn again, for runs longer
+//! than a second; in a file or pipe a line every few seconds, so that a log shows that the run is alive.
 
 use std::io::{IsTerminal, Write};
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
@@ -11,10 +12,16 @@ const QUIET: Duration = Duration::from_secs(1);
 /// Time between two updates; less would flicker and cost time, more would look stuck.
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// Draws progress on a terminal, and nothing elsewhere.
+/// Goes back to the start of the line and clears it.
+const CLEARED: &str = "\r\x1b[K";
+
+/// Time between two lines in a log, and before the first.
+const LOGGED: Duration = Duration::from_secs(5);
+
+/// Shows progress.
 ///
-/// A separate thread draws, so that the seconds continue in a stage that reports nothing. The line is cleared when
-/// the value is dropped, so that messages start on an empty line.
+/// A separate thread draws, so that the seconds continue in a stage that reports nothing. On a terminal the line is
+/// cleared when the value is dropped, so that messages start on an empty line.
 pub struct Progress {
     /// `None` where nothing is drawn.
     drawing: Option<(Sender<State>, JoinHandle<()>)>,
@@ -34,14 +41,11 @@ impl Progress {
         Self { drawing: None }
     }
 
-    /// Progress on standard error, if that is a terminal.
+    /// Progress on standard error.
     pub fn on_standard_error() -> Self {
-        if !std::io::stderr().is_terminal() {
-            return Self::hidden();
-        }
         let (sender, states) = mpsc::channel();
         let draw = move || {
-            let mut line = Line::new(std::io::stderr());
+            let mut line = Line::new(std::io::stderr(), std::io::stderr().is_terminal());
             loop {
                 match states.recv_timeout(PAUSE) {
                     Ok(state) => line.state = Some(state),
@@ -73,36 +77,39 @@ impl Drop for Progress {
     }
 }
 
-/// The line on the terminal.
+/// The line on the terminal, or the lines of a log.
 struct Line<W: Write> {
-    terminal: W,
+    out: W,
+    is_terminal: bool,
     start: Instant,
     state: Option<State>,
     last_drawn: Option<Duration>,
 }
 
 impl<W: Write> Line<W> {
-    fn new(terminal: W) -> Self {
-        Self { terminal, start: Instant::now(), state: None, last_drawn: None }
+    fn new(out: W, is_terminal: bool) -> Self {
+        Self { out, is_terminal, start: Instant::now(), state: None, last_drawn: None }
     }
 
     /// Draws, if it is due, `now` after the start.
     fn draw_at(&mut self, now: Duration) {
-        let due = now >= QUIET && self.last_drawn.is_none_or(|last| now >= last + PAUSE);
+        let (quiet, pause) = if self.is_terminal { (QUIET, PAUSE) } else { (LOGGED, LOGGED) };
+        let due = now >= quiet && self.last_drawn.is_none_or(|last| now >= last + pause);
         let Some(State { stage, part }) = self.state.filter(|_| due) else { return };
         let percent = (100.0 * part).clamp(0.0, 100.0);
         // Many stages report their start only.
         let percent = if part > 0.0 { format!(" {percent:.0} %") } else { String::new() };
         self.last_drawn = Some(now);
-        let _ = write!(self.terminal, "\r\x1b[K{stage}{percent} ({} s)", now.as_secs())
-            .and_then(|()| self.terminal.flush());
+        let (before, after) = if self.is_terminal { (CLEARED, "") } else { ("", "\n") };
+        let _ = write!(self.out, "{before}{stage}{percent} ({} s){after}", now.as_secs())
+            .and_then(|()| self.out.flush());
     }
 }
 
 impl<W: Write> Drop for Line<W> {
     fn drop(&mut self) {
-        if self.last_drawn.is_some() {
-            let _ = write!(self.terminal, "\r\x1b[K").and_then(|()| self.terminal.flush());
+        if self.is_terminal && self.last_drawn.is_some() {
+            let _ = write!(self.out, "{CLEARED}").and_then(|()| self.out.flush());
         }
     }
 }
@@ -111,9 +118,9 @@ impl<W: Write> Drop for Line<W> {
 mod tests {
     use super::*;
 
-    fn drawn(reports: &[(u64, f64)]) -> String {
+    fn drawn(is_terminal: bool, reports: &[(u64, f64)]) -> String {
         let mut bytes = Vec::new();
-        let mut line = Line::new(&mut bytes);
+        let mut line = Line::new(&mut bytes, is_terminal);
         for (milliseconds, part) in reports {
             line.state = Some(State { stage: "rings", part: *part });
             line.draw_at(Duration::from_millis(*milliseconds));
@@ -124,15 +131,21 @@ mod tests {
 
     #[test]
     fn short_runs_draw_nothing() {
-        assert_eq!(drawn(&[(0, 0.0), (500, 0.5), (999, 1.0)]), "");
+        assert_eq!(drawn(true, &[(0, 0.0), (500, 0.5), (999, 1.0)]), "");
     }
 
     #[test]
     fn long_runs_draw_at_intervals_and_clear_the_line() {
-        let text = drawn(&[(1000, 0.0), (1050, 0.3), (1100, 0.5), (2200, 7.0)]);
+        let text = drawn(true, &[(1000, 0.0), (1050, 0.3), (1100, 0.5), (2200, 7.0)]);
         assert_eq!(
             text,
             "\r\x1b[Krings (1 s)\r\x1b[Krings 50 % (1 s)\r\x1b[Krings 100 % (2 s)\r\x1b[K"
         );
+    }
+    #[test]
+    fn a_log_gets_a_line_every_five_seconds() {
+        assert_eq!(drawn(false, &[(0, 0.0), (4900, 0.5)]), "");
+        let text = drawn(false, &[(5000, 0.0), (9000, 0.3), (10100, 0.5)]);
+        assert_eq!(text, "rings (5 s)\nrings 50 % (10 s)\n");
     }
 }
