@@ -158,13 +158,18 @@ impl Rest<'_> {
         }
     }
 
+    /// Size of the cells in each of which the cutter is tested at one sample, mm.
+    pub(super) fn cell(&self) -> f64 {
+        CELL * self.options.side_step
+    }
+
     /// Samples by the cells in which they lie, the highest of each first.
     pub(super) fn by_cell(
         &self,
         some: impl Iterator<Item = usize>,
         heights: &[f64],
     ) -> Vec<Vec<usize>> {
-        let side = CELL * self.options.side_step;
+        let side = self.cell();
         let cell = |i: usize| (self.samples[i].at / side).to_array().map(|x| x.floor() as i64);
         let mut keyed: Vec<([i64; 3], usize)> = some.map(|i| (cell(i), i)).collect();
         keyed.sort_by(|a, b| a.0.cmp(&b.0).then(heights[b.1].total_cmp(&heights[a.1])));

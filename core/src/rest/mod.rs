@@ -210,6 +210,8 @@ impl Rest<'_> {
             self.lowered(sample, heights[cell[0]], feeds.nearest(sample.flat))
         });
         let mut out = Vec::new();
+        // Between the samples of a cell nothing else was tested.
+        let least = self.cell();
         for (cell, lowered) in cells.into_iter().zip(lowered) {
             match lowered {
                 Lowered::From(beside) => {
@@ -217,8 +219,8 @@ impl Rest<'_> {
                     out.extend(cell);
                 }
                 Lowered::Nowhere => self.inaccessible.extend(cell.iter().map(|&i| {
-                    let Sample { at: centre, spacing: radius, .. } = self.samples[i];
-                    Place { centre, radius }
+                    let Sample { at: centre, spacing, .. } = self.samples[i];
+                    Place { centre, radius: spacing.max(least) }
                 })),
                 Lowered::InWall => {}
             }
