@@ -102,7 +102,7 @@ pub fn lay_out(
     let threads = if tasks.len() > 1 { 1 } else { options.threads };
     let options_of_one = LayoutOptions { threads, ..*options };
     let draft = |(region_mesh, locator): &(&RegionMesh, &Locator)| {
-        Draft::of(region_mesh, locator, &options_of_one)
+        Draft::of(region_mesh, locator, &options_of_one, tasks.len() > 1)
     };
     let drafts = parallel::map(options.threads, &tasks, draft);
     let mut drafts = drafts.into_iter().collect::<Result<Vec<_>, _>>()?;
@@ -149,6 +149,7 @@ impl Draft {
         region_mesh: &RegionMesh,
         locator: &Locator,
         options: &LayoutOptions,
+        is_one_of_many: bool,
     ) -> Result<Self, LevelSetError> {
         let job = options.job;
         let mesh = &region_mesh.fine;
@@ -177,7 +178,12 @@ impl Draft {
                     )?
                 }
             };
-        let mut passes = simplified(passes, options.tolerance);
+        let (mut field, mut passes) = (field, simplified(passes, options.tolerance));
+        if passes.is_empty() && is_one_of_many {
+            // A ring halfway to its middle is enough.
+            let Laid { field: of_rings, passes: rings } = rings(region_mesh, job);
+            (field, passes) = (of_rings, simplified(rings, options.tolerance));
+        }
         if passes.is_empty() {
             let (low, high) = field.range();
             return Err(LevelSetError::TooSmall { passes: high - low.min(0.0) });

@@ -64,10 +64,17 @@ impl Graph {
         open
     }
 
+    /// The region that is not done yet and nearest to the last one, where the surface consists of several pieces.
+    fn nearest_open(&self, order: &[usize], is_done: &[bool]) -> Option<usize> {
+        let ways = &self.ways[*order.last()?];
+        let open = (0..is_done.len()).filter(|&r| !is_done[r]);
+        open.min_by(|&a, &b| ways[a].total_cmp(&ways[b]))
+    }
+
     fn depth_first(&self, start: usize) -> Vec<usize> {
         let mut is_done = vec![false; self.neighbours.len()];
         let (mut order, mut stack) = (Vec::new(), vec![start]);
-        while let Some(at) = stack.pop() {
+        while let Some(at) = stack.pop().or_else(|| self.nearest_open(&order, &is_done)) {
             if !is_done[at] {
                 is_done[at] = true;
                 order.push(at);
@@ -80,7 +87,7 @@ impl Graph {
     fn breadth_first(&self, start: usize) -> Vec<usize> {
         let mut is_done = vec![false; self.neighbours.len()];
         let (mut order, mut queue) = (Vec::new(), VecDeque::from([start]));
-        while let Some(at) = queue.pop_front() {
+        while let Some(at) = queue.pop_front().or_else(|| self.nearest_open(&order, &is_done)) {
             if !is_done[at] {
                 is_done[at] = true;
                 order.push(at);

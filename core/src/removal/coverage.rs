@@ -2,6 +2,7 @@
 
 use super::body::{Cutter, Layer, Line};
 use super::columns::{Column, Columns};
+use super::remains::Strokes;
 use crate::cutter_location::{Obstacles, PassOptions, ToolAxis, lowest_off_walls, raise_at};
 use crate::geometry::{DVec2, DVec3};
 use crate::parallel;
@@ -116,9 +117,10 @@ fn left_over(columns: &Columns, access: &Access) -> Vec<Left> {
     let allowed = access.allowed();
     let cutter = Cutter { tool: access.pass.tool, length: access.pass.reach };
     // Which piece removes what is not asked.
-    let removed = columns.remains(access.path, cutter, access.layer, allowed, access.threads);
+    let strokes = Strokes::of(access.path, &cutter.tool);
+    let heights = columns.remains(&strokes, cutter, access.layer, allowed, access.threads);
     let mut left = Vec::new();
-    for (block, heights) in columns.blocks.iter().zip(&removed.heights) {
+    for (block, heights) in columns.blocks.iter().zip(&heights) {
         for (i, &height) in heights.iter().enumerate().filter(|(_, h)| **h > allowed) {
             let (column, flat) = (block.columns[i], block.flat[i]);
             left.push(Left { column, flat, over: height - allowed });

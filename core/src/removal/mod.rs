@@ -31,4 +31,5 @@ pub(crate) use coverage::FeedIndex;
 pub use coverage::{Access, Coverage, Place, coverage};
 pub use cusp::{Lean, cusp, worst_cusp};
 pub use rates::{Feeds, Limit, TooSlow, rated};
+pub(crate) use remains::Strokes;
 pub use sweep::{Piece, Removed};

@@ -5,9 +5,10 @@
 
 use super::body::{Body, Cutter, Layer, Stroke};
 use super::columns::{Block, Columns};
-use super::sweep::{BlockCut, Removed, cut_to_pieces, runs};
+use super::sweep::{BlockCut, Runs, cut_to_pieces};
 use crate::geometry::DVec2;
 use crate::parallel;
+use crate::tool::Tool;
 use crate::toolpath::{PathPoint, Toolpath};
 
 /// Pieces before and behind the nearest one that are tested. Fewer: more columns are left to the sweep; more: slower.
@@ -89,42 +90,56 @@ fn search(ends: &[(DVec2, u32)], axis: usize, at: DVec2, best: &mut (f64, u32)) 
     }
 }
 
+/// The strokes of a path, so arranged that those near a place are found.
+pub(crate) struct Strokes {
+    all: Vec<Stroke>,
+    ends: Ends,
+    runs: Runs,
+}
+
+impl Strokes {
+    /// Those of a path of a cutter.
+    pub fn of(path: &Toolpath, tool: &Tool) -> Self {
+        let (removed, all, at) = cut_to_pieces(&path.points, tool);
+        let parts = |piece: usize| removed.pieces[piece].end;
+        let ends = Ends::new(&path.points, &removed.first, &at, parts);
+        let runs = Runs::of(&all);
+        Self { all, ends, runs }
+    }
+}
+
 impl Columns {
-    /// The heights that a path leaves on fresh columns: exact where they are above `enough` mm, and at most that
-    /// elsewhere. Which piece removes what is not recorded.
+    /// The heights that the strokes of a cutter leave on fresh columns, mm, block by block: exact where they are above
+    /// `enough` mm, and at most that elsewhere. Which piece removes what is not recorded.
     pub(crate) fn remains(
         &self,
-        path: &Toolpath,
+        strokes: &Strokes,
         cutter: Cutter,
         layer: Layer,
         enough: f64,
         threads: usize,
-    ) -> Removed {
+    ) -> Vec<Vec<f64>> {
         // No rate is asked for: the wall of a leaned flat end, if smeared, would count as left.
         let width = if cutter.tool.corner_radius() > 0.0 { self.spacing } else { 0.0 };
         let body = Body::new(cutter, layer, width);
-        let (mut removed, strokes, at) = cut_to_pieces(&path.points, &cutter.tool);
-        let parts = |piece: usize| removed.pieces[piece].end;
-        let ends = Ends::new(&path.points, &removed.first, &at, parts);
-        let [long, short] = runs(&strokes);
-        removed.heights = parallel::map(threads, &self.blocks, |block| {
-            let heights = tried(block, &body, (&strokes, &ends), enough);
+        parallel::map(threads, &self.blocks, |block| {
+            let heights = tried(block, &body, strokes, enough);
             let mut work = BlockCut::new(block, &body, heights, enough);
-            work.run_on_tiles(&strokes, &long, &short);
+            work.run_on_tiles(&strokes.all, &strokes.runs);
             work.heights
-        });
-        removed
+        })
     }
 }
 
 /// The heights of a block's columns that the nearest pieces cut down; the others are left at full height.
-fn tried(block: &Block, body: &Body, (strokes, ends): (&[Stroke], &Ends), enough: f64) -> Vec<f64> {
+fn tried(block: &Block, body: &Body, strokes: &Strokes, enough: f64) -> Vec<f64> {
+    let Strokes { all, ends, .. } = strokes;
     let top = body.layer().top();
     let mut heights = vec![top; block.columns.len()];
     let lowered = |column: usize, nearest: usize| {
-        let beside = nearest.saturating_sub(BESIDE)..(nearest + BESIDE + 1).min(strokes.len());
+        let beside = nearest.saturating_sub(BESIDE)..(nearest + BESIDE + 1).min(all.len());
         let line = &block.columns[column].line;
-        strokes[beside].iter().map(|s| body.lowered(s, line, top)).find(|height| *height <= enough)
+        all[beside].iter().map(|s| body.lowered(s, line, top)).find(|height| *height <= enough)
     };
     for tile in &block.tiles {
         let columns = tile.first..tile.first + tile.count;

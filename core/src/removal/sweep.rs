@@ -21,8 +21,9 @@ const LONGEST_AT_CORNER: f64 = 0.4;
 const LARGEST_TURN: f64 = 0.026;
 /// Pieces that are tested together against a block.
 const RUN: usize = 64;
-/// Pieces that are tested together against a tile.
-pub(super) const SHORT: usize = 8;
+/// Pieces that are tested together against a tile, and how many such runs, and runs of them, form a longer one.
+const SHORT: usize = 8;
+const FEW: usize = 8;
 /// A node is opened only for what is deeper than this, mm: allows for rounding and the faces of the mesh.
 const NEGLIGIBLE: f64 = 2e-4;
 /// Greatest length of the cutter, cutter radii, that is tested against planes.
@@ -54,11 +55,6 @@ impl Removed {
     /// The pieces of the move that ends at point `i`.
     pub fn of_move(&self, i: usize) -> &[Piece] {
         &self.pieces[self.first[i]..self.first[i + 1]]
-    }
-
-    /// The heights left, mm, of all columns in turn.
-    pub(crate) fn heights(&self) -> impl Iterator<Item = f64> + '_ {
-        self.heights.iter().flatten().copied()
     }
 }
 
@@ -114,9 +110,35 @@ impl Columns {
     }
 }
 
-/// Strokes that are tested together, and shorter stretches of them.
-pub(super) fn runs(strokes: &[Stroke]) -> [Vec<Run>; 2] {
-    [RUN, SHORT].map(|count| strokes.chunks(count).map(Run::of).collect())
+/// Runs of a path's strokes, in a tree.
+pub(super) struct Runs {
+    /// Runs of [`SHORT`] strokes, then of so many times more on every level that a few are left.
+    levels: Vec<Vec<Run>>,
+}
+
+impl Runs {
+    pub fn of(strokes: &[Stroke]) -> Self {
+        let level = |count: usize| strokes.chunks(count).map(Run::of).collect::<Vec<_>>();
+        let mut levels = vec![level(SHORT)];
+        let mut count = SHORT;
+        while levels.last().is_some_and(|runs| runs.len() > FEW) {
+            count *= FEW;
+            levels.push(level(count));
+        }
+        Self { levels }
+    }
+
+    /// The short runs that satisfy a condition together with all longer ones of which they are part, in order.
+    fn near(&self, reaches: impl Fn(&Run) -> bool) -> Vec<usize> {
+        let top = self.levels.len() - 1;
+        let mut near: Vec<usize> = (0..self.levels[top].len()).collect();
+        near.retain(|&r| reaches(&self.levels[top][r]));
+        for runs in self.levels[..top].iter().rev() {
+            let parts = |r: usize| r * FEW..((r + 1) * FEW).min(runs.len());
+            near = near.into_iter().flat_map(parts).filter(|&r| reaches(&runs[r])).collect();
+        }
+        near
+    }
 }
 
 /// The pieces of a path; the moves of those that may cut, and which piece each is.
@@ -246,19 +268,15 @@ impl<'a> BlockCut<'a> {
         }
     }
 
-    /// Goes through all strokes, tile by tile: fast where little is left. `short`: runs of [`SHORT`].
-    pub fn run_on_tiles(&mut self, strokes: &[Stroke], long: &[Run], short: &[Run]) {
+    /// Goes through all strokes, tile by tile: fast where little is left.
+    pub fn run_on_tiles(&mut self, strokes: &[Stroke], runs: &Runs) {
         for (t, tile) in self.block.tiles.iter().enumerate() {
             let node = self.nodes[t] as usize;
             let low = tile.bound.low.abs();
             let radius = tile.bound.radius + low + self.body.layer().top();
             let reaches = |run: &Run| run.reaches(tile.bound.middle, radius, self.body);
             let is_open = self.levels[node] > f64::NEG_INFINITY;
-            let near: Vec<usize> = (0..long.len())
-                .filter(|&r| is_open && reaches(&long[r]))
-                .flat_map(|r| r * (RUN / SHORT)..((r + 1) * (RUN / SHORT)).min(short.len()))
-                .filter(|&r| reaches(&short[r]))
-                .collect();
+            let near = if is_open { runs.near(reaches) } else { Vec::new() };
             let near = near.into_iter().flat_map(|r| strokes.iter().skip(r * SHORT).take(SHORT));
             for stroke in near {
                 let level = self.levels[node];

@@ -251,8 +251,10 @@ fn what_a_leaned_flat_end_leaves_are_its_crests() {
     let path = passes(&plate, &tool, LAYER.allowance, &rows);
     let columns = Columns::new(&plate.surface, &plate.chart, 2.0, LAYER.top());
     let crest = (R - (R * R - 0.25 * step * step).sqrt()) * sin(lean);
-    let removed = columns.remains(&path, endless(tool), LAYER, LAYER.allowance + 0.9 * crest, 1);
-    let highest = removed.heights.iter().flatten().copied().fold(0.0, f64::max) - LAYER.allowance;
+    let strokes = Strokes::of(&path, &tool);
+    let enough = LAYER.allowance + 0.9 * crest;
+    let heights = columns.remains(&strokes, endless(tool), LAYER, enough, 1);
+    let highest = heights.iter().flatten().copied().fold(0.0, f64::max) - LAYER.allowance;
     assert!(highest <= crest + 1e-9 && highest > 0.95 * crest, "{highest} of {crest}");
 }
 

@@ -1,6 +1,7 @@
 //! What the search for rest works on: a surface, how paths are put on it, what may be left.
 
 use super::samples::{Places, Sample};
+use crate::geometry::DVec3;
 use crate::link::Deliverer;
 use crate::removal::Place;
 
@@ -30,6 +31,8 @@ pub struct Rest<'a> {
     pub(super) in_rows: usize,
     /// Whether what a wall keeps the cutter from is lowered as far as the cutter comes beside the wall.
     pub(super) beside_walls: bool,
+    /// Tips of the branches that were inserted since all samples were looked at.
+    pub(super) branched: Vec<DVec3>,
     /// What is too high and cannot be lowered.
     pub(super) inaccessible: Vec<Place>,
 }
@@ -44,6 +47,7 @@ impl<'a> Rest<'a> {
             samples: Vec::new(),
             in_rows: 0,
             beside_walls: false,
+            branched: Vec::new(),
             inaccessible: Vec::new(),
         }
     }

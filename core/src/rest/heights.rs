@@ -6,7 +6,7 @@ use crate::cutter_location::ToolAxis;
 use crate::geometry::DVec2;
 use crate::geometry::math::cos;
 use crate::link::Delivered;
-use crate::removal::{Columns, Cutter, Layer, Line};
+use crate::removal::{Columns, Cutter, Layer, Line, Strokes};
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 
 /// Fractions of the limit above which more samples are placed around one, and still more around each of those: the
@@ -58,7 +58,7 @@ impl Rest<'_> {
     }
 
     /// The heights of all samples, with additional samples where it is nearly too high.
-    pub(super) fn refined(&mut self, path: &Toolpath) -> Vec<f64> {
+    pub(super) fn refined(&mut self, path: &Strokes) -> Vec<f64> {
         let limit = self.options.limit;
         let exact = self.samples.iter().map(|s| self.nearly(s)).fold(self.options.close, f64::min);
         let mut heights = self.heights(&self.samples, path, exact);
@@ -119,7 +119,7 @@ impl Rest<'_> {
 
     /// Climbs from samples that are nearly too high to higher places beside them: samples leave gaps, and the peaks
     /// left by the edge of a flat end are narrow.
-    pub(super) fn climb(&mut self, heights: &mut Vec<f64>, path: &Toolpath) {
+    pub(super) fn climb(&mut self, heights: &mut Vec<f64>, path: &Strokes) {
         let (limit, close) = (self.options.limit, self.options.close);
         let low = self.climbed_from();
         let is_nearly = |i: &usize| {
@@ -177,21 +177,28 @@ impl Rest<'_> {
         cells.map(|cell| cell.iter().map(|c| c.1).collect()).collect()
     }
 
+    /// The strokes of a path.
+    pub(super) fn strokes(&self, path: &Toolpath) -> Strokes {
+        let tool = &self.deliverer.options.pass.tool;
+        Strokes::of(&near_links(path, tool.radius()), tool)
+    }
+
     /// The height that a path leaves above the allowance on every sample, mm: exact above `enough`, an upper bound
     /// elsewhere.
-    pub(super) fn heights(&self, samples: &[Sample], path: &Toolpath, enough: f64) -> Vec<f64> {
+    pub(super) fn heights(&self, samples: &[Sample], path: &Strokes, enough: f64) -> Vec<f64> {
         let pass = &self.deliverer.options.pass;
         let cutter = Cutter { tool: pass.tool, length: pass.reach };
         let layer = Layer { allowance: pass.allowance, depth: CLAMP * self.options.limit };
         let line = |s: &Sample| (Line { foot: s.at, normal: s.normal }, s.flat);
         let lines: Vec<(Line, DVec2)> = samples.iter().map(line).collect();
         let (columns, ids) = Columns::on(&lines, layer.top());
-        let path = near_links(path, cutter.tool.radius());
         let threads = self.deliverer.options.threads;
-        let left = columns.remains(&path, cutter, layer, pass.allowance + enough, threads);
+        let left = columns.remains(path, cutter, layer, pass.allowance + enough, threads);
         let mut heights = vec![0.0; lines.len()];
-        let above =
-            ids.iter().zip(left.heights()).map(|(id, height)| (*id, height - pass.allowance));
+        let above = ids
+            .iter()
+            .zip(left.into_iter().flatten())
+            .map(|(id, height)| (*id, height - pass.allowance));
         above.for_each(|(id, height)| heights[id as usize] = height);
         heights
     }

@@ -66,14 +66,25 @@ impl Rest<'_> {
     pub fn cut(&mut self, path: Delivered) -> Result<Delivered, DeliverError> {
         self.beside_walls = false;
         let mut path = path;
+        let mut near_branches: Option<BTreeSet<[i64; 3]>> = None;
         for _ in 0..LOOKS {
             (self.samples, self.in_rows) = self.all_samples(&path);
-            let points = path.toolpath.points.len();
+            if let Some(cells) = &near_branches {
+                // Elsewhere nothing changed.
+                let in_rows = self.in_rows;
+                let is_near: Vec<bool> =
+                    self.samples.iter().map(|s| cells.contains(&self.cell_of(s.at))).collect();
+                self.in_rows = is_near[..in_rows].iter().filter(|near| **near).count();
+                let mut near = is_near.into_iter();
+                self.samples.retain(|_| near.next() == Some(true));
+            }
+            self.branched.clear();
             path = self.rounds(path)?;
             // Where samples are the same for any path, another look shows nothing new.
-            if self.ball().is_none() || path.toolpath.points.len() == points {
+            if self.ball().is_none() || self.branched.is_empty() {
                 break;
             }
+            near_branches = Some(self.around(&self.branched));
         }
         Ok(path)
     }
@@ -101,6 +112,8 @@ impl Rest<'_> {
             if branches.is_empty() {
                 break;
             }
+            let tips = branches.iter().flat_map(|b| &b.path().toolpath.points).map(|p| p.tip);
+            self.branched.extend(tips);
             path = inserted(path, branches, &self.deliverer)?;
         }
         Ok(path)
@@ -108,10 +121,11 @@ impl Rest<'_> {
 
     /// The heights of all samples, and which of them are too high and can be lowered.
     fn high(&mut self, path: &Toolpath) -> (Vec<f64>, Vec<usize>) {
-        let mut heights = self.refined(path);
+        let strokes = self.strokes(path);
+        let mut heights = self.refined(&strokes);
         let mut high = self.worth_lowering(&heights, path);
         if high.is_empty() || self.in_rows > 0 {
-            self.climb(&mut heights, path);
+            self.climb(&mut heights, &strokes);
             high = self.worth_lowering(&heights, path);
         }
         (heights, high)
@@ -174,7 +188,8 @@ impl Rest<'_> {
     fn lower(&self, heights: &mut [f64], high: &[usize], branch: &Branch) -> bool {
         let near: Vec<usize> = high.iter().copied().filter(|&i| self.is_near(i, branch)).collect();
         let samples: Vec<Sample> = near.iter().map(|&i| self.samples[i]).collect();
-        let left = self.heights(&samples, &branch.path().toolpath, self.options.limit);
+        let strokes = self.strokes(&branch.path().toolpath);
+        let left = self.heights(&samples, &strokes, self.options.limit);
         let mut is_of_use = false;
         for (i, left) in near.into_iter().zip(left) {
             is_of_use |= left <= self.options.limit.max(WORTH * heights[i]);
@@ -183,12 +198,32 @@ impl Rest<'_> {
         is_of_use
     }
 
+    /// How far from a branch it may lower a sample, mm.
+    fn reach(&self) -> f64 {
+        2.0 * self.deliverer.options.pass.tool.radius() + self.options.side_step
+    }
+
+    /// A cell of space as wide as branches reach.
+    fn cell_of(&self, place: DVec3) -> [i64; 3] {
+        (place / self.reach()).to_array().map(|x| x.floor() as i64)
+    }
+
+    /// The cells of some places and those around them.
+    fn around(&self, places: &[DVec3]) -> BTreeSet<[i64; 3]> {
+        let own: BTreeSet<[i64; 3]> = places.iter().map(|p| self.cell_of(*p)).collect();
+        let steps = || -1..=1;
+        let around = |[i, j, k]: [i64; 3]| {
+            let line = move |a: i64, b: i64| steps().map(move |c| [i + a, j + b, k + c]);
+            steps().flat_map(move |a| steps().flat_map(move |b| line(a, b)))
+        };
+        own.into_iter().flat_map(around).collect()
+    }
+
     /// Whether a branch may lower a sample.
     fn is_near(&self, sample: usize, branch: &Branch) -> bool {
         let Sample { at, .. } = self.samples[sample];
-        let tool = self.deliverer.options.pass.tool;
         let points = &branch.path().toolpath.points;
-        let reach = 2.0 * tool.radius() + self.options.side_step;
+        let reach = self.reach();
         let is_beside = |w: &[PathPoint]| {
             let (from, way) = (w[0].tip, w[1].tip - w[0].tip);
             let along = (at - from).dot(way) / way.length_squared().max(f64::MIN_POSITIVE);

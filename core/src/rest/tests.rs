@@ -26,6 +26,7 @@ fn plane() -> Surface {
         translate: DVec3::ZERO,
         select: Selection { component: Component::Only, ..Selection::default() },
         curvature_radius: None,
+        steepest: None,
         chord: None,
         face: None,
         flip: false,
@@ -130,7 +131,7 @@ fn done(flat: &[FlatPoint], pass: PassOptions, check: CheckMesh, options: RestOp
     let places =
         Places { surface: &surface, chart: &chart, locator: &locator, side_step: SIDE_STEP };
     let footprint = Footprint::new(pass.tool, 0.0);
-    let lift = Lift::new(&surface, &chart, &locator, (RADIUS, footprint));
+    let lift = Lift::new(&surface, &chart, &locator, (RADIUS, footprint), None);
     let obstacles = Obstacles::of_part(check);
     let deliver = DeliverOptions {
         pass,
@@ -145,7 +146,8 @@ fn done(flat: &[FlatPoint], pass: PassOptions, check: CheckMesh, options: RestOp
     let mut rest = Rest::new(places, deliverer, options);
     let after = rest.cut(before.clone()).unwrap();
     (rest.samples, rest.in_rows) = rest.all_samples(&after);
-    let heights = rest.refined(&after.toolpath);
+    let strokes = rest.strokes(&after.toolpath);
+    let heights = rest.refined(&strokes);
     let high = rest.worth_lowering(&heights, &after.toolpath);
     let highest = high.iter().map(|&i| heights[i]).fold(0.0, f64::max);
     Done { before, after, inaccessible: rest.into_inaccessible(), highest }
