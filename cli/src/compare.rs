@@ -199,7 +199,8 @@ impl Compare {
         };
         let mut progress = Progress::on_standard_error();
         let mut tell = |stage, part| progress.report(words(stage), part);
-        Prepared::new(SurfaceKeys::of(job), contents.files(), &mut tell).map_err(failed)
+        Prepared::new(SurfaceKeys::of(job), contents.files(), self.threads(), &mut tell)
+            .map_err(failed)
     }
 
     fn threads(&self) -> usize {

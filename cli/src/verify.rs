@@ -269,7 +269,7 @@ impl Verify {
         let (surface, wall) = paths(&job);
         let contents = Contents::read(surface, wall, &source)
             .map_err(|fault| failed(Exit::BadSurface, Faults(vec![fault]), &source))?;
-        let (workpiece, cusp_limit) = Workpiece::of_job(&job, contents.files())
+        let (workpiece, cusp_limit) = Workpiece::of_job(&job, contents.files(), self.threads())
             .map_err(|error| Failed::file(Exit::BadSurface, error, path))?;
         let meshes = named_files(&job, contents.files());
         Ok(Subject {
@@ -314,6 +314,7 @@ impl Verify {
             spacing: tool.radius() / SAMPLES_PER_RADIUS,
             up: UP,
             inaccessible: Vec::new(),
+            bridges: Vec::new(),
             walls: None,
             threads: self.threads(),
         };

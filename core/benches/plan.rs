@@ -27,6 +27,7 @@ fn bump(edge: f64) -> Surface {
         translate: DVec3::ZERO,
         select: Selection { component: Component::Only, ..Selection::default() },
         curvature_radius: None,
+        steepest: None,
         flip: false,
         face: None,
         chord: None,

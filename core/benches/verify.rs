@@ -65,6 +65,7 @@ fn judge(c: &mut Criterion) {
             spacing: 0.15,
             up: DVec3::Z,
             inaccessible: Vec::new(),
+            bridges: Vec::new(),
             walls: None,
             threads: 2,
         };

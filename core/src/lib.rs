@@ -44,6 +44,7 @@ pub mod engagement;
 pub mod trochoid;
 
 pub mod cutter_location;
+pub mod reach;
 pub mod walls;
 
 pub mod removal;

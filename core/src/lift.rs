@@ -42,17 +42,20 @@ pub struct Lift<'a> {
     locator: &'a Locator<'a>,
     tool_radius: f64,
     footprint: Footprint,
+    axis: Option<DVec3>,
 }
 
 impl<'a> Lift<'a> {
-    /// For a surface, its chart, an index over the chart, and a cutter: its radius, mm, and how it touches.
+    /// For a surface, its chart, an index over the chart, and a cutter: its radius, mm, how it touches, and its axis,
+    /// if that is fixed.
     pub fn new(
         surface: &'a Surface,
         chart: &'a Chart,
         locator: &'a Locator<'a>,
         (tool_radius, footprint): (f64, Footprint),
+        axis: Option<DVec3>,
     ) -> Self {
-        Self { surface, chart, locator, tool_radius, footprint }
+        Self { surface, chart, locator, tool_radius, footprint, axis }
     }
 
     /// Maps a run of moves onto the surface; `first` is the index of `run[0]` in the whole path.
@@ -88,7 +91,7 @@ impl<'a> Lift<'a> {
             out.contacts[i].feed_direction = way;
         }
         let step = OVERRUN_STEP * self.tool_radius;
-        Ok(overrun(out, run, first, (step, &self.footprint)))
+        Ok(overrun(out, run, first, (step, &self.footprint), self.axis))
     }
 
     fn locate(&self, at: DVec2) -> Result<SurfacePoint, OutsideChart> {
@@ -197,6 +200,7 @@ fn overrun(
     run: &[FlatPoint],
     first: usize,
     (step, footprint): (f64, &Footprint),
+    axis: Option<DVec3>,
 ) -> Lifted {
     if run.iter().all(|p| p.overrun == 0.0) {
         return lifted;
@@ -230,7 +234,11 @@ fn overrun(
         let beyond = if footprint.lags() { beyond.with_change(&inward) } else { beyond };
         for k in ways {
             let part = k as f64 / steps as f64;
-            let at = if k == 0 { *contact } else { beyond.at(part) };
+            let mut at = if k == 0 { *contact } else { beyond.at(part) };
+            if axis.is_some_and(|axis| at.normal.dot(axis) <= 0.0) {
+                // The surface ends before it faces away.
+                at.normal = contact.normal;
+            }
             push(at, *point);
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::Outcome;
 use evencut_core::job::{self, SurfaceSource};
-use evencut_core::plan::{Files, SurfaceKeys, load};
+use evencut_core::plan::{Design, Files, SurfaceKeys};
 
 /// Most edges along the mesh of a formula here; a job may ask for more than is quick.
 const FINEST: f64 = 50.0;
@@ -25,7 +25,7 @@ pub fn job(bytes: &[u8]) -> Outcome {
     assert_eq!(text, again.job.to_toml());
     if let SurfaceSource::Analytic(formula) = &resolved.job.surface.source
         && formula.parameters.size < FINEST * formula.parameters.resolution
-        && let Err(error) = load(&SurfaceKeys::of(&resolved.job), Files::default())
+        && let Err(error) = Design::new(&SurfaceKeys::of(&resolved.job), Files::default(), 1)
     {
         assert!(!error.to_string().is_empty());
     }

@@ -71,6 +71,7 @@ pub fn as_it_is() -> SurfaceOptions {
         translate: DVec3::ZERO,
         select: Selection { component: Component::Largest, ..Selection::default() },
         curvature_radius: None,
+        steepest: None,
         flip: false,
         face: None,
         chord: None,

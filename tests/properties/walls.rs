@@ -299,7 +299,7 @@ fn check_clamp(cutter: &Cutter) {
     assert!((v.rest_mm2 - expected).abs() <= 0.03 * expected, "{name}: {}", v.rest_mm2);
 
     // The path that knows nothing of the clamp cuts it.
-    let (guarded, _) = Workpiece::of_job(&job, files).unwrap();
+    let (guarded, _) = Workpiece::of_job(&job, files, 1).unwrap();
     let options = verify_options(&job, without.cusps.limit, 2);
     let (design, rest) = (guarded.design(), guarded.rest());
     let found = verify(&without.toolpath, design, rest, &options, &mut |_| {}).unwrap();

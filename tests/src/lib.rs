@@ -37,6 +37,7 @@ pub fn as_it_is(component: Component) -> SurfaceOptions {
         translate: DVec3::ZERO,
         select: Selection { component, ..Selection::default() },
         curvature_radius: None,
+        steepest: None,
         flip: false,
         face: None,
         chord: None,

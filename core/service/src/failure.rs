@@ -104,6 +104,8 @@ fn of_plan(error: &PlanError) -> Failure {
         PlanError::WallFile(_) => bad_surface(&["path.wall_file"], Hint::None),
         PlanError::Surface(error) => bad_surface(surface_keys(error), Hint::Inspect),
         PlanError::Smooth(error) => of_smooth(error),
+        PlanError::Reach(_) => bad_surface(&["surface.rotate", "surface.file"], Hint::Inspect),
+        PlanError::Pieces { .. } => bad_surface(&["regions.method", "path.pattern"], Hint::None),
         PlanError::Flatten(_) => bad_surface(SOURCE, Hint::Inspect),
         PlanError::Rings(LevelSetError::TooFine { .. }) => {
             bad_surface(&["cut.stepover", "cut.scallop"], Hint::None)

@@ -20,6 +20,7 @@ use evencut_core::preview::{
     Drawn, Linked, flat_map, mrr_chart, rate_map, regions_map, residual_map, surface_view,
     tensor_map,
 };
+use evencut_core::reach::Aside;
 use evencut_core::report::{
     ByKind, CoverageFigures, DivisionFigures, FORMAT, FileRecord, FlattenFigures, ForceFigures,
     GougeFigures, LiftedSpan, Lines, PassFigures, PathFigures, Profile, RateFigures, Report,
@@ -33,6 +34,8 @@ use evencut_core::verify::{
 };
 use texture::{TextureResults, texture_on};
 
+/// Smaller areas that are not machined are not mentioned, mm².
+const NOTEWORTHY: f64 = 0.005;
 /// A flat map whose scale varies by more than this factor gets a warning.
 const WIDEST_SCALE: f64 = 30.0;
 /// Stock higher than this fraction of the smallest concave radius overhangs what is cut beside it.
@@ -97,7 +100,7 @@ pub fn linked_results(
 ) -> Result<(Results, Linked), ResultsError> {
     let Watch { progress, show } = watch;
     let inputs = Inputs { job, job_file, files };
-    let prepared = Prepared::new(SurfaceKeys::of(job), files, progress)?;
+    let prepared = Prepared::new(SurfaceKeys::of(job), files, options.threads, progress)?;
     let laid = Laid::new(&prepared, job, options.threads, progress)?;
     show(before_delivery(job, &prepared, &laid));
     let planned = laid.planned(progress)?;
@@ -395,11 +398,13 @@ pub(crate) fn judge(
     let sphere = |p: &evencut_core::removal::Place| Sphere { centre: p.centre, radius: p.radius };
     let options = VerifyOptions {
         inaccessible: places.iter().map(sphere).collect(),
+        bridges: planned.prepared.bridges.clone(),
         ..verify_options(job, planned.cusps.limit, threads)
     };
     let (positions, faces) = planned.prepared.surface.triangles();
     let design = Facets { positions, faces: &faces };
-    let rest = rest(planned);
+    let guarded = &planned.prepared.guarded;
+    let rest = Facets { positions: &guarded.positions, faces: &guarded.faces };
     let verification = verify(&planned.toolpath, design, rest, &options, progress)?;
     Ok((verification, options))
 }
@@ -420,6 +425,7 @@ pub fn verify_options(job: &Job, cusp_limit: f64, threads: usize) -> VerifyOptio
         spacing: of_radius.min(job.nominal_side_step() / SAMPLES_PER_STEP),
         up: DVec3::Z,
         inaccessible: Vec::new(),
+        bridges: Vec::new(),
         walls: (job.path.boundary == Boundary::Wall).then(|| walls(job)),
         threads,
     }
@@ -604,6 +610,7 @@ fn report_on(
         warnings: warnings(job, planned, slowed.as_ref(), &delivered),
         flatten: FlattenFigures {
             method: match job.flatten {
+                _ if flattening.is_view => "view".into(),
                 FlattenMethod::Abf => "abf".into(),
                 FlattenMethod::Bff => "bff".into(),
             },
@@ -727,6 +734,9 @@ fn warnings(
     let about_surface = planned.prepared.warnings.iter().filter(|w| w.repair().is_none());
     let mut out: Vec<Warning> =
         about_surface.map(|w| warning("surface", without_stage(&w.to_string()), "")).collect();
+    if let Some(aside) = &planned.prepared.aside {
+        warn_of_aside(&mut out, job, aside);
+    }
     let c = &planned.coverage;
     if c.never_covered > 1e-3 * c.area {
         out.push(warning(
@@ -774,6 +784,37 @@ fn warnings(
     warn_of_force(&mut out, job, planned, slowed, delivered);
     warn_of_tables(&mut out, job, planned, delivered);
     out
+}
+
+/// What of the part is not machined in this setup, and what lies under the cutter without being touched.
+fn warn_of_aside(out: &mut Vec<Warning>, job: &Job, aside: &Aside) {
+    let steepest = job.surface.steepest.unwrap_or_default().to_degrees();
+    let causes = [
+        (aside.away, "face away from +Z".to_owned()),
+        (aside.steep, format!("are steeper than {steepest:.0} degrees")),
+        (aside.shadowed, "lie under something else".to_owned()),
+        (aside.small, "lie in pieces too small for passes".to_owned()),
+    ];
+    let causes: Vec<String> = causes
+        .into_iter()
+        .filter(|(area, _)| *area >= NOTEWORTHY)
+        .map(|(area, cause)| format!("{area:.2} mm² {cause}"))
+        .collect();
+    if !causes.is_empty() {
+        let message = format!(
+            "of {:.2} mm² selected are not machined: {}",
+            aside.selected,
+            causes.join(", ")
+        );
+        out.push(warning("surface", message, "machine them in another setup"));
+    }
+    if aside.bridged >= NOTEWORTHY {
+        let message = format!(
+            "on {:.2} mm² the cutter bridges the part, which lies up to {:.3} mm lower there",
+            aside.bridged, aside.deepest_bridged
+        );
+        out.push(warning("surface", message, "finish these places with a smaller cutter"));
+    }
 }
 
 /// What keeps the removal rate from being even, or makes it dear.

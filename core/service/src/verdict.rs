@@ -5,7 +5,7 @@ use evencut_core::gcode::{self, CheckOptions, Finding, GcodeError, Kinematics};
 use evencut_core::geometry::{DVec3, math};
 use evencut_core::job::Job;
 use evencut_core::mesh::{MeshFormat, ReadError, Repaired, Repairs, read, repair};
-use evencut_core::plan::{CuspBudget, Files, PlanError, SurfaceKeys, load, load_beside};
+use evencut_core::plan::{CuspBudget, Design, Files, PlanError, SurfaceKeys};
 use evencut_core::preview::{rate_map, residual_map};
 use evencut_core::report::{
     FORMAT, FileRecord, Lines, VerificationFigures, VerificationReport, Versions,
@@ -70,6 +70,8 @@ pub struct Workpiece {
     pub design: Part,
     /// What is not machined and must not be cut into.
     pub rest: Part,
+    /// Faces of what is machined over which the cutter bridges the part; empty where there are none.
+    pub bridges: Vec<bool>,
     /// Repairs of a mesh file; `None` where there is nothing worth mentioning.
     pub mended: Option<Warning>,
 }
@@ -151,20 +153,16 @@ impl Workpiece {
     ///
     /// # Errors
     /// [`VerdictError`] where the surface cannot be read or used.
-    pub fn of_job(job: &Job, files: Files) -> Result<(Self, f64), VerdictError> {
+    pub fn of_job(job: &Job, files: Files, threads: usize) -> Result<(Self, f64), VerdictError> {
         let failed = |error| VerdictError::Surface(Box::new(error));
         let keys = SurfaceKeys::of(job);
-        let built = load(&keys, files).map_err(failed)?;
-        let beside = load_beside(&keys, files).map_err(failed)?;
-        let (positions, faces) = built.surface.triangles();
+        let Design { surface, guarded, bridges, .. } =
+            Design::new(&keys, files, threads).map_err(failed)?;
+        let (positions, faces) = surface.triangles();
         let design = Part { positions: positions.to_vec(), faces };
-        let curvature = built.surface.curvature(job.surface.curvature_radius);
-        let cusps = CuspBudget::of(job, &built.surface, &curvature).limit;
-        let mut rest = built.part.without(&built.surface);
-        if let Some(beside) = &beside {
-            rest.add(beside);
-        }
-        Ok((Self { rest, design, mended: None }, cusps))
+        let curvature = surface.curvature(job.surface.curvature_radius);
+        let cusps = CuspBudget::of(job, &surface, &curvature).limit;
+        Ok((Self { rest: guarded, design, bridges, mended: None }, cusps))
     }
 
     /// The part in a mesh file, its lengths multiplied by `scale`: faces whose normals lie within `within` rad of +Z
@@ -186,7 +184,7 @@ impl Workpiece {
         // Welding exact copies is what every STL needs.
         let welded = Repairs { welded: 0, tolerance: 0.0, ..repairs.clone() };
         let mended = (welded != Repairs::default()).then_some(Warning::Repaired(repairs));
-        Ok(Self { design: of(true), rest: of(false), mended })
+        Ok(Self { design: of(true), rest: of(false), bridges: Vec::new(), mended })
     }
 
     /// Adds the mesh in a file, its lengths multiplied by `scale`, to the rest of the part, which must not be cut
@@ -295,6 +293,7 @@ pub fn verdict(
     progress: &mut dyn FnMut(f64),
 ) -> Result<Verdict, VerdictError> {
     let (design, rest) = (workpiece.design(), workpiece.rest());
+    let options = &VerifyOptions { bridges: workpiece.bridges.clone(), ..options.clone() };
     let verification = verify(&read.path, design, rest, options, progress)?;
     let findings = read.findings.iter().map(ToString::to_string).collect();
     let report = VerificationReport {

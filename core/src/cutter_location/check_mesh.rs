@@ -95,6 +95,8 @@ struct Query {
     reach: f64,
     /// Lower bound of the height of what was ignored, mm.
     lowest_ignored: f64,
+    /// The facet that required the largest lift so far.
+    highest: Option<u32>,
 }
 
 impl CheckMesh {
@@ -161,6 +163,13 @@ impl CheckMesh {
         raise
     }
 
+    /// As [`Self::raise`] for a cutter of any length, with the corners of the facet that the lifted cutter touches.
+    pub fn raise_onto(&self, tool: &Tool, tip: DVec3, axis: DVec3) -> (f64, Option<[DVec3; 3]>) {
+        let mut query = Query::new(tool, tip, axis, f64::INFINITY);
+        let raise = self.descend(&mut query, 0.0, f64::INFINITY);
+        (raise, query.highest.map(|facet| self.facets[facet as usize].corners))
+    }
+
     /// Whether [`Self::raise`] is 0; stops at the first facet that is touched.
     pub fn is_clear(&self, tool: &Tool, tip: DVec3, axis: DVec3, reach: f64) -> bool {
         self.descend(&mut Query::new(tool, tip, axis, reach), 0.0, 0.0) <= 0.0
@@ -183,8 +192,13 @@ impl CheckMesh {
             if node.count > 0 {
                 let first = node.first as usize;
                 let before = best;
-                for facet in &self.facets[first..first + node.count as usize] {
-                    best = query.facet(facet, best);
+                for (index, facet) in
+                    (node.first..).zip(&self.facets[first..first + node.count as usize])
+                {
+                    let need = query.facet(facet, best);
+                    if need > best {
+                        (best, query.highest) = (need, Some(index));
+                    }
                 }
                 if best > enough {
                     return best;
@@ -364,7 +378,7 @@ impl Query {
         let side = any_perpendicular(axis);
         let frame = [side, axis.cross(side), axis];
         let solid = Solid { tip, axis, profile: Profile::new(tool) };
-        Self { tip, frame, solid, reach, lowest_ignored: f64::INFINITY }
+        Self { tip, frame, solid, reach, lowest_ignored: f64::INFINITY, highest: None }
     }
 
     fn to_frame(&self, p: DVec3) -> DVec3 {

@@ -56,7 +56,7 @@ impl Profile {
     }
 
     /// `g(rho)` for `0 <= rho <= radius`.
-    fn height(&self, rho: f64) -> f64 {
+    pub fn height(&self, rho: f64) -> f64 {
         let w = (rho - self.bottom).max(0.0);
         self.corner - (self.corner * self.corner - w * w).max(0.0).sqrt()
     }

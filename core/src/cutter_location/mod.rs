@@ -12,6 +12,7 @@ mod probe;
 mod ruling;
 mod solid;
 mod tip;
+mod upright;
 
 pub use axis::{ToolAxis, tool_axis};
 pub use check_mesh::CheckMesh;
@@ -22,3 +23,4 @@ pub use pass::{Contact, LiftedSpan, Located, LocatedPass, facet_error, locate_pa
 pub use probe::{is_in_wall, is_way_clear, lowest_off_walls, raise_at, standing_clear};
 pub use ruling::{Pushed, Ruling, Rulings, Stand};
 pub use tip::{contact_offset, tip};
+pub use upright::{Landing, Upright};

@@ -17,6 +17,7 @@ fn load(name: &str) -> Option<(Surface, Vec<[DVec2; 3]>)> {
         translate: DVec3::ZERO,
         select: Selection::default(),
         curvature_radius: None,
+        steepest: None,
         flip: false,
         face: None,
         chord: None,

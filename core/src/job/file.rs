@@ -125,6 +125,11 @@ pub struct SurfaceTable {
     /// Radius over which curvature is estimated; NURBS surfaces have exact curvature.
     #[schemars(extend("x-unit" = "mm", "x-default" = "from the mesh's edge lengths", "exclusiveMinimum" = 0.0, "maximum" = 1e4))]
     pub curvature_radius: Option<f64>,
+    /// Steepest slope that is machined, three axes only: paths are planned on what the cutter leaves of the part, seen
+    /// from above; the part may be any triangles. What is steeper, faces away or lies under something else is set
+    /// aside and reported.
+    #[schemars(extend("x-unit" = "deg", "x-default" = "the surface is machined as it is", "minimum" = 5.0, "maximum" = 89.0))]
+    pub steepest: Option<f64>,
     /// A surface given by a formula, centred on the origin and machined from above.
     pub analytic: Option<AnalyticTable>,
 }

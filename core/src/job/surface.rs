@@ -26,6 +26,8 @@ pub struct SurfaceOptions {
     /// Scale of curvature estimation, mm; `None` takes it from the mesh. NURBS surfaces have exact
     /// curvature and do not use it.
     pub curvature_radius: Option<f64>,
+    /// Steepest slope that is machined, rad; `None` plans on the surface as it is, if that is possible.
+    pub steepest: Option<f64>,
     /// Whether the surface is machined from the side its faces point away from.
     pub flip: bool,
 }

@@ -153,6 +153,7 @@ fn surface_table(surface: &SurfaceOptions) -> SurfaceTable {
         face: surface.face,
         chord: surface.chord,
         curvature_radius: surface.curvature_radius,
+        steepest: surface.steepest.map(to_degrees),
         analytic,
     }
 }

@@ -5,6 +5,7 @@ use crate::geometry::DVec3;
 use crate::level_set::LevelSetError;
 use crate::link::DeliverError;
 use crate::mesh::ReadError;
+use crate::reach::ReachError;
 use crate::step::SmoothError;
 use crate::surface::SurfaceError;
 use crate::units::per_minute;
@@ -42,6 +43,20 @@ pub enum PlanError {
     /// The triangles are not a usable surface.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
+    /// Nothing of the part can be reached.
+    #[error(transparent)]
+    Reach(#[from] ReachError),
+    /// The reached surface consists of several pieces, of which each would have to be divided.
+    #[error(
+        "regions: the cutter reaches {pieces} pieces of the part, which are regions already; dividing them \
+         further ({method}) is not possible: remove regions.method, or choose another path.pattern"
+    )]
+    Pieces {
+        /// Number of pieces.
+        pieces: usize,
+        /// How they are to be divided.
+        method: &'static str,
+    },
     /// The surface cannot be flattened.
     #[error(transparent)]
     Flatten(#[from] FlattenError),

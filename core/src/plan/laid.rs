@@ -5,7 +5,7 @@ use super::error::PlanError;
 use super::plane::{FlatCut, Plane, centring};
 use super::prepared::Prepared;
 use super::stage::Stage;
-use crate::cutter_location::Obstacles;
+use crate::cutter_location::{Obstacles, ToolAxis};
 use crate::flat_path::FlatPoint;
 use crate::flatten::{FlattenError, Locator};
 use crate::geometry::DVec3;
@@ -27,6 +27,9 @@ use std::sync::Arc;
 
 /// Fraction of the tolerance by which the polylines of rings may deviate from the level curve.
 const RING_TOLERANCE: f64 = 0.25;
+/// Fraction of the tolerance that cutter locations on a reached surface use: where the cutter bridges the part, it
+/// touches edges all along a pass, and what is rounded in the program must not break the limit.
+const ON_REACHED: f64 = 0.9;
 /// Farthest distance of a point of a start curve from the surface's bounding box, in diagonals of the box.
 const CURVE_AWAY: f64 = 0.25;
 
@@ -108,8 +111,11 @@ impl<'a> Ground<'a> {
             regions::region_meshes(regions.as_ref(), surface, chart, metrics, threads)?;
         let floor = region_meshes.iter().map(RegionMesh::length_floor).sum::<f64>() / creases;
         let walls = walls(job, prepared);
-        let options =
-            deliver_options(job, rapid_plane(&prepared.part, walls.corners(), job), threads);
+        let plane = rapid_plane(&prepared.part, walls.corners(), job);
+        let mut options = deliver_options(job, plane, threads);
+        if prepared.aside.is_some() {
+            options.pass.tolerance *= ON_REACHED;
+        }
         let obstacles = walls.obstacles(Arc::clone(&prepared.obstacle));
         let clearance =
             Clearance { surface, chart: locator, obstacles: &obstacles, pass: options.pass };
@@ -155,7 +161,12 @@ impl<'a> Ground<'a> {
             region: &Outline::of_chart(surface, chart),
             centring: centring(job, self.cusps.on_plane, prepared, locator),
         };
-        let lift = Lift::new(surface, chart, locator, (job.tool.radius(), job.footprint()));
+        let axis = match self.options.pass.axis {
+            ToolAxis::Fixed(axis) => Some(axis),
+            ToolAxis::Lead(_) => None,
+        };
+        let cutter = (job.tool.radius(), job.footprint());
+        let lift = Lift::new(surface, chart, locator, cutter, axis);
         let delivery = Delivery {
             job,
             surface,
@@ -204,6 +215,7 @@ fn division(
     metrics: &[StripMetric],
     threads: usize,
 ) -> Result<(Option<Regions>, Option<Topology>), PlanError> {
+    refuse_divided_pieces(prepared, job)?;
     let mut topology = topology(prepared, locator, job);
     let regions = match job.path.pattern.divides_itself() {
         true => Some(banded(prepared, job, metrics.to_vec())?),
@@ -216,6 +228,17 @@ fn division(
     Ok((regions, topology))
 }
 
+/// Pieces are regions; their own division is not supported.
+fn refuse_divided_pieces(prepared: &Prepared, job: &Job) -> Result<(), PlanError> {
+    let (pieces, pattern) = (prepared.pieces, job.path.pattern);
+    let method = match &job.regions.division {
+        _ if pattern.divides_itself() => pattern.name(),
+        Division::Single => return Ok(()),
+        _ => job.regions.method().name(),
+    };
+    if pieces > 1 { Err(PlanError::Pieces { pieces, method }) } else { Ok(()) }
+}
+
 /// The regions that the job specifies; `None` for a single one.
 fn divided(
     prepared: &Prepared,
@@ -225,6 +248,9 @@ fn divided(
 ) -> Result<Option<Regions>, FlattenError> {
     let (surface, chart, least) = (&prepared.surface, &prepared.chart, job.regions.min_area);
     match &job.regions.division {
+        Division::Single if prepared.pieces > 1 => {
+            Regions::along(surface, chart, &[], least).map(Some)
+        }
         Division::Single => Ok(None),
         Division::Tensor(_) => {
             let cuts = topology.map_or_else(Vec::new, Topology::cuts);

@@ -7,11 +7,16 @@ use crate::job::{
 };
 use crate::machine::Axes;
 use crate::mesh::{MeshFormat, read};
+use crate::reach::ReachOptions;
 use crate::step::{SmoothFormat, smooth};
-use crate::surface::{AnalyticSurface, Built, Part, build, build_beside};
+use crate::surface::{AnalyticSurface, Part, Whole, build_beside, build_whole};
+use crate::tool::Tool;
 
 /// Fraction of the tolerance by which the mesh of a NURBS surface may deviate from it.
 const CHORD: f64 = 0.25;
+
+/// Fraction of the tolerance up to which the reached surface may be off.
+const ACCURACY: f64 = 0.5;
 
 /// Contents of the files that a job names.
 #[derive(Copy, Clone, Debug, Default)]
@@ -40,6 +45,9 @@ pub struct SurfaceKeys {
     pub(super) chord: f64,
     /// About a rotary centre a part may not lie far away.
     pub(super) axes: Axes,
+    /// Where the surface is what the cutter reaches of the part: the cutter, what it leaves on the part, mm, and the
+    /// tolerance, mm.
+    reached_by: Option<(Tool, f64, f64)>,
 }
 
 impl SurfaceKeys {
@@ -51,17 +59,37 @@ impl SurfaceKeys {
             wall_file: job.path.wall_file.clone(),
             chord: job.surface.chord.unwrap_or(CHORD * job.cut.tolerance),
             axes: job.machine.axes,
+            reached_by: job
+                .surface
+                .steepest
+                .map(|_| (job.tool, job.cut.allowance, job.cut.tolerance)),
         }
     }
 }
 
+impl SurfaceKeys {
+    /// How the part is reached; `None` where the surface is machined as it is.
+    pub(super) fn reach(&self, threads: usize) -> Option<ReachOptions> {
+        let (tool, allowance, tolerance) = self.reached_by?;
+        self.surface.steepest.map(|steepest| ReachOptions {
+            tool,
+            allowance,
+            accuracy: ACCURACY * tolerance,
+            steepest,
+            threads,
+        })
+    }
+}
+
 /// The surface of a job and the part it belongs to.
-pub fn load(keys: &SurfaceKeys, files: Files) -> Result<Built, PlanError> {
+pub(super) fn load(keys: &SurfaceKeys, files: Files) -> Result<Whole, PlanError> {
     let soup = match &keys.surface.source {
         SurfaceSource::File(name) => {
             let bytes = files.surface.ok_or_else(|| PlanError::NoFile(name.clone()))?;
             match SmoothFormat::from_name(name) {
-                Some(format) => return Ok(smooth(bytes, format, &keys.surface, keys.chord)?),
+                Some(format) => {
+                    return Ok(smooth(bytes, format, &keys.surface, keys.chord)?.into());
+                }
                 None => {
                     let format = MeshFormat::from_name(name)
                         .ok_or_else(|| PlanError::UnknownFormat(name.clone()))?;
@@ -73,7 +101,7 @@ pub fn load(keys: &SurfaceKeys, files: Files) -> Result<Built, PlanError> {
             analytic_surface(options).mesh(options.parameters.resolution)
         }
     };
-    Ok(build(soup, &keys.surface)?)
+    Ok(build_whole(soup, &keys.surface)?)
 }
 
 /// The mesh that stands beside the surface of a job, if it names one.

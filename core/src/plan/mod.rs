@@ -5,6 +5,7 @@
 //! 3. The path is delivered on the surface: [`Planned`].
 
 mod delivery;
+mod design;
 mod error;
 mod laid;
 mod load;
@@ -15,9 +16,10 @@ mod stage;
 
 use crate::job::Job;
 pub use crate::strips::CuspBudget;
+pub use design::Design;
 pub use error::PlanError;
 pub use laid::Laid;
-pub use load::{Files, SurfaceKeys, load, load_beside};
+pub use load::{Files, SurfaceKeys};
 pub use planned::{Passes, Planned, Tightest};
 pub use prepared::{Flattening, Prepared};
 pub use stage::Stage;
@@ -36,7 +38,7 @@ pub fn plan(
     threads: usize,
     progress: &mut dyn FnMut(Stage, f64),
 ) -> Result<Planned, PlanError> {
-    let prepared = Prepared::new(SurfaceKeys::of(job), files, progress)?;
+    let prepared = Prepared::new(SurfaceKeys::of(job), files, threads, progress)?;
     plan_on(&prepared, job, threads, progress)
 }
 

@@ -1,28 +1,24 @@
 //! The files that a job names → its surface, laid flat: whatever is planned on it, and with which cutter.
 
-use super::error::{FARTHEST, PlanError};
-use super::load::{Files, SurfaceKeys, load, load_beside};
+use super::design::Design;
+use super::error::PlanError;
+use super::load::{Files, SurfaceKeys};
 use super::stage::Stage;
 use crate::cutter_location::CheckMesh;
 use crate::flatten::{Chart, FlattenError, Locator, Quality, abf, bff};
-use crate::geometry::DVec3;
+use crate::geometry::DVec2;
 use crate::job::{FlattenMethod, Job};
-use crate::machine::Axes;
-use crate::surface::{Built, CurvatureField, Part, Surface, Warning};
+use crate::surface::{CurvatureField, Part, Surface};
+use core::ops::Deref;
 use std::sync::Arc;
-
-/// Farthest distance of a part from the origin, mm: half of the largest coordinate that is read back from a program.
-const LONGEST_TRAVEL: f64 = 5e5;
 
 /// A surface on which paths can be planned, and its flat map. It is determined by the [`SurfaceKeys`] of a job; jobs
 /// that agree in them share it.
 #[derive(Debug)]
 pub struct Prepared {
     keys: SurfaceKeys,
-    /// The surface.
-    pub surface: Surface,
-    /// Warnings about it.
-    pub warnings: Vec<Warning>,
+    /// What is machined.
+    pub design: Design,
     /// Its curvature.
     pub curvature: CurvatureField,
     /// Its flat image.
@@ -31,14 +27,8 @@ pub struct Prepared {
     pub flattening: Flattening,
     /// How conformal the map is.
     pub quality: Quality,
-    /// Facets of the part that are not machined, and of the mesh beside the surface.
-    pub rest: Part,
-    /// The part to which the surface belongs.
-    pub(super) part: Part,
     /// The part as an obstacle.
     pub(super) obstacle: Arc<CheckMesh>,
-    /// The mesh beside the surface.
-    pub(super) beside: Option<Part>,
 }
 
 /// How a flat map was found.
@@ -48,6 +38,16 @@ pub struct Flattening {
     pub steps: usize,
     /// By how much the angles of the map contradict each other; 0 where they are not sought.
     pub residual: f64,
+    /// Whether it is the view along the tool axis, which turns no face of a reached surface over.
+    pub is_view: bool,
+}
+
+impl Deref for Prepared {
+    type Target = Design;
+
+    fn deref(&self) -> &Design {
+        &self.design
+    }
 }
 
 impl Prepared {
@@ -59,30 +59,27 @@ impl Prepared {
     pub fn new(
         keys: SurfaceKeys,
         files: Files,
+        threads: usize,
         progress: &mut dyn FnMut(Stage, f64),
     ) -> Result<Arc<Self>, PlanError> {
         progress(Stage::Surface, 0.0);
-        let Built { surface, part, warnings, .. } = load(&keys, files)?;
-        let beside = load_beside(&keys, files)?;
-        refuse_too_far(keys.axes, &part)?;
+        let design = Design::new(&keys, files, threads)?;
         progress(Stage::Flatten, 0.0);
-        let (chart, flattening) = flatten(keys.flatten, &surface)?;
-        let mut rest = part.without(&surface);
-        if let Some(beside) = &beside {
-            rest.add(beside);
-        }
+        let surface = &design.surface;
+        let (chart, flattening) = match (&design.aside, flatten(keys.flatten, surface)) {
+            (None, flat) => flat?,
+            (Some(_), Ok(conformal)) if design.pieces == 1 => conformal,
+            _ => view(surface),
+        };
+        let Part { positions, faces } = &design.part;
         Ok(Arc::new(Self {
-            quality: chart.quality(&surface),
+            quality: chart.quality(surface),
             curvature: surface.curvature(keys.surface.curvature_radius),
-            obstacle: CheckMesh::new(part.positions.clone(), part.faces.clone()).into(),
+            obstacle: CheckMesh::new(positions.clone(), faces.clone()).into(),
             keys,
-            surface,
-            part,
-            beside,
-            rest,
-            warnings,
             chart,
             flattening,
+            design,
         }))
     }
 
@@ -102,28 +99,20 @@ impl Prepared {
     }
 }
 
-fn flatten(method: FlattenMethod, surface: &Surface) -> Result<(Chart, Flattening), FlattenError> {
-    match method {
-        FlattenMethod::Bff => Ok((bff(surface)?, Flattening { steps: 1, residual: 0.0 })),
-        FlattenMethod::Abf => {
-            let map = abf(surface)?;
-            Ok((map.chart, Flattening { steps: map.steps, residual: map.residual }))
-        }
-    }
+/// The view along the tool axis as a flat map.
+fn view(surface: &Surface) -> (Chart, Flattening) {
+    let flat: Vec<DVec2> = surface.positions().iter().map(|p| p.truncate()).collect();
+    (Chart::new(surface, flat), Flattening { steps: 0, residual: 0.0, is_view: true })
 }
 
-fn refuse_too_far(axes: Axes, part: &Part) -> Result<(), PlanError> {
-    let (low, high) = part
-        .positions
-        .iter()
-        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
-    let middle = 0.5 * (low + high);
-    let (distance, times) = (middle.length(), middle.length() / (high - low).length());
-    if distance > LONGEST_TRAVEL {
-        return Err(PlanError::FarFromOrigin { middle, distance });
+fn flatten(method: FlattenMethod, surface: &Surface) -> Result<(Chart, Flattening), FlattenError> {
+    match method {
+        FlattenMethod::Bff => {
+            Ok((bff(surface)?, Flattening { steps: 1, residual: 0.0, is_view: false }))
+        }
+        FlattenMethod::Abf => {
+            let map = abf(surface)?;
+            Ok((map.chart, Flattening { steps: map.steps, residual: map.residual, is_view: false }))
+        }
     }
-    if axes != Axes::ThreeAxis && times > FARTHEST {
-        return Err(PlanError::FarFromCentre { middle, distance, times });
-    }
-    Ok(())
 }

@@ -445,6 +445,7 @@ mod tests {
             spacing: 0.2,
             up: DVec3::Z,
             inaccessible: Vec::new(),
+            bridges: Vec::new(),
             walls: None,
             threads: 1,
         };

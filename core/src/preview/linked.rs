@@ -289,6 +289,7 @@ mod tests {
             spacing: 0.5,
             up: DVec3::Z,
             inaccessible: Vec::new(),
+            bridges: Vec::new(),
             walls: None,
             threads: 1,
         };

@@ -99,7 +99,7 @@ pub struct SurfaceFigures {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct FlattenFigures {
-    /// abf or bff.
+    /// abf, bff, or view: seen along the tool axis, where the surface is what the cutter reaches of a part.
     pub method: String,
     /// Iterations until the constraints were met.
     pub iterations: u64,

@@ -30,6 +30,27 @@ pub struct Built {
     pub warnings: Vec<Warning>,
 }
 
+/// A part and what of it is selected, of whatever kind.
+#[derive(Clone, Debug)]
+pub struct Whole {
+    /// The whole part, placed and welded: what the tool must not gouge.
+    pub part: Part,
+    /// What is to be machined of it.
+    pub machined: Part,
+    /// That as a surface, if it is one that can be laid flat as it is.
+    pub surface: Result<Surface, SurfaceError>,
+    /// What the user should know.
+    pub warnings: Vec<Warning>,
+}
+
+impl From<Built> for Whole {
+    fn from(Built { surface, part, warnings, .. }: Built) -> Self {
+        let (positions, faces) = surface.triangles();
+        let machined = Part { positions: positions.to_vec(), faces };
+        Self { part, machined, surface: Ok(surface), warnings }
+    }
+}
+
 /// A whole part, mm.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Part {
@@ -49,8 +70,13 @@ impl Part {
 
     /// The faces that are not of `surface`, which was picked from this part.
     pub fn without(&self, surface: &Surface) -> Self {
-        let picked = surface.connectivity().faces();
-        if picked.len() == self.faces.len() {
+        let (positions, faces) = surface.triangles();
+        self.without_faces(&Self { positions: positions.to_vec(), faces })
+    }
+
+    /// The faces that are not of another part, which was picked from this one.
+    pub fn without_faces(&self, picked: &Self) -> Self {
+        if picked.faces.len() == self.faces.len() {
             return Self::default();
         }
         let key = |corners: [DVec3; 3]| {
@@ -58,11 +84,10 @@ impl Part {
             bits.sort_unstable();
             bits
         };
-        let of_surface = |f: &[VertexId; 3]| key(f.map(|v| surface.positions()[v.index()]));
-        let mut machined: Vec<_> = picked.iter().map(of_surface).collect();
+        let keys = |part: &Self, f: &[u32; 3]| key(f.map(|v| part.positions[v as usize]));
+        let mut machined: Vec<_> = picked.faces.iter().map(|f| keys(picked, f)).collect();
         machined.sort_unstable();
-        let of_part = |f: &[u32; 3]| key(f.map(|v| self.positions[v as usize]));
-        let rest = |f: &&[u32; 3]| machined.binary_search(&of_part(f)).is_err();
+        let rest = |f: &&[u32; 3]| machined.binary_search(&keys(self, f)).is_err();
         let faces = self.faces.iter().filter(rest).copied().collect();
         Self { positions: self.positions.clone(), faces }
     }
@@ -74,10 +99,39 @@ impl Part {
 /// [`SurfaceError`] when the selection is empty or the selected piece cannot be machined; all
 /// faults of the piece are reported together.
 pub fn build(soup: TriangleSoup, options: &SurfaceOptions) -> Result<Built, SurfaceError> {
+    let Placed { part, mut warnings, selected } = placed(soup, options)?;
+    let (surface, texture, of_surface) = selected.surface()?;
+    warnings.extend(of_surface);
+    Ok(Built { surface, part, texture, warnings })
+}
+
+/// As [`build`] for a selection that need not be one piece that can be laid flat.
+///
+/// # Errors
+/// [`SurfaceError`] when nothing is selected.
+pub fn build_whole(soup: TriangleSoup, options: &SurfaceOptions) -> Result<Whole, SurfaceError> {
+    let Placed { part, mut warnings, selected } = placed(soup, options)?;
+    let TriangleSoup { positions, faces, .. } = &selected.picked.piece;
+    let machined = Part { positions: positions.clone(), faces: faces.clone() };
+    let surface = selected.surface().map(|(surface, _, of_surface)| {
+        warnings.extend(of_surface);
+        surface
+    });
+    Ok(Whole { part, machined, surface, warnings })
+}
+
+/// A part in place, and what of it a job selects.
+struct Placed {
+    part: Part,
+    warnings: Vec<Warning>,
+    selected: Selected,
+}
+
+/// The whole part, and the faces of it that `options` select.
+fn placed(soup: TriangleSoup, options: &SurfaceOptions) -> Result<Placed, SurfaceError> {
     check_indices(&soup)?;
     let faces_read = soup.faces.len();
-    let placed = place(soup, options)?;
-    let repaired = repair(placed);
+    let repaired = repair(place(soup, options)?);
     if repaired.mesh.faces.is_empty() {
         return Err(SurfaceError::NoArea { faces: faces_read });
     }
@@ -85,21 +139,37 @@ pub fn build(soup: TriangleSoup, options: &SurfaceOptions) -> Result<Built, Surf
     if options.flip {
         turn_faces(&mut mesh, |_| true);
     }
-    let mut warnings = warning::of_part(&mesh, &repairs);
+    let warnings = warning::of_part(&mesh, &repairs);
     let part = Part { positions: mesh.positions.clone(), faces: mesh.faces.clone() };
     let picked = pick(mesh, &options.select)?;
-    let faults = faults(&picked, repairs.tolerance);
-    if !faults.is_empty() {
-        return Err(SurfaceError::Unusable(faults));
+    Ok(Placed { part, warnings, selected: Selected { picked, tolerance: repairs.tolerance } })
+}
+
+/// The faces of a part that a job selects.
+struct Selected {
+    picked: Picked,
+    tolerance: f64,
+}
+
+type WithTexture = (Surface, Option<Vec<[DVec2; 3]>>, Vec<Warning>);
+
+impl Selected {
+    /// The surface, with warnings about it.
+    fn surface(self) -> Result<WithTexture, SurfaceError> {
+        let Self { picked, tolerance } = self;
+        let faults = faults(&picked, tolerance);
+        if !faults.is_empty() {
+            return Err(SurfaceError::Unusable(faults));
+        }
+        let mut warnings = warning::of_selection(&picked);
+        let TriangleSoup { positions, faces, texture } = picked.piece;
+        let faces = faces.into_iter().map(|face| face.map(VertexId)).collect();
+        let connectivity = Connectivity::new(positions.len(), faces)?;
+        let surface = Surface::new(connectivity, positions);
+        check_normals(&surface)?;
+        warnings.extend(warning::of_surface(&surface));
+        Ok((surface, texture, warnings))
     }
-    warnings.extend(warning::of_selection(&picked));
-    let TriangleSoup { positions, faces, texture } = picked.piece;
-    let faces = faces.into_iter().map(|face| face.map(VertexId)).collect();
-    let connectivity = Connectivity::new(positions.len(), faces)?;
-    let surface = Surface::new(connectivity, positions);
-    check_normals(&surface)?;
-    warnings.extend(warning::of_surface(&surface));
-    Ok(Built { surface, part, texture, warnings })
 }
 
 /// Builds the surface that `options` select from a mesh of `surface`, already placed, mm, whose
@@ -223,6 +293,7 @@ mod tests {
             translate: DVec3::ZERO,
             select,
             curvature_radius: None,
+            steepest: None,
             flip: false,
             face: None,
             chord: None,

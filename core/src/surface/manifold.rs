@@ -25,6 +25,12 @@ impl Surface {
         Self { connectivity, positions, vertex_normals, parametrisation: None }
     }
 
+    /// The same surface with these `#V` unit normals toward the tool.
+    pub fn with_normals(mut self, normals: Vec<DVec3>) -> Self {
+        self.vertex_normals = normals;
+        self
+    }
+
     /// The same surface that knows what it is a mesh of: positions and normals between the
     /// vertices, normals at them and curvature become exact.
     pub fn with_parametrisation(mut self, parametrisation: Parametrisation) -> Self {

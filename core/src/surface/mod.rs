@@ -14,7 +14,9 @@ mod select;
 mod warning;
 
 pub use analytic::{AnalyticSurface, Domain};
-pub use build::{Built, Part, build, build_beside, build_parametric, placement};
+pub use build::{
+    Built, Part, Whole, build, build_beside, build_parametric, build_whole, placement,
+};
 pub use curvature::CurvatureField;
 pub use error::SurfaceError;
 pub use fault::Fault;

@@ -134,6 +134,7 @@ mod tests {
                 normal,
                 area: 0.01,
                 machined: true,
+                is_bridge: false,
                 wall: None,
                 on_rim: false,
             }

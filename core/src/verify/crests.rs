@@ -364,6 +364,7 @@ impl Section<'_> {
                 normal: place.normal,
                 area: 0.0,
                 machined: true,
+                is_bridge: false,
                 wall: None,
                 on_rim: false,
             }

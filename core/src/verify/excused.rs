@@ -47,6 +47,7 @@ impl<'a> Excused<'a> {
             by: s.by,
             opened_by: s.opened_by,
             machined: sample.machined,
+            is_bridge: sample.is_bridge,
             inaccessible: self.inaccessible.iter().any(inside),
             at_wall: sample.machined && (is_rim || self.walled.iter().any(beside)),
         }

@@ -220,7 +220,7 @@ impl Figures {
         // Those that count for heights.
         let higher = further.iter().filter(|s| s.is_judged());
         let heights: Vec<&Outcome> = judged.iter().copied().chain(higher).collect();
-        let everywhere = || samples.iter().chain(further);
+        let of_part = || samples.iter().chain(further).filter(|s| s.is_of_part());
         let limit = options.scallop.unwrap_or(f64::INFINITY);
         let deepest = DEEPEST * options.tool.radius() * (1.0 - 1e-6) + options.allowance;
         let largest = worst(heights.iter().copied(), |s| s.residual);
@@ -241,13 +241,13 @@ impl Figures {
             spots: spots(&heights, limit + options.tolerance, options.tool.radius()),
             by_slope: by_slope(&heights, limit),
             by_region: by_region(path, &heights, limit),
-            gouge: worst(everywhere(), |s| -s.residual)
+            gouge: worst(of_part(), |s| -s.residual)
                 .map(|s| Spot { height: -s.height, ..s })
                 .filter(|s| s.height < 0.0),
-            gouge_is_deeper: everywhere().any(|s| f64::from(s.residual) <= -deepest),
+            gouge_is_deeper: of_part().any(|s| f64::from(s.residual) <= -deepest),
             gouged: samples
                 .iter()
-                .filter(|s| f64::from(s.residual) < -options.tolerance)
+                .filter(|s| s.is_of_part() && f64::from(s.residual) < -options.tolerance)
                 .map(|s| f64::from(s.area))
                 .sum(),
             walls,

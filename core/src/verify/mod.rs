@@ -146,7 +146,7 @@ pub fn verify(
     };
     let inset = BESIDE_RIM * options.tool.radius();
     let outline = Outline::of(design, rest, options.walls.is_some());
-    let tiles = samples::tiles(design, rest, spacing, &outline.open);
+    let tiles = samples::tiles(design, rest, spacing, &outline.open, &options.bridges);
     let mut swept: Vec<SweptTile> = Vec::with_capacity(tiles.len());
     // In groups, so that progress shows.
     for group in tiles.chunks(tiles.len().div_ceil(32).max(8)) {
@@ -220,7 +220,7 @@ fn on_walls(
     let spacing = wide.max(spacing).max((sheet.facets().area() / MOST_ON_WALLS).sqrt());
     let material = Material { height: 0.0, deepest };
     let nothing = Facets { positions: &[], faces: &[] };
-    let tiles = samples::tiles(nothing, sheet.facets(), spacing, &[]);
+    let tiles = samples::tiles(nothing, sheet.facets(), spacing, &[], &[]);
     parallel::map(options.threads, &tiles, |tile: &samples::Tile| {
         let mut samples = tile.samples(spacing, 0.0);
         samples.iter_mut().for_each(|s| s.wall = Some(deepest));

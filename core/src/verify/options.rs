@@ -31,6 +31,9 @@ pub struct VerifyOptions {
     pub inaccessible: Vec<Sphere>,
     /// The walls around the machined surface; `None` where its boundary is open.
     pub walls: Option<Walls>,
+    /// Faces of the design surface over which the cutter bridges the part, by their numbers; empty where there are none.
+    /// Nothing can be cut into there but the part, which is the rest.
+    pub bridges: Vec<bool>,
     /// Number of threads; the result does not depend on it.
     pub threads: usize,
 }

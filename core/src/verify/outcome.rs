@@ -19,6 +19,8 @@ pub struct Outcome {
     pub opened_by: Option<u32>,
     /// Whether it is machined: the rest of the part is only checked for gouges.
     pub machined: bool,
+    /// Whether the cutter bridges the part there, so that only the part below can be cut into.
+    pub is_bridge: bool,
     /// Whether the plan says that the cutter does not fit there.
     pub inaccessible: bool,
     /// Whether a wall is nearer than the tolerance: its position is not known more accurately, so nothing has to be
@@ -31,6 +33,11 @@ impl Outcome {
     pub fn place(&self) -> DVec3 {
         let [x, y, z] = self.position.map(f64::from);
         DVec3::new(x, y, z)
+    }
+
+    /// Whether a negative height is a cut into the part.
+    pub(super) fn is_of_part(&self) -> bool {
+        !self.is_bridge
     }
 
     /// Whether its height is held to the limit.

@@ -95,7 +95,7 @@ impl Sought {
     fn score(self, s: &Outcome) -> Option<f64> {
         match self {
             Self::Scallop => s.is_judged().then_some(f64::from(s.residual)),
-            Self::Gouge => Some(-f64::from(s.residual)),
+            Self::Gouge => s.is_of_part().then_some(-f64::from(s.residual)),
         }
     }
 }

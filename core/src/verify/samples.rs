@@ -52,6 +52,8 @@ pub struct Patch {
     area: f64,
     /// Whether it is to be machined; otherwise it is only an obstacle.
     pub(super) machined: bool,
+    /// Whether the cutter bridges the part there.
+    is_bridge: bool,
     /// The edges on the rim of the machined surface, each starting at the corner of its number.
     rim: [bool; 3],
 }
@@ -80,6 +82,8 @@ pub struct Sample {
     pub area: f64,
     /// Whether it is to be machined.
     pub machined: bool,
+    /// Whether the cutter bridges the part there.
+    pub is_bridge: bool,
     /// Depth of the wall's own material behind it, mm; `None` where it is not a wall.
     pub wall: Option<f64>,
     /// Whether it lies exactly on the rim of the machined surface, which moves need not reach.
@@ -139,8 +143,15 @@ fn doubled([a, b, c]: [DVec3; 3]) -> DVec3 {
 }
 
 /// Tiles over a part: `design` is machined, `rest` is only an obstacle. Facets without area are left out. `spacing`:
-/// distance between samples, mm. `rim`: edges of facets of the design, in order, on its rim.
-pub fn tiles(design: Facets, rest: Facets, spacing: f64, rim: &[Side]) -> Vec<Tile> {
+/// distance between samples, mm. `rim`: edges of facets of the design, in order, on its rim. `bridges`: which facets of
+/// the design bridge the part; empty where none does.
+pub fn tiles(
+    design: Facets,
+    rest: Facets,
+    spacing: f64,
+    rim: &[Side],
+    bridges: &[bool],
+) -> Vec<Tile> {
     let largest = TILE * spacing * spacing;
     let mut patches = Vec::new();
     let mut sides = rim.iter().peekable();
@@ -155,7 +166,8 @@ pub fn tiles(design: Facets, rest: Facets, spacing: f64, rim: &[Side]) -> Vec<Ti
             if area > 0.0 {
                 // Needles are as bad as large facets: their tile would reach far.
                 let fits = |area: f64, side: f64| area <= 0.25 * largest && side <= largest;
-                let patch = Patch { corners, normals, area, machined, rim };
+                let is_bridge = machined && bridges.get(f) == Some(&true);
+                let patch = Patch { corners, normals, area, machined, is_bridge, rim };
                 split(patch, &fits, &mut |p| patches.push(p));
             }
         }
@@ -176,8 +188,7 @@ fn split(patch: Patch, is_small: &impl Fn(f64, f64) -> bool, out: &mut impl FnMu
     let ([a, b, c], [na, nb, nc]) = (turn(patch.corners), turn(patch.normals));
     let (m, nm) = (0.5 * (a + b), (na + nb).normalize_or(na));
     let area = 0.5 * patch.area;
-    let half =
-        |corners, normals, rim| Patch { corners, normals, area, machined: patch.machined, rim };
+    let half = |corners, normals, rim| Patch { corners, normals, area, rim, ..patch };
     let [ab, bc, ca] = [0, 1, 2].map(|i| patch.rim[(longest + i) % 3]);
     split(half([a, m, c], [na, nm, nc], [ab, false, ca]), is_small, out);
     split(half([m, b, c], [nm, nb, nc], [ab, bc, false]), is_small, out);
@@ -301,6 +312,7 @@ impl Patch {
             normal: mix(&self.normals).normalize_or(self.normals[0]),
             area: 0.0,
             machined: self.machined,
+            is_bridge: self.is_bridge,
             wall: None,
             on_rim: false,
         }
@@ -351,7 +363,8 @@ mod tests {
     fn sampled(size: f64, spacing: f64) -> Vec<Sample> {
         let (positions, faces) = square(size);
         let nothing = Facets { positions: &[], faces: &[] };
-        let tiles = tiles(Facets { positions: &positions, faces: &faces }, nothing, spacing, &[]);
+        let tiles =
+            tiles(Facets { positions: &positions, faces: &faces }, nothing, spacing, &[], &[]);
         tiles.iter().flat_map(|t| t.samples(spacing, 0.0)).collect()
     }
 

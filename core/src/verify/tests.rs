@@ -86,6 +86,7 @@ fn options(radius: f64, corner: f64) -> VerifyOptions {
         spacing: 0.1,
         up: DVec3::Z,
         inaccessible: Vec::new(),
+        bridges: Vec::new(),
         walls: None,
         threads: 1,
     }

@@ -175,7 +175,7 @@ fn real_surface(r: &mut Random, text: &mut String, data: &Path, extent: f64, fiv
         );
         // Most turns show the tool nothing, or the back.
         let part = job::read(probe.as_bytes()).ok().and_then(|resolved| {
-            Workpiece::of_job(&resolved.job, Files::of_surface(Some(&bytes)))
+            Workpiece::of_job(&resolved.job, Files::of_surface(Some(&bytes)), 1)
                 .ok()
                 .map(|(part, _)| part)
         });

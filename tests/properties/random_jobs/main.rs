@@ -143,7 +143,7 @@ fn run(text: &str, folder: &Path, seed: u64) -> (Outcome, String) {
     let is_table = |f: &&OutputFile| f.name == "toolpath.csv";
     let table = planned.files.iter().find(is_table).unwrap();
     let table = std::str::from_utf8(&table.bytes).unwrap();
-    let (part, _) = Workpiece::of_job(&job, files).unwrap();
+    let (part, _) = Workpiece::of_job(&job, files, 1).unwrap();
     let started = Instant::now();
     let found = judge::judged(&job, table, &part, report, seed);
     let judging = started.elapsed().as_secs_f64();

@@ -282,7 +282,7 @@ mod tests {
     fn tilts_and_feeds_are_compared_on_one_grid() {
         let job = on("xyzac");
         let keys = SurfaceKeys::of(&job);
-        let prepared = Prepared::new(keys, Files::default(), &mut |_, _| {}).unwrap();
+        let prepared = Prepared::new(keys, Files::default(), 1, &mut |_, _| {}).unwrap();
         let row = |tilt: f64, per_tooth: f64| {
             let choice = Choice { tilt: Some(tilt), feed_per_tooth: Some(per_tooth) };
             let job = choice.of(&job, 0.1).unwrap();

@@ -74,7 +74,7 @@ pub fn texture_of_path(
     progress: &mut dyn FnMut(Stage, f64),
 ) -> Result<TextureResults, ResultsError> {
     let options = window_of(job)?;
-    let prepared = Prepared::new(SurfaceKeys::of(job), files, progress)?;
+    let prepared = Prepared::new(SurfaceKeys::of(job), files, threads, progress)?;
     progress(Stage::Texture, 0.0);
     Ok(texture_on(job, options, (&prepared, path), threads, &mut |part| {
         progress(Stage::Texture, part)

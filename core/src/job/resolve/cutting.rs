@@ -153,6 +153,10 @@ impl Resolver<'_> {
     }
 
     fn check_lead(&mut self, tool: Option<Tool>, axes: Axes, lead: f64) {
+        if axes != Axes::ThreeAxis && self.places.has("surface.steepest") {
+            let help = "remove it, or give `axes = \"3\"` in [machine]";
+            self.fault("surface.steepest", "needs a fixed tool axis: three axes", help);
+        }
         match axes {
             Axes::ThreeAxis if lead > 0.0 => {
                 let message = format!(

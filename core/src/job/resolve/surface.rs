@@ -47,6 +47,7 @@ impl Resolver<'_> {
             face: table.face,
             chord: table.chord.map(|c| c * self.unit),
             curvature_radius: table.curvature_radius.map(|r| r * self.unit),
+            steepest: table.steepest.map(radians),
             flip: table.flip.unwrap_or(false),
         })
     }

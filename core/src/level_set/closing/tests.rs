@@ -269,6 +269,7 @@ fn bump() {
         translate: DVec3::ZERO,
         select: Selection { component: Component::Only, ..Selection::default() },
         curvature_radius: None,
+        steepest: None,
         flip: false,
         face: None,
         chord: None,

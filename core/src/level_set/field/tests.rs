@@ -16,6 +16,7 @@ fn mesh_of(shape: &AnalyticSurface, edge: f64, side_step: f64) -> PassMesh {
         translate: DVec3::ZERO,
         select: Selection { component: Component::Only, ..Selection::default() },
         curvature_radius: None,
+        steepest: None,
         chord: None,
         face: None,
         flip: false,

@@ -1,0 +1,79 @@
+//! The files that a job names → its surface, and the part to which it belongs.
+
+use super::error::{FARTHEST, PlanError};
+use super::load::{Files, SurfaceKeys, load, load_beside};
+use crate::geometry::DVec3;
+use crate::machine::Axes;
+use crate::reach::{Aside, Reached, reach};
+use crate::surface::{Part, Surface, Warning, Whole};
+
+/// Farthest distance of a part from the origin, mm: half of the largest coordinate that is read back from a program.
+const LONGEST_TRAVEL: f64 = 5e5;
+
+/// What is machined, and what else there is.
+#[derive(Clone, Debug)]
+pub struct Design {
+    /// The surface to be machined: what the job selects, or what the cutter reaches of that.
+    pub surface: Surface,
+    /// Number of its connected pieces.
+    pub pieces: usize,
+    /// What of the selection is not machined, if the surface is what the cutter reaches of it.
+    pub aside: Option<Aside>,
+    /// Over which of its faces the cutter bridges the part; empty where it is machined as it is.
+    pub bridges: Vec<bool>,
+    /// Facets of the part that are not machined, and of the mesh beside the surface.
+    pub rest: Part,
+    /// What must not be cut into beside the surface itself: the rest, and the whole part under a reached surface.
+    pub guarded: Part,
+    /// Warnings about the surface.
+    pub warnings: Vec<Warning>,
+    /// The part to which the surface belongs.
+    pub(super) part: Part,
+    /// The mesh beside the surface.
+    pub(super) beside: Option<Part>,
+}
+
+impl Design {
+    /// Reads the surface of jobs with these keys. `threads`: number of threads, on which the result does not depend.
+    ///
+    /// # Errors
+    /// [`PlanError`]: a surface that cannot be read or used, or of which nothing can be reached.
+    pub fn new(keys: &SurfaceKeys, files: Files, threads: usize) -> Result<Self, PlanError> {
+        let Whole { part, machined, surface, warnings } = load(keys, files)?;
+        let beside = load_beside(keys, files)?;
+        refuse_too_far(keys.axes, &part)?;
+        let (surface, pieces, aside, bridges, [mut rest, mut guarded]) = match keys.reach(threads) {
+            Some(options) => {
+                let Reached { surface, pieces, aside, bridges, rest } =
+                    reach(&part, &machined, &options)?;
+                (surface, pieces, Some(aside), bridges, [rest, part.clone()])
+            }
+            None => {
+                let surface = surface?;
+                let rest = part.without(&surface);
+                (surface, 1, None, Vec::new(), [rest.clone(), rest])
+            }
+        };
+        if let Some(beside) = &beside {
+            rest.add(beside);
+            guarded.add(beside);
+        }
+        Ok(Self { surface, pieces, aside, bridges, rest, guarded, warnings, part, beside })
+    }
+}
+
+fn refuse_too_far(axes: Axes, part: &Part) -> Result<(), PlanError> {
+    let (low, high) = part
+        .positions
+        .iter()
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
+    let middle = 0.5 * (low + high);
+    let (distance, times) = (middle.length(), middle.length() / (high - low).length());
+    if distance > LONGEST_TRAVEL {
+        return Err(PlanError::FarFromOrigin { middle, distance });
+    }
+    if axes != Axes::ThreeAxis && times > FARTHEST {
+        return Err(PlanError::FarFromCentre { middle, distance, times });
+    }
+    Ok(())
+}

@@ -1,0 +1,242 @@
+//! A net of right triangles that follows the heights of the reached surface.
+//!
+//! A triangle is halved where the surface deviates from it by more than the accuracy, along the surface's normal, and
+//! while it is large if it lies across the outline. The triangle on the other side of its base is halved with it, and
+//! whatever has to be halved before: no side ever ends on the middle of another.
+
+use super::ReachOptions;
+use super::lattice::{Key, Lattice, Triangle, halves, has_halves, middle};
+use super::terrain::{Height, Terrain};
+use crate::geometry::math::tan;
+use crate::geometry::{DVec2, DVec3};
+use crate::parallel;
+use std::collections::{HashMap, HashSet};
+
+/// Longest base across the outline, cutter radii.
+const OUTLINE: f64 = 1.0 / 16.0;
+/// Shortest base on what the cutter bridges, cutter radii.
+const BRIDGE: f64 = 1.0 / 8.0;
+/// Most heights that are asked; beyond, what is left is not halved further.
+const MOST: usize = 1_500_000;
+
+/// The triangles, and the height at every place that was asked.
+pub(super) struct Net<'a> {
+    terrain: &'a Terrain<'a>,
+    pub lattice: Lattice,
+    heights: HashMap<Key, Option<Height>>,
+    /// Middles of bases whose triangles are halved.
+    halved: HashSet<Key>,
+    /// Bases at which no halving is needed.
+    settled: HashSet<[Key; 2]>,
+    accuracy: f64,
+    /// Longest base across the outline, mm.
+    outline: f64,
+    /// Shortest base on what the cutter bridges, mm.
+    bridge: f64,
+    /// Tangent of the steepest slope.
+    pub steepest: f64,
+    pub threads: usize,
+}
+
+impl<'a> Net<'a> {
+    pub fn new(terrain: &'a Terrain<'a>, lattice: Lattice, options: &ReachOptions) -> Self {
+        Self {
+            terrain,
+            lattice,
+            heights: HashMap::new(),
+            halved: HashSet::new(),
+            settled: HashSet::new(),
+            accuracy: options.accuracy,
+            outline: (OUTLINE * options.tool.radius()).max(2.0 * lattice.unit),
+            bridge: BRIDGE * options.tool.radius(),
+            steepest: tan(options.steepest),
+            threads: options.threads,
+        }
+    }
+
+    /// The height at a place, which was asked before.
+    pub fn known(&self, key: Key) -> Option<Height> {
+        self.heights.get(&key).copied().flatten()
+    }
+
+    /// The height at any place; `near`: that of a place nearby.
+    pub fn height(&self, at: DVec2, near: Height) -> Option<Height> {
+        self.terrain.height(at, &[near])
+    }
+
+    /// The place of a key, mm; it must be one at which there is a height.
+    pub fn place(&self, key: Key, height: Height) -> DVec3 {
+        self.lattice.at(key).extend(height.z)
+    }
+
+    /// All triangles.
+    pub fn triangles(&self) -> Vec<Triangle> {
+        let mut open: Vec<Triangle> = self.lattice.triangles().collect();
+        open.reverse();
+        let mut out = Vec::new();
+        while let Some(triangle) = open.pop() {
+            if self.is_halved(triangle) {
+                open.extend(halves(triangle));
+            } else {
+                out.push(triangle);
+            }
+        }
+        out
+    }
+
+    fn is_halved(&self, triangle: Triangle) -> bool {
+        has_halves(triangle) && self.halved.contains(&middle(triangle[1], triangle[2]))
+    }
+
+    /// Halves until the heights at the middles of bases, and one level below, are met.
+    pub fn refine(&mut self) {
+        loop {
+            let open: Vec<Triangle> =
+                self.triangles().into_iter().filter(|t| !self.is_settled(*t)).collect();
+            if open.is_empty() || self.heights.len() > MOST {
+                break;
+            }
+            self.ask(open.iter().flatten().copied());
+            let places = open.iter().filter(|t| has_halves(**t)).flat_map(|t| self.tested(*t));
+            let places: Vec<Key> = places.collect();
+            self.ask(places.into_iter());
+            for triangle in open {
+                if self.has_to_be_halved(triangle) {
+                    self.halve(middle(triangle[1], triangle[2]));
+                } else {
+                    self.settled.insert([triangle[0], triangle[1]]);
+                }
+            }
+        }
+        let corners: Vec<Key> = self.triangles().into_iter().flatten().collect();
+        self.ask(corners.into_iter());
+    }
+
+    /// Halves until the corners of the part are met, which may lie between the places that were asked.
+    pub fn refine_at(&mut self, corners: &[DVec3]) {
+        let seen = |p: &DVec3| match self.terrain.is_in_sight(*p) {
+            true => self.terrain.height(p.truncate(), &[]),
+            false => None,
+        };
+        let heights = parallel::map(self.threads, corners, seen);
+        let pairs = corners.iter().zip(heights).filter_map(|(p, h)| Some((p.truncate(), h?)));
+        let mut open: Vec<(DVec2, Height)> = pairs.collect();
+        while !open.is_empty() && self.heights.len() <= MOST {
+            let mut off = Vec::new();
+            let mut bases = Vec::new();
+            for (at, height) in open {
+                let Some(triangle) = self.around(at) else { continue };
+                if has_halves(triangle) && self.misses(triangle, at, height) {
+                    bases.push(middle(triangle[1], triangle[2]));
+                    off.push((at, height));
+                }
+            }
+            bases.into_iter().for_each(|base| self.halve(base));
+            let corners: Vec<Key> = self.triangles().into_iter().flatten().collect();
+            self.ask(corners.into_iter());
+            open = off;
+        }
+        self.refine();
+    }
+
+    /// Asks for heights.
+    fn ask(&mut self, places: impl Iterator<Item = Key>) {
+        let mut new: Vec<Key> = places.filter(|k| !self.heights.contains_key(k)).collect();
+        new.sort_unstable();
+        new.dedup();
+        let of = |key: &Key| {
+            let around: Vec<Height> = match self.lattice.is_given(*key) {
+                true => Vec::new(),
+                false => self.lattice.needed(*key).filter_map(|k| self.known(k)).collect(),
+            };
+            self.terrain.height(self.lattice.at(*key), &around)
+        };
+        let heights = parallel::map(self.threads, &new, of);
+        self.heights.extend(new.into_iter().zip(heights));
+    }
+
+    fn is_settled(&self, [apex, a, _]: Triangle) -> bool {
+        self.settled.contains(&[apex, a])
+    }
+
+    /// The places at which a triangle is tested: the middle of its base, and of its other sides if those are long.
+    fn tested(&self, [apex, a, b]: Triangle) -> Vec<Key> {
+        let mut places = vec![middle(a, b)];
+        let is_long = self.lattice.at(a).distance(self.lattice.at(b)) > self.outline;
+        if is_long && has_halves([b, apex, a]) && has_halves([a, b, apex]) {
+            places.extend([middle(apex, a), middle(b, apex)]);
+        }
+        places
+    }
+
+    fn has_to_be_halved(&self, triangle: Triangle) -> bool {
+        if !has_halves(triangle) {
+            return false;
+        }
+        let [apex, a, b] = triangle;
+        let heights = triangle.map(|k| self.known(k));
+        let base = self.lattice.at(a).distance(self.lattice.at(b));
+        let is_off = |key: Key, ends: [(Key, Option<Height>); 2]| match (
+            self.known(key),
+            ends[0].1,
+            ends[1].1,
+        ) {
+            (Some(h), Some(from), Some(to)) => {
+                let length = self.lattice.at(ends[0].0).distance(self.lattice.at(ends[1].0));
+                let jumps = (from.z - to.z).abs() > self.steepest * length;
+                let is_smooth = from.is_bridge() || to.is_bridge() || h.is_bridge();
+                let off = (h.z - 0.5 * (from.z + to.z)).abs() * h.normal.z;
+                match (jumps, is_smooth) {
+                    (true, _) => base > self.outline,
+                    (false, true) => base > self.bridge && off > self.accuracy,
+                    (false, false) => off > self.accuracy,
+                }
+            }
+            (None, None, None) => false,
+            _ => base > self.outline,
+        };
+        let sides = [
+            [(a, heights[1]), (b, heights[2])],
+            [(apex, heights[0]), (a, heights[1])],
+            [(b, heights[2]), (apex, heights[0])],
+        ];
+        let is_across = heights.iter().any(Option::is_some) && heights.iter().any(Option::is_none);
+        (is_across && base > self.outline)
+            || self.tested(triangle).into_iter().zip(sides).any(|(key, ends)| is_off(key, ends))
+    }
+
+    /// Halves the triangles at a base, and before them what must be halved for them to exist.
+    fn halve(&mut self, base: Key) {
+        let mut open = vec![base];
+        while let Some(key) = open.pop() {
+            if !self.lattice.is_given(key) && self.halved.insert(key) {
+                open.extend(self.lattice.needed(key));
+            }
+        }
+    }
+
+    /// The triangle in which a place lies.
+    fn around(&self, at: DVec2) -> Option<Triangle> {
+        let mut triangle = self.lattice.around(at)?;
+        while self.is_halved(triangle) {
+            triangle = self.lattice.half_around(triangle, at);
+        }
+        Some(triangle)
+    }
+
+    /// Whether a triangle is off the height at a place within it.
+    fn misses(&self, triangle: Triangle, at: DVec2, height: Height) -> bool {
+        let base = self.lattice.at(triangle[1]).distance(self.lattice.at(triangle[2]));
+        let corners = triangle.map(|k| self.known(k).map(|h| self.place(k, h)));
+        let [Some(a), Some(b), Some(c)] = corners else {
+            // Beside the outline a place may be missed by the length of a side.
+            return corners.iter().all(Option::is_none) && base > self.outline;
+        };
+        let normal = (b - a).cross(c - a);
+        let z = a.z - normal.truncate().dot(at - a.truncate()) / normal.z;
+        let low = a.z.min(b.z).min(c.z);
+        let high = a.z.max(b.z).max(c.z);
+        let jumps = high - low > self.steepest * base;
+        !jumps && !height.is_bridge() && (z - height.z).abs() * height.normal.z > self.accuracy
+    }
+}

@@ -1,0 +1,169 @@
+use super::*;
+use crate::mesh::FaceId;
+use crate::surface::AnalyticSurface;
+
+fn options(radius: f64, corner: f64) -> ReachOptions {
+    ReachOptions {
+        tool: Tool::new(radius, corner).unwrap(),
+        allowance: 0.0,
+        accuracy: 0.005,
+        steepest: f64::to_radians(80.0),
+        threads: 2,
+    }
+}
+
+/// Two slopes of 45 degrees that meet in a groove along Y.
+fn groove() -> Part {
+    let at = |x: f64, y: f64| DVec3::new(x, y, x.abs());
+    let positions = [-20.0, 0.0, 20.0].map(|x| [at(x, -20.0), at(x, 20.0)]).concat();
+    let faces = vec![[0, 2, 3], [0, 3, 1], [2, 4, 5], [2, 5, 3]];
+    Part { positions, faces }
+}
+
+/// A block from z = -10 to 0 with a square pocket 4 deep in its middle.
+fn pocket() -> Part {
+    let square = |half: f64, z: f64| {
+        [(-half, -half), (half, -half), (half, half), (-half, half)]
+            .map(|(x, y)| DVec3::new(x, y, z))
+    };
+    let positions =
+        [square(20.0, -10.0), square(20.0, 0.0), square(10.0, 0.0), square(10.0, -4.0)].concat();
+    let band = |a: u32, b: u32| {
+        (0..4).flat_map(move |k| {
+            let (i, j) = (k, (k + 1) % 4);
+            [[a + i, a + j, b + j], [a + i, b + j, b + i]]
+        })
+    };
+    let mut faces: Vec<[u32; 3]> =
+        [(0, 4), (4, 8), (8, 12)].into_iter().flat_map(|(a, b)| band(a, b)).collect();
+    faces.extend([[12, 13, 14], [12, 14, 15], [0, 2, 1], [0, 3, 2]]);
+    Part { positions, faces }
+}
+
+fn faces_of(surface: &Surface) -> impl Iterator<Item = [DVec3; 3]> + '_ {
+    (0..surface.connectivity().face_count() as u32).map(|f| surface.corners(FaceId(f)))
+}
+
+fn middle([a, b, c]: [DVec3; 3]) -> DVec3 {
+    (a + b + c) / 3.0
+}
+
+/// No face of a reached surface is turned over, seen from above.
+fn assert_seen_from_above(surface: &Surface) {
+    assert!(faces_of(surface).all(|c| area_normal(c).z > 0.0));
+}
+
+#[test]
+fn a_ball_leaves_its_own_shape_in_a_groove() {
+    let (part, radius) = (groove(), 3.0);
+    let reached = reach(&part, &part, &options(radius, radius)).unwrap();
+    assert_eq!(reached.pieces, 1);
+    assert_seen_from_above(&reached.surface);
+    let edge = radius * 0.5f64.sqrt();
+    let expected = |x: f64| {
+        if x.abs() >= edge {
+            x.abs()
+        } else {
+            radius * 2f64.sqrt() - (radius * radius - x * x).sqrt()
+        }
+    };
+    let places = reached.surface.positions().iter().copied();
+    // At its ends the cutter comes lower.
+    let places = places.chain(faces_of(&reached.surface).map(middle)).filter(|p| p.y.abs() < 17.0);
+    for p in places {
+        assert!((p.z - expected(p.x)).abs() < 2.0 * 0.005, "{p}: {}", expected(p.x));
+    }
+    let bridged = 2.0 * edge * 40.0;
+    assert!(reached.aside.bridged < bridged * 1.2 && reached.aside.bridged > 0.6 * bridged);
+    assert!((reached.aside.deepest_bridged - radius * (2f64.sqrt() - 1.0)).abs() < 0.02);
+}
+
+#[test]
+fn a_flat_end_bridges_a_groove_level() {
+    let part = groove();
+    let reached = reach(&part, &part, &options(3.0, 0.0)).unwrap();
+    let inside = reached.surface.positions().iter().filter(|p| p.y.abs() < 17.0);
+    let low = inside.map(|p| p.z).fold(f64::INFINITY, f64::min);
+    assert!((low - 3.0).abs() < 0.01, "{low}");
+}
+
+#[test]
+fn a_pocket_is_reached_up_to_the_radius_of_its_corners() {
+    let part = pocket();
+    let reached = reach(&part, &part, &options(2.0, 2.0)).unwrap();
+    assert_eq!(reached.pieces, 2);
+    assert_seen_from_above(&reached.surface);
+    let aside = reached.aside;
+    // The bottom faces away; the walls are neither that nor in sight.
+    assert!((aside.away - (1600.0 + 4.0 * 400.0 + 4.0 * 80.0)).abs() < 1e-6, "{aside:?}");
+    assert_eq!((aside.steep, aside.shadowed), (0.0, 0.0));
+    // Level up to where the fillets along the walls begin.
+    let on_floor = faces_of(&reached.surface)
+        .map(middle)
+        .filter(|p| p.x.abs().max(p.y.abs()) < 7.9)
+        .map(|p| (p.z + 4.0).abs());
+    let worst = on_floor.fold(0.0, f64::max);
+    assert!(worst < 2.0 * 0.005, "{worst}");
+    let top: f64 = faces_of(&reached.surface)
+        .filter(|c| c.iter().all(|p| p.z == 0.0))
+        .map(|c| 0.5 * area_normal(c).length())
+        .sum();
+    assert!((top - 1200.0).abs() < 5.0, "{top}");
+    assert_eq!(reached.rest.faces.len(), 4 + 24 - 8 - 2);
+}
+
+#[test]
+fn where_the_cutter_fits_it_is_the_part() {
+    let soup = AnalyticSurface::Bump { size: 30.0, height: 4.0, width: 5.0 }.mesh(0.3);
+    let part = Part { positions: soup.positions, faces: soup.faces };
+    let reached = reach(&part, &part, &options(2.0, 2.0)).unwrap();
+    let height =
+        |x: f64, y: f64| 4.0 * crate::geometry::math::exp(-(x * x + y * y) / (2.0 * 5.0 * 5.0));
+    let off = faces_of(&reached.surface).map(middle).map(|p| (p.z - height(p.x, p.y)).abs());
+    let worst = off.fold(0.0, f64::max);
+    assert!(worst < 3.0 * 0.005, "{worst}");
+    assert!((reached.surface.area() / 900.0 - 1.0).abs() < 0.1);
+    assert_eq!(reached.aside.bridged, 0.0);
+}
+
+#[test]
+fn what_lies_under_something_is_in_shadow() {
+    // A plate of 20 x 20 with one of 10 x 10 over its middle.
+    let plate = |half: f64, z: f64| {
+        [(-half, -half), (half, -half), (half, half), (-half, half)]
+            .map(|(x, y)| DVec3::new(x, y, z))
+    };
+    let part = Part {
+        positions: [plate(10.0, 0.0), plate(5.0, 6.0)].concat(),
+        faces: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]],
+    };
+    let reached = reach(&part, &part, &options(1.0, 1.0)).unwrap();
+    assert_eq!(reached.pieces, 2);
+    assert!(reached.aside.shadowed > 0.0);
+    let low = faces_of(&reached.surface).filter(|c| middle(*c).z < 5.0);
+    let area: f64 = low.map(|c| 0.5 * area_normal(c).length()).sum();
+    // All around the upper one, with a fillet up to 80 degrees along it.
+    let fillet = 40.0 * (f64::to_radians(80.0) - 1.0);
+    assert!((area - 300.0 - fillet).abs() < 6.0, "{area}");
+}
+
+#[test]
+fn nothing_in_sight_is_an_error() {
+    let mut part = groove();
+    part.faces.iter_mut().for_each(|f| f.swap(0, 1));
+    let part = Part {
+        positions: part.positions.iter().map(|p| DVec3::new(p.x, p.z, p.y)).collect(),
+        ..part
+    };
+    let error = reach(&part, &part, &options(1.0, 1.0)).map(|r| r.pieces);
+    assert!(matches!(error, Err(ReachError::Nothing { .. })), "{error:?}");
+}
+
+#[test]
+fn threads_change_nothing() {
+    let part = pocket();
+    let of = |threads| reach(&part, &part, &ReachOptions { threads, ..options(2.0, 2.0) }).unwrap();
+    let (one, two) = (of(1), of(2));
+    assert_eq!(one.surface.positions(), two.surface.positions());
+    assert_eq!(one.surface.connectivity().faces(), two.surface.connectivity().faces());
+}

@@ -1,0 +1,158 @@
+//! Whole parts: the planner takes closed solids with walls, pockets and undersides as they are, and what it plans on
+//! the surface that the cutter reaches keeps its limits on the solid itself.
+
+use std::fmt::Write;
+
+use evencut_core::geometry::DVec3;
+use evencut_core::job::{self, Job};
+use evencut_core::plan::{Files, Planned, plan};
+use evencut_core::toolpath::MoveKind;
+use evencut_service::compare::{Figures, judged};
+use evencut_tests::shared_data;
+
+/// Tolerance of the jobs, mm.
+const TOLERANCE: f64 = 0.01;
+/// Slope up to which they machine, degrees.
+const STEEPEST: f64 = 80.0;
+/// Half the side of the block's pocket, half the side of the block, depth of the pocket, and of the block, mm.
+const POCKET: [f64; 4] = [6.0, 10.0, 3.0, 6.0];
+
+/// A job on a file of that name.
+fn job(kind: &str, diameter: f64, surface: &str, path: &str) -> Job {
+    let strips = if kind == "flat" { "stepover = 3.0" } else { "scallop = 0.03" };
+    let text = format!(
+        "version = 1\n[surface]\n{surface}\nsteepest = {STEEPEST}\n[tool]\nkind = \"{kind}\"\n\
+         diameter = {diameter}\n[cut]\n{strips}\naxial_depth = 0.3\nfeed = 1200.0\n\
+         tolerance = {TOLERANCE}\n[path]\n{path}\n[force]\ncontrol = \"off\"\n"
+    );
+    match job::read(text.as_bytes()) {
+        Ok(resolved) => resolved.job,
+        Err(faults) => panic!("{}", faults.render("parts", text.as_bytes())),
+    }
+}
+
+fn kept(name: &str, job: &Job, file: &[u8]) -> (Planned, Figures) {
+    let planned = plan(job, Files::of_surface(Some(file)), 2, &mut |_, _| {})
+        .unwrap_or_else(|error| panic!("{name}: {error}"));
+    let figures = judged(job, &planned, 2).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let v = figures.report.verification.as_ref().unwrap();
+    assert!(v.passed, "{name}: {:?}", v.broken);
+    (planned, figures)
+}
+
+/// A block with its top at z = 0, as OBJ; with a square pocket in its middle.
+fn block(has_pocket: bool) -> Vec<u8> {
+    let [inner, outer, depth, height] = POCKET;
+    let square = |half: f64, z: f64| {
+        [(-half, -half), (half, -half), (half, half), (-half, half)].map(|(x, y)| [x, y, z])
+    };
+    let mut corners = [square(outer, -height), square(outer, 0.0)].concat();
+    let mut bands = vec![(0, 4)];
+    let mut faces: Vec<[u32; 3]> = vec![[0, 2, 1], [0, 3, 2]];
+    if has_pocket {
+        corners.extend([square(inner, 0.0), square(inner, -depth)].concat());
+        bands.extend([(4, 8), (8, 12)]);
+        faces.extend([[12, 13, 14], [12, 14, 15]]);
+    } else {
+        faces.extend([[4, 5, 6], [4, 6, 7]]);
+    }
+    for (a, b) in bands {
+        for (i, j) in [(0, 1), (1, 2), (2, 3), (3, 0)] {
+            faces.extend([[a + i, a + j, b + j], [a + i, b + j, b + i]]);
+        }
+    }
+    let mut text = String::new();
+    for [x, y, z] in corners {
+        writeln!(text, "v {x} {y} {z}").unwrap();
+    }
+    for face in faces {
+        let [a, b, c] = face.map(|v| v + 1);
+        writeln!(text, "f {a} {b} {c}").unwrap();
+    }
+    text.into_bytes()
+}
+
+/// The solid of the block with its pocket as boxes: floor and four sides.
+fn boxes() -> [(DVec3, DVec3); 5] {
+    let [inner, outer, depth, height] = POCKET;
+    let of = |x: [f64; 2], y: [f64; 2], top: f64| {
+        (DVec3::new(x[0], y[0], -height), DVec3::new(x[1], y[1], top))
+    };
+    let all = [-outer, outer];
+    [
+        of(all, all, -depth),
+        of([-outer, -inner], all, 0.0),
+        of([inner, outer], all, 0.0),
+        of(all, [-outer, -inner], 0.0),
+        of(all, [inner, outer], 0.0),
+    ]
+}
+
+/// How deep a ball with its shank is in a solid, mm, by distances from boxes.
+fn depth_in(tip: DVec3, radius: f64, boxes: &[(DVec3, DVec3)]) -> f64 {
+    let centre = tip + DVec3::Z * radius;
+    let distance = |(low, high): &(DVec3, DVec3)| {
+        // Above the centre the cutter is a cylinder.
+        let low = DVec3::new(low.x, low.y, f64::NEG_INFINITY);
+        centre.distance(centre.clamp(low, *high))
+    };
+    radius - boxes.iter().map(distance).fold(f64::INFINITY, f64::min)
+}
+
+/// The path stays out of the exact solid, and is judged to keep its limits on all that it is to machine.
+#[test]
+fn a_block_with_a_pocket_is_machined_as_it_is() {
+    let (radius, [inner, outer, depth, _]) = (1.5, POCKET);
+    let job = job("ball", 2.0 * radius, "file = \"block.obj\"", "pattern = \"contour\"");
+    let (planned, figures) = kept("pocket", &job, &block(true));
+    assert_eq!(planned.prepared.pieces, 2, "land and floor");
+    let boxes = boxes();
+    let mut deepest = (f64::NEG_INFINITY, DVec3::ZERO);
+    for pair in planned.toolpath.points.windows(2) {
+        for k in 1..=8 {
+            let tip = pair[0].tip.lerp(pair[1].tip, f64::from(k) / 8.0);
+            let depth = depth_in(tip, radius, &boxes);
+            if depth > deepest.0 {
+                deepest = (depth, tip);
+            }
+        }
+    }
+    assert!(deepest.0 <= TOLERANCE, "{deepest:?}");
+    // A ball that touches the floor everywhere within its radius of the walls, and one that touches the land.
+    let lowest = planned.toolpath.points.iter().map(|p| p.tip.z).fold(f64::INFINITY, f64::min);
+    assert!((lowest + depth).abs() <= TOLERANCE, "{lowest}");
+    let aside = planned.prepared.aside.as_ref().unwrap();
+    // Land and floor, fillets of the ball along the walls up to the steepest slope.
+    let (land, floor) = (4.0 * (outer * outer - inner * inner), 4.0 * (inner - radius).powi(2));
+    let fillets = 8.0 * (inner - radius) * radius * f64::to_radians(STEEPEST);
+    let area = figures.report.surface.area_mm2;
+    let corners = 4.0 * radius * radius * 2.0;
+    assert!((area - land - floor - fillets).abs() < corners + 2.0, "{area}");
+    let away = 4.0 * outer * outer + 8.0 * outer * POCKET[3] + 8.0 * inner * depth;
+    assert!((aside.away - away).abs() < 1e-6, "{aside:?}");
+    assert!(planned.toolpath.points.iter().any(|p| p.kind == MoveKind::Rapid));
+}
+
+#[test]
+fn a_closed_block_is_faced_by_a_flat_end() {
+    let job = job("flat", 6.0, "file = \"block.obj\"", "pattern = \"iso-planar\"");
+    let (planned, figures) = kept("block", &job, &block(false));
+    let outer = POCKET[1];
+    assert!((figures.report.surface.area_mm2 - 4.0 * outer * outer).abs() < 0.5);
+    assert!(planned.toolpath.points.iter().all(|p| p.tip.z > -TOLERANCE));
+}
+
+/// Real files that no flat map takes as they are: a closed half ball with its base, and a relief with overhangs.
+#[test]
+fn closed_and_folded_real_meshes_are_planned_from_above() {
+    let Some(data) = shared_data() else { return };
+    for (file, scale, diameter) in
+        [("mesh/hemisphere.obj", 25.0, 6.0), ("nasty/hemi_fin.obj", 1.0, 6.0)]
+    {
+        let bytes = std::fs::read(data.join(file)).unwrap();
+        let surface = format!("file = \"{file}\"\nscale = {scale}");
+        let job = job("ball", diameter, &surface, "pattern = \"contour\"");
+        let (planned, _) = kept(file, &job, &bytes);
+        assert!(planned.prepared.aside.is_some());
+    }
+}
