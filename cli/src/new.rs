@@ -42,10 +42,6 @@ impl New {
             streams.message(&format!("error: {error}\n --> {}{hint}\n", input::shown(&job)));
             return Exit::BadJob;
         }
-        for fault in inspection.faults.iter().filter(|_| inspection.judgement.components.len() == 1)
-        {
-            streams.message(&format!("warning: surface: {fault}\n --> {surface}\n"));
-        }
         streams.message(&format!(
             "job in {job}; next: evencut plan {job}\n",
             job = input::shown(&job)

@@ -98,6 +98,27 @@ fn a_new_job_is_good_and_can_be_planned() {
 }
 
 #[test]
+fn a_new_job_for_a_solid_machines_it_from_above() {
+    let directory = scratch("solid");
+    let mut text = String::new();
+    for z in [-10, 0] {
+        for (x, y) in [(0, 0), (20, 0), (20, 20), (0, 20)] {
+            text += &format!("v {x} {y} {z}\n");
+        }
+    }
+    text += "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+    fs::write(directory.join("block.obj"), text).unwrap();
+    let output = evencut(&directory, &["new", "block.obj"]);
+    assert_eq!(output.status.code(), Some(0), "{}", streams(&output).2);
+    let job = fs::read_to_string(directory.join("block.toml")).unwrap();
+    assert!(job.contains("steepest = 80.0") && job.contains("control = \"off\""), "{job}");
+    let output = evencut(&directory, &["plan", "block.toml"]);
+    let (code, summary, messages) = streams(&output);
+    assert_eq!(code, 0, "{messages}");
+    assert!(summary.contains("face away from +Z"), "{summary}");
+}
+
+#[test]
 fn a_new_job_never_replaces_a_file() {
     let directory = scratch("never");
     write_bowl(&directory.join("bowl.obj"), 1.0);

@@ -342,8 +342,8 @@ fn templates_are_valid_jobs() {
             size: [largest, draw.between(0.1, 1.0) * largest, draw.between(0.0, 0.1) * largest],
             smallest_concave_radius: radius(&mut draw),
             smallest_convex_radius: radius(&mut draw),
-            components: draw.below(4),
-            closed: draw.below(2) == 0,
+            closed: draw.below(3) == 0,
+            is_part: draw.below(2) == 0,
             mean_normal: [(0.6, 0.0, 0.8), (0.0, 0.8, -0.6), (0.0, 0.0, 0.0)][draw.below(3)].into(),
             from_mean: draw.between(0.0, 3.0),
         };
@@ -352,7 +352,7 @@ fn templates_are_valid_jobs() {
             .unwrap_or_else(|f| panic!("{text}\n{}", f.render("template", text.as_bytes())));
         assert!(read.warnings.is_empty(), "{text}\n{:?}", read.warnings);
         let (job, size) = (read.job, facts.size[1]);
-        assert_eq!(job.surface.select.normal_within.is_some(), facts.closed);
+        assert!(job.surface.steepest.is_some() || !facts.is_part, "{text}");
         let unit = job.surface.scale;
         assert_eq!(
             unit,
@@ -369,7 +369,8 @@ fn templates_are_valid_jobs() {
         } else {
             facts.smallest_concave_radius
         };
-        let fits = concave.is_none_or(|r| job.tool.radius() < r * unit);
+        let fits =
+            job.surface.steepest.is_some() || concave.is_none_or(|r| job.tool.radius() < r * unit);
         let smallest = (0.01 * size * unit).max(0.25);
         assert!(fits || job.tool.radius() <= smallest, "{text}");
     }

@@ -13,10 +13,10 @@ pub struct SurfaceFacts {
     pub smallest_concave_radius: Option<f64>,
     /// Smallest convex radius of curvature, if known: the concave one from the other side.
     pub smallest_convex_radius: Option<f64>,
-    /// Number of connected components.
-    pub components: usize,
-    /// Whether the mesh bounds a solid: the faces to machine must then be selected.
+    /// Whether the mesh bounds a solid, which stands as it was drawn.
     pub closed: bool,
+    /// Whether it is not one oriented piece with a boundary: only what is reached of it can be machined.
+    pub is_part: bool,
     /// Unit mean of the face normals by area.
     pub mean_normal: [f64; 3],
     /// Largest angle of a face normal from the mean, rad.
@@ -34,12 +34,17 @@ const METRES_BELOW: f64 = 1.0;
 const INCHES_BELOW: f64 = 5.0;
 /// A cutter below this part of the middle extent takes days; tighter places are left to another.
 const SMALLEST_PART: f64 = 0.02;
-/// Side steps across the middle extent, at most; more are for finishing.
+/// Side steps across the middle extent of a surface and of a part, at most; more are for finishing.
 const STEPS_ACROSS: f64 = 200.0;
+const ACROSS_PART: f64 = 100.0;
 /// Faces steeper than this, degrees from the axis, are not for three axes.
 const STEEPEST: f64 = 80.0;
-/// Faces of a solid within this angle of +Z, degrees, are machined.
-const LOOKS_UP: f64 = 75.0;
+/// An open surface with faces in all directions is a relief or scan, machined from above, where no cutter larger than
+/// this part of its middle extent fits its concave places.
+const ROUGH: f64 = 1.0 / 15.0;
+/// Tolerance of a part, cusp heights, and the least, mm.
+const OF_SCALLOP: f64 = 0.5;
+const FINE: f64 = 0.005;
 
 /// A commented job file for the surface in `file`, with values to start from.
 ///
@@ -47,12 +52,17 @@ const LOOKS_UP: f64 = 75.0;
 pub fn template(file: &str, facts: &SurfaceFacts) -> String {
     let unit = Unit::guess(facts);
     let placed = Placed::of(facts);
+    let whole = placed.is_part;
     let radius = placed.concave_radius.map(|r| r * unit.mm());
     let size = facts.size.map(|s| if s.is_finite() { s.abs() * unit.mm() } else { 0.0 });
     let mut sorted = size;
     sorted.sort_by(f64::total_cmp);
     let middle = sorted[1];
-    let diameter = diameter_for(middle, radius);
+    // What the cutter bridges of a part does not limit it.
+    let diameter = diameter_for(middle, radius.filter(|_| !whole));
+    let across = if whole { ACROSS_PART } else { STEPS_ACROSS };
+    let scallop = scallop_for(middle / across, diameter);
+    let tolerance = if whole { (OF_SCALLOP * scallop).max(FINE) } else { FINE };
     // The usual cutting speed of 150 m/min; a hundredth of the diameter per tooth.
     let spindle = (150_000.0 / (std::f64::consts::PI * diameter)).min(12_000.0).round();
     let feed = (0.01 * diameter * 2.0 * spindle / 10.0).round().max(1.0) * 10.0;
@@ -80,7 +90,7 @@ flutes = 2
 {:<26} # material above the surface, along its normal
 feed = {feed:?}
 spindle = {spindle:?}
-tolerance = 0.005
+tolerance = {tolerance:?}
 direction = \"climb\"        # climb | conventional
 inaccessible = \"lift\"      # lift the cutter where it does not fit, or refuse the job
 {}
@@ -90,7 +100,7 @@ boundary = \"open\"          # open: air outside of the surface; wall: material 
 
 [force]
 relative = 1.5             # limit of the removal rate, times that of a straight pass
-control = \"trochoid\"       # off | trochoid | feed
+control = {:<16} # off | trochoid | feed
 
 [machine]
 axes = \"{}\"                 # 3 | xyzac
@@ -98,21 +108,29 @@ clearance = 10.0
 
 [output]
 gcode = {{ post = \"linuxcnc\" }}
-svg = [\"flat\", \"surface\", \"mrr\", \"scallop\", \"removal\"]
+svg = [\"flat\", \"surface\"{}, \"scallop\"{}]
 ",
         unit.line(),
         placed.lines(),
-        selection(facts),
+        if whole {
+            "# A part: what a cutter reaches of it from above, up to this slope, is machined.\n\
+             steepest = 80.0\n"
+        } else {
+            ""
+        },
         format!("diameter = {diameter:?}"),
-        reason(diameter, radius),
-        format!("scallop = {:?}", scallop_for(middle, diameter)),
+        if whole { "narrower places are bridged".to_owned() } else { reason(diameter, radius) },
+        format!("scallop = {scallop:?}"),
         format!("axial_depth = {:?}", (diameter * 5.0).round() / 100.0),
         if placed.five_axes {
             "lead = 10.0                # tilt in the feed direction\n"
         } else {
             ""
         },
+        if whole { "\"off\"" } else { "\"trochoid\"" },
         if placed.five_axes { "xyzac" } else { "3" },
+        if whole { "" } else { ", \"mrr\"" },
+        if whole { "" } else { ", \"removal\"" },
     );
     text
 }
@@ -165,6 +183,8 @@ struct Placed {
     /// Rotations about X and Y that turn the surface up, degrees.
     turn: Option<[f64; 2]>,
     five_axes: bool,
+    /// Whether it is machined as a part, from above.
+    is_part: bool,
     /// Smallest concave radius on the side that is machined, in the file's units.
     concave_radius: Option<f64>,
 }
@@ -175,6 +195,7 @@ impl Placed {
             flip: false,
             turn: None,
             five_axes: false,
+            is_part: facts.is_part,
             concave_radius: facts.smallest_concave_radius,
         };
         let mean = DVec3::from_array(facts.mean_normal);
@@ -200,8 +221,15 @@ impl Placed {
             let degrees = [about_x, about_y].map(|a| (a.to_degrees() * 10.0).round() / 10.0);
             Self { turn: Some(degrees), ..placed }
         } else {
-            Self { five_axes: true, ..placed }
+            let is_part = placed.is_part || placed.is_rough(facts);
+            Self { is_part, five_axes: !is_part, ..placed }
         }
+    }
+
+    fn is_rough(&self, facts: &SurfaceFacts) -> bool {
+        let mut size = facts.size;
+        size.sort_by(f64::total_cmp);
+        self.concave_radius.is_some_and(|radius| 2.0 * radius < ROUGH * size[1])
     }
 
     fn lines(&self) -> String {
@@ -227,9 +255,8 @@ fn diameter_for(middle: f64, concave_radius: Option<f64>) -> f64 {
     DIAMETERS.into_iter().rev().find(|d| *d <= bound).unwrap_or(DIAMETERS[0])
 }
 
-/// The smallest usual cusp height that needs no more side steps than a semi-finish has.
-fn scallop_for(middle: f64, diameter: f64) -> f64 {
-    let widest = middle / STEPS_ACROSS;
+/// The smallest usual cusp height whose side steps are no narrower than `widest`, mm, those of a semi-finish.
+fn scallop_for(widest: f64, diameter: f64) -> f64 {
     let enough = |h: &f64| 2.0 * (h * (diameter - h)).max(0.0).sqrt() >= widest;
     // A cusp of a fiftieth of the diameter is the coarsest that is still one of the ball.
     let coarsest = SCALLOPS.into_iter().rev().find(|h| *h <= 0.02 * diameter);
@@ -244,21 +271,5 @@ fn reason(diameter: f64, concave_radius: Option<f64>) -> String {
         }
         Some(r) => format!("does not fit the smallest concave radius of {r:.2} mm"),
         None => "no concave place limits it; about a tenth of the surface's width".to_owned(),
-    }
-}
-
-fn selection(facts: &SurfaceFacts) -> String {
-    if facts.closed {
-        return format!(
-            "# The file bounds a solid: only faces that look up are machined.\n\
-             select = {{ normal_within = {LOOKS_UP:?}, of = [0, 0, 1], component = \"largest\" }}\n"
-        );
-    }
-    match facts.components {
-        0 | 1 => String::new(),
-        n => format!(
-            "# The file has {n} pieces: the largest is machined.\n\
-             select = {{ component = \"largest\" }}\n"
-        ),
     }
 }

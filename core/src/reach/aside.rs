@@ -1,7 +1,8 @@
 //! What of a part is not machined in one setup.
 
+use super::facet::area_normal;
+use super::options::ReachOptions;
 use super::terrain::Terrain;
-use super::{ReachOptions, area_normal};
 use crate::geometry::DVec3;
 use crate::geometry::math::cos;
 use crate::parallel;

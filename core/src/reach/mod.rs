@@ -19,13 +19,16 @@
 //! networks", Algorithmica 30 (2001).
 
 mod aside;
+mod facet;
 mod lattice;
 mod minimax;
 mod net;
+mod options;
 mod terrain;
 mod trim;
 
 pub use aside::Aside;
+pub use options::ReachOptions;
 
 use crate::cutter_location::CheckMesh;
 use crate::geometry::DVec3;
@@ -33,7 +36,7 @@ use crate::geometry::math::cos;
 use crate::mesh::repair::{compact, retain_faces, split_pinches};
 use crate::mesh::{Connectivity, FaceId, TriangleSoup, VertexId, component_of, judge};
 use crate::surface::{Part, Surface};
-use crate::tool::Tool;
+use facet::area_normal;
 use lattice::Lattice;
 use net::Net;
 use std::collections::BTreeMap;
@@ -47,21 +50,6 @@ const SMALLEST_PIECE: f64 = 0.02;
 /// counts as a bridge, under which only the part can be cut into.
 const BRIDGE: f64 = 4.0;
 const ABOVE: f64 = 0.1;
-
-/// How a part is reached.
-#[derive(Copy, Clone, Debug, PartialEq)]
-pub struct ReachOptions {
-    /// The cutter; its axis is +Z.
-    pub tool: Tool,
-    /// Allowance left on the part, mm.
-    pub allowance: f64,
-    /// How far the reached surface may be from the exact one, mm.
-    pub accuracy: f64,
-    /// Steepest slope that is machined, rad from level.
-    pub steepest: f64,
-    /// Number of threads; the result does not depend on it.
-    pub threads: usize,
-}
 
 /// Why nothing can be reached.
 #[derive(Copy, Clone, Debug, PartialEq, Error)]
@@ -183,11 +171,6 @@ fn worthwhile(
     let normal = |p: &DVec3| known.get(&p.to_array().map(f64::to_bits)).copied();
     let normals = soup.positions.iter().map(|p| normal(p).unwrap_or(DVec3::Z)).collect();
     (soup, normals, pieces, small)
-}
-
-/// Normal of a triangle, twice its area long.
-fn area_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
-    (b - a).cross(c - a)
 }
 
 #[cfg(test)]

@@ -4,8 +4,8 @@
 //! while it is large if it lies across the outline. The triangle on the other side of its base is halved with it, and
 //! whatever has to be halved before: no side ever ends on the middle of another.
 
-use super::ReachOptions;
 use super::lattice::{Key, Lattice, Triangle, halves, has_halves, middle};
+use super::options::ReachOptions;
 use super::terrain::{Height, Terrain};
 use crate::geometry::math::tan;
 use crate::geometry::{DVec2, DVec3};

@@ -16,8 +16,9 @@
 //! Beside walls the sum jumps, and a narrow valley of it may be missed: then the height is one that another place of
 //! the cutter leaves, higher than the lowest, and no cutter that is led by it cuts into the part.
 
+use super::facet::area_normal;
 use super::minimax::lowest;
-use super::{ReachOptions, area_normal};
+use super::options::ReachOptions;
 use crate::cutter_location::{CheckMesh, Standing, Upright, tip};
 use crate::geometry::math::cos;
 use crate::geometry::{DVec2, DVec3};
@@ -104,10 +105,9 @@ struct Top {
 }
 
 impl Top {
-    /// Unit normal of the facet, upward.
+    /// Unit normal of the facet.
     fn normal(&self) -> DVec3 {
-        let normal = area_normal(self.facet).normalize_or(DVec3::Z);
-        if normal.z < 0.0 { -normal } else { normal }
+        area_normal(self.facet).normalize_or(DVec3::Z)
     }
 }
 
@@ -139,7 +139,8 @@ impl<'a> Terrain<'a> {
 
     /// The reached surface over a place; `None` where nothing is machined. `around`: the heights of places nearby.
     pub fn height(&self, at: DVec2, around: &[Height]) -> Option<Height> {
-        let top = self.top(at)?;
+        // Behind a face that looks down is material: an open surface is not machined from its back.
+        let top = self.top(at).filter(|top| area_normal(top.facet).z > 0.0)?;
         let machined = || self.machined.as_ref();
         if machined().is_some_and(|m| !self.is_hit(m, at, top.z)) {
             return None;

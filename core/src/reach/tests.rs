@@ -1,6 +1,7 @@
 use super::*;
 use crate::mesh::FaceId;
 use crate::surface::AnalyticSurface;
+use crate::tool::Tool;
 
 fn options(radius: f64, corner: f64) -> ReachOptions {
     ReachOptions {

@@ -3,7 +3,7 @@
 //! The outline crosses a side where one end is outside, or where the surface jumps between two ends, at the upper edge
 //! of a wall. Either way the crossing is found by bisection from each end that is on the surface.
 
-use super::area_normal;
+use super::facet::area_normal;
 use super::lattice::Key;
 use super::net::Net;
 use crate::geometry::DVec3;
