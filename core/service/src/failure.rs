@@ -7,6 +7,7 @@ use evencut_core::link::DeliverError;
 use evencut_core::nurbs::NurbsError;
 use evencut_core::plan::PlanError;
 use evencut_core::post::PostError;
+use evencut_core::reach::ReachError;
 use evencut_core::step::{SmoothError, StepError};
 use evencut_core::surface::SurfaceError;
 use evencut_core::texture::window::WindowError;
@@ -104,7 +105,12 @@ fn of_plan(error: &PlanError) -> Failure {
         PlanError::WallFile(_) => bad_surface(&["path.wall_file"], Hint::None),
         PlanError::Surface(error) => bad_surface(surface_keys(error), Hint::Inspect),
         PlanError::Smooth(error) => of_smooth(error),
-        PlanError::Reach(_) => bad_surface(&["surface.rotate", "surface.file"], Hint::Inspect),
+        PlanError::Reach(ReachError::Nothing { .. }) => {
+            bad_surface(&["surface.rotate", "surface.file"], Hint::Inspect)
+        }
+        PlanError::Reach(ReachError::TooFine { .. }) => {
+            bad_surface(&["cut.tolerance", "surface.steepest"], Hint::None)
+        }
         PlanError::Pieces { .. } => bad_surface(&["regions.method", "path.pattern"], Hint::None),
         PlanError::Flatten(_) => bad_surface(SOURCE, Hint::Inspect),
         PlanError::Rings(LevelSetError::TooFine { .. }) => {

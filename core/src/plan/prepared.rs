@@ -66,10 +66,10 @@ impl Prepared {
         let design = Design::new(&keys, files, threads)?;
         progress(Stage::Flatten, 0.0);
         let surface = &design.surface;
-        let (chart, flattening) = match (&design.aside, flatten(keys.flatten, surface)) {
-            (None, flat) => flat?,
-            (Some(_), Ok(conformal)) if design.pieces == 1 => conformal,
-            _ => view(surface),
+        let (chart, flattening) = match design.aside {
+            None => flatten(keys.flatten, surface)?,
+            Some(_) if design.pieces > 1 => view(surface),
+            Some(_) => flatten(keys.flatten, surface).unwrap_or_else(|_| view(surface)),
         };
         let Part { positions, faces } = &design.part;
         Ok(Arc::new(Self {

@@ -3,7 +3,7 @@
 //! - *Reached surface*: the lowest surface that the cutter, standing anywhere on the part, leaves; the part closed by
 //!   the cutter. It is the part's own surface wherever the cutter fits, and the cutter's where that bridges a groove or
 //!   a corner. Seen along the axis it is the graph of a height: without overhang, handle or fold, and nowhere more
-//!   concave than the cutter, so that passes on it need no lifting.
+//!   concave than the cutter. Passes on it need lifting only where it is not found exactly, beside walls mostly.
 //! - *Set aside*: what faces away from the axis, lies in the shadow of something above it, or is steeper than the job
 //!   machines.
 //!
@@ -15,10 +15,11 @@
 //! The part may be any triangles: open or closed, of many pieces, with cracks, overlaps and folds.
 //!
 //! Source: closing by a structuring element, Serra, "Image Analysis and Mathematical Morphology", Academic Press 1982,
-//! here of a solid and exact to a tolerance; the net: Evans, Kirkpatrick, Townsend, "Right-triangulated irregular
+//! here of a solid and sampled; the net: Evans, Kirkpatrick, Townsend, "Right-triangulated irregular
 //! networks", Algorithmica 30 (2001).
 
 mod aside;
+mod error;
 mod facet;
 mod lattice;
 mod minimax;
@@ -28,6 +29,7 @@ mod terrain;
 mod trim;
 
 pub use aside::Aside;
+pub use error::ReachError;
 pub use options::ReachOptions;
 
 use crate::cutter_location::CheckMesh;
@@ -41,7 +43,6 @@ use lattice::Lattice;
 use net::Net;
 use std::collections::BTreeMap;
 use terrain::Terrain;
-use thiserror::Error;
 
 /// Pieces smaller than this are not machined, squared cutter radii.
 const SMALLEST_PIECE: f64 = 0.02;
@@ -50,26 +51,6 @@ const SMALLEST_PIECE: f64 = 0.02;
 /// counts as a bridge, under which only the part can be cut into.
 const BRIDGE: f64 = 4.0;
 const ABOVE: f64 = 0.1;
-
-/// Why nothing can be reached.
-#[derive(Copy, Clone, Debug, PartialEq, Error)]
-pub enum ReachError {
-    /// Nothing to be machined is in sight from above.
-    #[error(
-        "surface: nothing of what is selected can be machined from +Z: {:.3} mm² face away or are steeper than \
-         {steepest:.1} degrees, {:.3} mm² lie under something else; turn the part with surface.rotate",
-        away,
-        shadowed
-    )]
-    Nothing {
-        /// Area that faces away or is too steep, mm².
-        away: f64,
-        /// Area in the shadow of something, mm².
-        shadowed: f64,
-        /// Steepest slope that is machined, degrees.
-        steepest: f64,
-    },
-}
 
 /// What of a part is machined in one setup.
 #[derive(Clone, Debug)]
@@ -80,7 +61,7 @@ pub struct Reached {
     pub pieces: usize,
     /// What of the part is not machined, in figures.
     pub aside: Aside,
-    /// Of which of its faces the middle is above the part.
+    /// Over which of its faces the cutter bridges the part: a corner or the middle is above it.
     pub bridges: Vec<bool>,
     /// The faces of the part that are not machined.
     pub rest: Part,
@@ -101,8 +82,8 @@ pub fn reach(part: &Part, machined: &Part, options: &ReachOptions) -> Result<Rea
     };
     let lattice = Lattice::over(machined, options.tool.radius()).ok_or(nothing)?;
     let mut net = Net::new(&terrain, lattice, options);
-    net.refine();
-    net.refine_at(&machined.positions);
+    net.refine()?;
+    net.refine_at(&machined.positions)?;
     let (mut soup, normals) = trim::trimmed(&net);
     let steepest = cos(options.steepest);
     retain_faces(&mut soup, |_, face| face.iter().any(|&v| normals[v as usize].z >= steepest));

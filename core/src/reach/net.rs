@@ -4,6 +4,7 @@
 //! while it is large if it lies across the outline. The triangle on the other side of its base is halved with it, and
 //! whatever has to be halved before: no side ever ends on the middle of another.
 
+use super::error::ReachError;
 use super::lattice::{Key, Lattice, Triangle, halves, has_halves, middle};
 use super::options::ReachOptions;
 use super::terrain::{Height, Terrain};
@@ -16,7 +17,7 @@ use std::collections::{HashMap, HashSet};
 const OUTLINE: f64 = 1.0 / 16.0;
 /// Shortest base on what the cutter bridges, cutter radii.
 const BRIDGE: f64 = 1.0 / 8.0;
-/// Most heights that are asked; beyond, what is left is not halved further.
+/// Most heights that are asked; more are refused.
 const MOST: usize = 1_500_000;
 
 /// The triangles, and the height at every place that was asked.
@@ -89,13 +90,17 @@ impl<'a> Net<'a> {
     }
 
     /// Halves until the heights at the middles of bases, and one level below, are met.
-    pub fn refine(&mut self) {
+    ///
+    /// # Errors
+    /// [`TooFine`](ReachError::TooFine) if that takes too many heights.
+    pub fn refine(&mut self) -> Result<(), ReachError> {
         loop {
             let open: Vec<Triangle> =
                 self.triangles().into_iter().filter(|t| !self.is_settled(*t)).collect();
-            if open.is_empty() || self.heights.len() > MOST {
+            if open.is_empty() {
                 break;
             }
+            self.refuse_too_many()?;
             self.ask(open.iter().flatten().copied());
             let places = open.iter().filter(|t| has_halves(**t)).flat_map(|t| self.tested(*t));
             let places: Vec<Key> = places.collect();
@@ -110,10 +115,21 @@ impl<'a> Net<'a> {
         }
         let corners: Vec<Key> = self.triangles().into_iter().flatten().collect();
         self.ask(corners.into_iter());
+        Ok(())
+    }
+
+    fn refuse_too_many(&self) -> Result<(), ReachError> {
+        match self.heights.len() {
+            many if many > MOST => Err(ReachError::TooFine { most: MOST, accuracy: self.accuracy }),
+            _ => Ok(()),
+        }
     }
 
     /// Halves until the corners of the part are met, which may lie between the places that were asked.
-    pub fn refine_at(&mut self, corners: &[DVec3]) {
+    ///
+    /// # Errors
+    /// As [`refine`](Self::refine).
+    pub fn refine_at(&mut self, corners: &[DVec3]) -> Result<(), ReachError> {
         let seen = |p: &DVec3| match self.terrain.is_in_sight(*p) {
             true => self.terrain.height(p.truncate(), &[]),
             false => None,
@@ -121,7 +137,8 @@ impl<'a> Net<'a> {
         let heights = parallel::map(self.threads, corners, seen);
         let pairs = corners.iter().zip(heights).filter_map(|(p, h)| Some((p.truncate(), h?)));
         let mut open: Vec<(DVec2, Height)> = pairs.collect();
-        while !open.is_empty() && self.heights.len() <= MOST {
+        while !open.is_empty() {
+            self.refuse_too_many()?;
             let mut off = Vec::new();
             let mut bases = Vec::new();
             for (at, height) in open {
@@ -136,7 +153,7 @@ impl<'a> Net<'a> {
             self.ask(corners.into_iter());
             open = off;
         }
-        self.refine();
+        self.refine()
     }
 
     /// Asks for heights.
