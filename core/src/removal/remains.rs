@@ -1,7 +1,8 @@
 //! What a path leaves above a height, without recording where it removes what.
 //!
-//! Nearly every column is cut down by the moves that end nearest to it in the chart. 1. These are tested on it. 2.
-//! Only columns that still stand are swept by the whole path, in time order, as in [`Columns::cut`].
+//! Nearly every column is cut down by the moves that end nearest to it in the chart, of its own pass or of those beside
+//! it. 1. These are tested on it. 2. Only columns that still stand are swept by the whole path, in time order, as in
+//! [`Columns::cut`].
 
 use super::body::{Body, Cutter, Layer, Stroke};
 use super::columns::{Block, Columns};
@@ -13,6 +14,11 @@ use crate::toolpath::{PathPoint, Toolpath};
 
 /// Pieces before and behind the nearest one that are tested. Fewer: more columns are left to the sweep; more: slower.
 const BESIDE: usize = 4;
+/// Passes of which the nearest pieces are tested: a column between passes is cut down by its own or by one of those
+/// beside it. Fewer, more: as above.
+const PASSES: usize = 3;
+/// Pieces farther than this from others in the order of the path count as another pass's.
+const APART: u32 = 16;
 /// Ends of pieces in a leaf of the tree over them.
 const LEAF: usize = 8;
 
@@ -50,10 +56,10 @@ impl Ends {
         Self { ends }
     }
 
-    /// The piece that ends nearest to a place.
-    fn nearest(&self, at: DVec2) -> Option<usize> {
+    /// The piece that ends nearest to a place, of those that are not near to some others in the order of the path.
+    fn nearest(&self, at: DVec2, others: &[usize]) -> Option<usize> {
         let mut best = (f64::INFINITY, 0);
-        search(&self.ends, 0, at, &mut best);
+        search(&self.ends, 0, at, others, &mut best);
         best.0.is_finite().then_some(best.1 as usize)
     }
 }
@@ -69,10 +75,11 @@ fn sort(ends: &mut [(DVec2, u32)], axis: usize) {
     sort(&mut after[1..], 1 - axis);
 }
 
-fn search(ends: &[(DVec2, u32)], axis: usize, at: DVec2, best: &mut (f64, u32)) {
+fn search(ends: &[(DVec2, u32)], axis: usize, at: DVec2, others: &[usize], best: &mut (f64, u32)) {
     let look = |(place, stroke): &(DVec2, u32), best: &mut (f64, u32)| {
         let square = place.distance_squared(at);
-        if (square, *stroke) < *best {
+        let is_other = || others.iter().all(|&o| stroke.abs_diff(o as u32) > APART);
+        if (square, *stroke) < *best && is_other() {
             *best = (square, *stroke);
         }
     };
@@ -83,10 +90,10 @@ fn search(ends: &[(DVec2, u32)], axis: usize, at: DVec2, best: &mut (f64, u32)) 
     let (before, after) = ends.split_at(ends.len() / 2);
     let side = at[axis] - after[0].0[axis];
     let (near, far) = if side < 0.0 { (before, &after[1..]) } else { (&after[1..], before) };
-    search(near, 1 - axis, at, best);
+    search(near, 1 - axis, at, others, best);
     if side * side <= best.0 {
         look(&after[0], best);
-        search(far, 1 - axis, at, best);
+        search(far, 1 - axis, at, others, best);
     }
 }
 
@@ -131,23 +138,33 @@ impl Columns {
     }
 }
 
-/// The heights of a block's columns that the nearest pieces cut down; the others are left at full height.
+/// The heights of a block's columns after the nearest pieces.
 fn tried(block: &Block, body: &Body, strokes: &Strokes, enough: f64) -> Vec<f64> {
     let Strokes { all, ends, .. } = strokes;
     let top = body.layer().top();
     let mut heights = vec![top; block.columns.len()];
-    let lowered = |column: usize, nearest: usize| {
+    // Whether the pieces beside one cut a column down far enough.
+    let lower = |column: usize, height: &mut f64, nearest: usize| {
         let beside = nearest.saturating_sub(BESIDE)..(nearest + BESIDE + 1).min(all.len());
         let line = &block.columns[column].line;
-        all[beside].iter().map(|s| body.lowered(s, line, top)).find(|height| *height <= enough)
+        all[beside].iter().any(|stroke| {
+            *height = body.lowered(stroke, line, *height);
+            *height <= enough
+        })
     };
     for tile in &block.tiles {
         let columns = tile.first..tile.first + tile.count;
         let middle = block.flat[columns.clone()].iter().sum::<DVec2>() / tile.count as f64;
-        let Some(of_tile) = ends.nearest(middle) else { continue };
+        let Some(of_tile) = ends.nearest(middle, &[]) else { continue };
         for column in columns {
-            let own = || ends.nearest(block.flat[column]).and_then(|own| lowered(column, own));
-            heights[column] = lowered(column, of_tile).or_else(own).unwrap_or(top);
+            let height = &mut heights[column];
+            let mut is_low = lower(column, height, of_tile);
+            let mut near = Vec::with_capacity(PASSES);
+            while !is_low && near.len() < PASSES {
+                let Some(piece) = ends.nearest(block.flat[column], &near) else { break };
+                is_low = lower(column, height, piece);
+                near.push(piece);
+            }
         }
     }
     heights
@@ -167,9 +184,9 @@ mod tests {
             let at = place(i + 5000) + DVec2::new(0.3, 0.1);
             let distance = |e: &(DVec2, u32)| e.0.distance_squared(at);
             let nearest = all.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap();
-            let found = ends.nearest(at).unwrap();
+            let found = ends.nearest(at, &[]).unwrap();
             assert_eq!(place(found as u32).distance(at), nearest.0.distance(at));
         }
-        assert_eq!(Ends { ends: Vec::new() }.nearest(DVec2::ZERO), None);
+        assert_eq!(Ends { ends: Vec::new() }.nearest(DVec2::ZERO, &[]), None);
     }
 }

@@ -58,10 +58,15 @@ impl Removed {
     }
 }
 
-/// Pieces that lie together.
+/// Pieces that lie together: all tips are within a cylinder, whose ends are in the direction of the path there.
 pub(super) struct Run {
     middle: DVec3,
-    radius: f64,
+    /// Unit direction of the cylinder, or zero.
+    along: DVec3,
+    /// Half its length, mm.
+    half: f64,
+    /// Its radius, mm.
+    across: f64,
     axis: DVec3,
     /// Sine of the largest angle of an axis to that, at least.
     spread: f64,
@@ -73,18 +78,42 @@ impl Run {
         let count = 2.0 * strokes.len().max(1) as f64;
         let middle = poses().map(|p| p.tip).sum::<DVec3>() / count;
         let axis = poses().map(|p| p.axis).sum::<DVec3>().normalize_or(DVec3::Z);
-        let radius = poses().map(|p| p.tip.distance(middle)).fold(0.0, f64::max);
         let spread = poses().map(|p| p.axis.distance(axis)).fold(0.0, f64::max);
-        Self { middle, radius, axis, spread }
+        let ends = strokes.first().zip(strokes.last());
+        let along = ends.map_or(DVec3::ZERO, |(a, b)| (b.to.tip - a.from.tip).normalize_or_zero());
+        let (mut half, mut across) = (0.0f64, 0.0f64);
+        for pose in poses() {
+            let off = pose.tip - middle;
+            let part = off.dot(along);
+            half = half.max(part.abs());
+            across = across.max((off - along * part).length());
+        }
+        Self { middle, along, half, across, axis, spread }
     }
 
     /// Whether the cutter may come near a sphere.
     fn reaches(&self, place: DVec3, radius: f64, body: &Body) -> bool {
         let q = place - self.middle;
         let up = q.dot(self.axis);
-        let reach = radius + self.radius + body.reach();
+        let reach = radius + (self.half + self.across) + body.reach();
         let across = (q - self.axis * up).length();
         up > -reach && across <= reach + self.spread * (q.length() + reach)
+    }
+
+    /// Whether the cutter may cut what is left of a bound up to `level`: a plane between the two would part them.
+    fn cuts(&self, bound: &Bound, level: f64, body: &Body) -> bool {
+        let pose = Pose { tip: self.middle, axis: self.axis };
+        let Some(d) = body.direction_to(&pose, bound.middle + bound.normal * level) else {
+            return true;
+        };
+        let length = body.length().min(LENGTH * body.reach());
+        let up = d.dot(self.axis);
+        // Turned by the spread, the body extends farther by at most that times what of it is beside the tip.
+        let beside = if up < -self.spread { body.reach() } else { body.reach() + length };
+        let along = d.dot(self.along);
+        let aside = (1.0 - along * along).max(0.0).sqrt();
+        let farther = along.abs() * self.half + aside * self.across + self.spread * beside;
+        bound.least_along(d, level) < body.support(&pose, d, length) + farther - NEGLIGIBLE
     }
 }
 
@@ -274,9 +303,12 @@ impl<'a> BlockCut<'a> {
             let node = self.nodes[t] as usize;
             let low = tile.bound.low.abs();
             let radius = tile.bound.radius + low + self.body.layer().top();
-            let reaches = |run: &Run| run.reaches(tile.bound.middle, radius, self.body);
-            let is_open = self.levels[node] > f64::NEG_INFINITY;
-            let near = if is_open { runs.near(reaches) } else { Vec::new() };
+            let level = self.levels[node];
+            let cuts = |run: &Run| {
+                run.reaches(tile.bound.middle, radius, self.body)
+                    && run.cuts(&tile.bound, level, self.body)
+            };
+            let near = if level > f64::NEG_INFINITY { runs.near(cuts) } else { Vec::new() };
             let near = near.into_iter().flat_map(|r| strokes.iter().skip(r * SHORT).take(SHORT));
             for stroke in near {
                 let level = self.levels[node];
