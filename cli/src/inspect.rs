@@ -3,10 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use evencut_core::mesh::{MeshFormat, TriangleSoup, read};
-use evencut_core::nurbs::{MeshOptions, NurbsError, Trim, mesh, read_json};
 use evencut_core::step::{SmoothFormat, StepFace, StepFile};
 use evencut_core::surface::Inspection;
+use evencut_service::new_job::{self, Contents};
 use serde_json::{Value, json};
 
 use crate::{Exit, Streams, input};
@@ -38,12 +37,12 @@ impl Inspect {
         if SmoothFormat::from_name(&self.file.to_string_lossy()) == Some(SmoothFormat::Step) {
             return self.run_step(streams);
         }
-        match inspect(&self.file, self.scale) {
-            Ok(inspection) if self.json => {
+        match contents(&self.file, self.scale) {
+            Ok(Contents { inspection, .. }) if self.json => {
                 streams.data(&format!("{:#}\n", as_json(&inspection)));
                 Exit::Done
             }
-            Ok(inspection) => {
+            Ok(Contents { inspection, .. }) => {
                 streams.data(&inspection.to_string());
                 Exit::Done
             }
@@ -65,10 +64,22 @@ impl Inspect {
         match read() {
             Ok(file) => {
                 let faces = listed(&file, self.scale);
-                streams.data(&if self.json {
-                    format!("{:#}\n", json!({ "faces": faces }))
-                } else {
-                    table(&faces)
+                // Faces that cannot be used are listed with their fault.
+                let whole = contents(&self.file, self.scale).ok().map(|c| c.inspection);
+                streams.data(&match (self.json, whole) {
+                    (true, whole) => {
+                        let whole = whole.as_ref().map(as_json);
+                        format!("{:#}\n", json!({ "faces": faces, "together": whole }))
+                    }
+                    (false, Some(Inspection { area, bounds: (low, high), .. })) => {
+                        let [low, high] =
+                            [low, high].map(|p| format!("({:.2}, {:.2}, {:.2})", p.x, p.y, p.z));
+                        format!(
+                            "{}   all                     {area:.2} from {low} to {high} mm\n",
+                            table(&faces)
+                        )
+                    }
+                    (false, None) => table(&faces),
                 });
                 Exit::Done
             }
@@ -94,7 +105,7 @@ fn listed(file: &StepFile, scale: f64) -> Vec<Value> {
 
 fn table(faces: &[Value]) -> String {
     let mut text = format!(
-        "{} faces; surface.face chooses one\n  face  kind               area mm²\n",
+        "{} faces; surface.face chooses one, some or \"all\"\n  face  kind               area mm²\n",
         faces.len()
     );
     for face in faces {
@@ -108,37 +119,10 @@ fn table(faces: &[Value]) -> String {
     text
 }
 
-/// The figures of a mesh file with its lengths multiplied by `scale`, or why it cannot be used.
-pub fn inspect(file: &Path, scale: f64) -> Result<Inspection, String> {
-    let name = file.to_string_lossy();
-    let bytes = || std::fs::read(file).map_err(|error| format!("surface: {error}"));
-    if SmoothFormat::from_name(&name) == Some(SmoothFormat::Step) {
-        return Err("surface: a STEP file holds several faces: `evencut inspect` shows them, and a job names one \
-                    with surface.face"
-            .to_owned());
-    }
-    let mut mesh = if SmoothFormat::from_name(&name) == Some(SmoothFormat::Json) {
-        nurbs_mesh(&bytes()?).map_err(|error| error.to_string())?
-    } else {
-        let format = MeshFormat::from_name(&name).ok_or(
-            "surface: the format is not known; the name must end in .stl, .obj, .ply, .off, \
-             .json, .step or .stp",
-        )?;
-        read(&bytes()?, format).map_err(|error| error.to_string())?
-    };
-    mesh.positions.iter_mut().for_each(|p| *p *= scale);
-    Inspection::new(mesh).map_err(|error| error.to_string())
-}
-
-/// Triangles of a NURBS surface, within a ten-thousandth of its size.
-fn nurbs_mesh(bytes: &[u8]) -> Result<TriangleSoup, NurbsError> {
-    let file = read_json(bytes)?;
-    let (low, high) = file.trim.unwrap_or(file.surface.domain());
-    let options = MeshOptions { chord: 1e-4 * file.surface.size(), ..MeshOptions::default() };
-    let mut soup = mesh(&file.surface, Trim::Rectangle(low, high), options)?.soup;
-    // Parameters are no texture.
-    soup.texture = None;
-    Ok(soup)
+/// What a surface file holds, with its lengths multiplied by `scale`, or why it cannot be used.
+pub fn contents(file: &Path, scale: f64) -> Result<Contents, String> {
+    let bytes = std::fs::read(file).map_err(|error| format!("surface: {error}"))?;
+    new_job::contents(&file.to_string_lossy(), &bytes, scale)
 }
 
 fn as_json(inspection: &Inspection) -> Value {

@@ -4,10 +4,8 @@ use std::io::{self, Write};
 use std::path::{Component, Path, PathBuf};
 
 use clap::Args;
-use evencut_core::job::template;
-use evencut_service::new_job::facts;
 
-use crate::inspect::inspect;
+use crate::inspect::contents;
 use crate::{Exit, Streams, input};
 
 /// Arguments of `evencut new`.
@@ -25,15 +23,15 @@ impl New {
     /// Writes the job file; an existing one is not overwritten.
     pub fn run(&self, streams: &mut Streams<'_>) -> Exit {
         let surface = input::shown(&self.surface);
-        let inspection = match inspect(&self.surface, 1.0) {
-            Ok(inspection) => inspection,
+        let contents = match contents(&self.surface, 1.0) {
+            Ok(contents) => contents,
             Err(message) => {
                 streams.message(&format!("error: {message}\n --> {surface}\n"));
                 return Exit::BadSurface;
             }
         };
         let job = self.job();
-        let text = relative(&self.surface, &job).map(|name| template(&name, &facts(&inspection)));
+        let text = relative(&self.surface, &job).map(|name| contents.job(&name));
         if let Err(error) = text.and_then(|text| write(&job, &text)) {
             let hint = match error.kind() {
                 io::ErrorKind::AlreadyExists => "\n = not overwritten; give another name with -o",

@@ -29,7 +29,7 @@ fn bump(edge: f64) -> Surface {
         curvature_radius: None,
         steepest: None,
         flip: false,
-        face: None,
+        face: evencut_core::job::Faces::Only,
         chord: None,
     };
     match build(bump.mesh(edge), &options) {

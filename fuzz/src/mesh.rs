@@ -2,10 +2,10 @@
 
 use crate::{Outcome, refused};
 use evencut_core::geometry::DVec3;
-use evencut_core::job::{self, Component, Selection, SurfaceOptions, SurfaceSource};
+use evencut_core::job::{self, Component, Faces, Selection, SurfaceOptions, SurfaceSource};
 use evencut_core::mesh::{MeshFormat, TriangleSoup, read};
 use evencut_core::surface::{Inspection, build, build_beside};
-use evencut_service::new_job::facts;
+use evencut_service::new_job::Contents;
 
 /// A mesh in a file of STL, as text or binary.
 pub fn stl(bytes: &[u8]) -> Outcome {
@@ -53,7 +53,7 @@ fn used(soup: &TriangleSoup) {
     }
     match Inspection::new(soup.clone()) {
         Ok(inspection) => {
-            let text = job::template("part.stl", &facts(&inspection));
+            let text = Contents { inspection, faces: None }.job("part.stl");
             if let Err(faults) = job::read(text.as_bytes()) {
                 panic!("{}\n{text}", faults.render("template", text.as_bytes()));
             }
@@ -73,7 +73,7 @@ pub fn as_it_is() -> SurfaceOptions {
         curvature_radius: None,
         steepest: None,
         flip: false,
-        face: None,
+        face: Faces::Only,
         chord: None,
     }
 }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use evencut_core::job;
+use evencut_core::job::{self, Outside};
 
 fn project(path: &str) -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).join(path)
@@ -342,7 +342,9 @@ fn templates_are_valid_jobs() {
             size: [largest, draw.between(0.1, 1.0) * largest, draw.between(0.0, 0.1) * largest],
             smallest_concave_radius: radius(&mut draw),
             smallest_convex_radius: radius(&mut draw),
-            closed: draw.below(3) == 0,
+            solid: [Some(Outside::Outward), Some(Outside::Inward), None][draw.below(3)],
+            looks_down: draw.below(2) == 0,
+            cad_faces: None,
             is_part: draw.below(2) == 0,
             mean_normal: [(0.6, 0.0, 0.8), (0.0, 0.8, -0.6), (0.0, 0.0, 0.0)][draw.below(3)].into(),
             from_mean: draw.between(0.0, 3.0),

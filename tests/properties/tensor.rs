@@ -41,7 +41,7 @@ fn shared(name: &str) -> Option<(Surface, Vec<(DVec3, Kind)>)> {
         let kind = if n["index"].as_f64().unwrap() < 0.0 { Kind::Trisector } else { Kind::Wedge };
         (DVec3::new(xyz[0], xyz[1], xyz[2]), kind)
     };
-    Some((built.surface, notes.iter().map(note).collect()))
+    Some((built.surface.unwrap(), notes.iter().map(note).collect()))
 }
 
 /// Every point of the notes is found, within 0.5 % of the size and of the right kind.

@@ -6,7 +6,7 @@ pub mod linuxcnc;
 use std::path::PathBuf;
 
 use evencut_core::geometry::DVec3;
-use evencut_core::job::{Component, Selection, SurfaceOptions, SurfaceSource};
+use evencut_core::job::{Component, Faces, Selection, SurfaceOptions, SurfaceSource};
 
 /// Tells a figure for the ledger, which `cargo xtask accept` writes: what was asked for and what was measured.
 pub fn ledger(figure: &str, asked: &str, measured: &str) {
@@ -39,7 +39,7 @@ pub fn as_it_is(component: Component) -> SurfaceOptions {
         curvature_radius: None,
         steepest: None,
         flip: false,
-        face: None,
+        face: Faces::Only,
         chord: None,
     }
 }

@@ -5,7 +5,7 @@
 //! | [`results`] | `Job` + bytes → files of its results; also the numbers behind the pictures, and early results |
 //! | [`compare`] | `Job` + patterns, divisions, or tilts and feeds per tooth → a table |
 //! | [`verdict`] | table or program + mesh → report and pictures of the verification |
-//! | [`new_job`] | inspection of a mesh → facts from which a job file is made |
+//! | [`new_job`] | a surface file → what it holds, and a job file to start from |
 //! | [`faults`], [`failure`] | what is wrong with a job or its planning → message, place in the job file, remedy, exit code |
 //! | [`stages`] | names of the stages of planning |
 //!

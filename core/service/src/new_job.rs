@@ -1,18 +1,73 @@
-//! Facts of a surface from which a job file is made.
+//! A surface file → what it holds, and a job file to start from.
 
-use evencut_core::job::SurfaceFacts;
+use evencut_core::job::{Outside, SurfaceFacts, template};
+use evencut_core::mesh::{MeshFormat, TriangleSoup, read};
+use evencut_core::nurbs::{MeshOptions, NurbsError, Trim, mesh, read_json};
+use evencut_core::step::{SmoothFormat, StepFile};
 use evencut_core::surface::Inspection;
 
-/// Facts of a surface from which a job file is made.
-pub fn facts(inspection: &Inspection) -> SurfaceFacts {
-    let Inspection { judgement, bounds, concave, convex, facing, faults, .. } = inspection;
-    SurfaceFacts {
-        size: (bounds.1 - bounds.0).to_array(),
-        smallest_concave_radius: concave.map(|(radius, _)| radius),
-        smallest_convex_radius: convex.map(|(radius, _)| radius),
-        closed: judgement.boundary_loops.is_empty(),
-        is_part: !faults.is_empty(),
-        mean_normal: facing.mean.to_array(),
-        from_mean: facing.from_mean,
+/// What a surface file holds.
+pub struct Contents {
+    /// Its triangles in figures; a smooth surface is made into triangles.
+    pub inspection: Inspection,
+    /// Number of its CAD faces, if it is a STEP file.
+    pub faces: Option<usize>,
+}
+
+/// What a surface file holds, its lengths multiplied by `scale`. `name`: the file's, whose ending tells the format.
+///
+/// # Errors
+/// Why it cannot be used.
+pub fn contents(name: &str, bytes: &[u8], scale: f64) -> Result<Contents, String> {
+    let (mut soup, faces) = match SmoothFormat::from_name(name) {
+        Some(SmoothFormat::Json) => (nurbs_mesh(bytes).map_err(|e| e.to_string())?, None),
+        Some(SmoothFormat::Step) => {
+            let file = StepFile::read(bytes).map_err(|e| e.to_string())?;
+            (file.look().map_err(|e| e.to_string())?, Some(file.faces().len()))
+        }
+        None => {
+            let format = MeshFormat::from_name(name).ok_or(
+                "surface: the format is not known; the name must end in .stl, .obj, .ply, .off, .json, .step or .stp",
+            )?;
+            (read(bytes, format).map_err(|e| e.to_string())?, None)
+        }
+    };
+    soup.positions.iter_mut().for_each(|p| *p *= scale);
+    let inspection = Inspection::new(soup).map_err(|e| e.to_string())?;
+    Ok(Contents { inspection, faces })
+}
+
+/// Triangles of a NURBS surface, within a ten-thousandth of its size.
+fn nurbs_mesh(bytes: &[u8]) -> Result<TriangleSoup, NurbsError> {
+    let file = read_json(bytes)?;
+    let (low, high) = file.trim.unwrap_or(file.surface.domain());
+    let options = MeshOptions { chord: 1e-4 * file.surface.size(), ..MeshOptions::default() };
+    let mut soup = mesh(&file.surface, Trim::Rectangle(low, high), options)?.soup;
+    // Parameters are no texture.
+    soup.texture = None;
+    Ok(soup)
+}
+
+impl Contents {
+    /// A commented job file for it. `file`: the surface file's name relative to the job file.
+    pub fn job(&self, file: &str) -> String {
+        template(file, &self.facts())
+    }
+
+    /// Facts from which a job file is made.
+    fn facts(&self) -> SurfaceFacts {
+        let Inspection { bounds, concave, convex, facing, faults, vector_area, enclosed, .. } =
+            &self.inspection;
+        SurfaceFacts {
+            size: (bounds.1 - bounds.0).to_array(),
+            smallest_concave_radius: concave.map(|(radius, _)| radius),
+            smallest_convex_radius: convex.map(|(radius, _)| radius),
+            solid: enclosed.map(|v| if v < 0.0 { Outside::Inward } else { Outside::Outward }),
+            looks_down: vector_area.z < 0.0,
+            is_part: !faults.is_empty(),
+            cad_faces: self.faces,
+            mean_normal: facing.mean.to_array(),
+            from_mean: facing.from_mean,
+        }
     }
 }

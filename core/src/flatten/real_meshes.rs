@@ -3,7 +3,7 @@
 use super::{Chart, abf, bff};
 use crate::geometry::math::atan2;
 use crate::geometry::{DVec2, DVec3};
-use crate::job::{Selection, SurfaceOptions, SurfaceSource};
+use crate::job::{Faces, Selection, SurfaceOptions, SurfaceSource};
 use crate::mesh::{MeshFormat, read};
 use crate::surface::{Built, Surface, build};
 
@@ -19,7 +19,7 @@ fn load(name: &str) -> Option<(Surface, Vec<[DVec2; 3]>)> {
         curvature_radius: None,
         steepest: None,
         flip: false,
-        face: None,
+        face: Faces::Only,
         chord: None,
     };
     let soup = read(&bytes, MeshFormat::from_name(name).unwrap()).unwrap();

@@ -115,9 +115,9 @@ pub struct SurfaceTable {
     #[schemars(extend("x-default" = "all faces, which must be connected"))]
     pub select: Option<SelectTable>,
     /// Face of a STEP file to machine, counted from 1 as `evencut inspect` lists them; the other
-    /// faces belong to the part that must not be cut into.
-    #[schemars(extend("x-default" = "the only face; the largest with `select.component = \"largest\"`", "minimum" = 1, "maximum" = 1_000_000))]
-    pub face: Option<u32>,
+    /// faces belong to the part that must not be cut into. With `steepest` also several faces, `[1, 4]`, or `"all"`.
+    #[schemars(extend("x-default" = "the only face; the largest with `select.component = \"largest\"`"))]
+    pub face: Option<FaceKey>,
     /// Largest distance between a NURBS surface and the triangles that are made of it. Positions,
     /// normals and curvature stay those of the surface.
     #[schemars(extend("x-unit" = "mm", "x-default" = "a quarter of `cut.tolerance`", "minimum" = 1e-6, "maximum" = 10.0))]
@@ -152,6 +152,29 @@ pub struct SelectTable {
     /// an index in order of decreasing area, from 0.
     #[schemars(extend("default" = "only"))]
     pub component: Option<ComponentKey>,
+}
+
+/// Faces of a STEP file, by number or all.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum FaceKey {
+    /// By rule.
+    Rule(FaceRule),
+    /// One, by its number.
+    Number(#[schemars(extend("minimum" = 1, "maximum" = 1_000_000))] u32),
+    /// Several, by their numbers.
+    Numbers(
+        #[schemars(extend("minItems" = 1, "items" = { "type": "integer", "minimum": 1, "maximum": 1_000_000 }))]
+         Vec<u32>,
+    ),
+}
+
+/// Faces of a STEP file, by rule.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FaceRule {
+    /// All that can be used.
+    All,
 }
 
 /// A connected piece, by rule or by index.

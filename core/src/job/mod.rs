@@ -45,10 +45,10 @@ pub use regions::{
 };
 pub use schema::schema;
 pub use surface::{
-    AnalyticKind, AnalyticOptions, AnalyticParameters, Component, FlattenMethod, Selection,
+    AnalyticKind, AnalyticOptions, AnalyticParameters, Component, Faces, FlattenMethod, Selection,
     SurfaceOptions, SurfaceSource,
 };
-pub use template::{SurfaceFacts, template};
+pub use template::{Outside, SurfaceFacts, template};
 pub use texture::{TextureCells, TextureOptions};
 
 /// Reads and resolves a job file.

@@ -18,8 +18,8 @@ pub struct SurfaceOptions {
     pub translate: DVec3,
     /// Which faces are machined.
     pub select: Selection,
-    /// Face of a STEP file, from 1; `None` takes the only one, or what `select.component` says.
-    pub face: Option<u32>,
+    /// Faces of a STEP file.
+    pub face: Faces,
     /// Largest distance between a NURBS surface and its mesh, mm; `None` is a quarter of the path's
     /// tolerance.
     pub chord: Option<f64>,
@@ -30,6 +30,30 @@ pub struct SurfaceOptions {
     pub steepest: Option<f64>,
     /// Whether the surface is machined from the side its faces point away from.
     pub flip: bool,
+}
+
+/// Which faces of a STEP file are machined, by their numbers from 1.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Faces {
+    /// The only one, or what `select.component` says.
+    #[default]
+    Only,
+    /// This one.
+    One(u32),
+    /// These.
+    Several(Vec<u32>),
+    /// All that can be used.
+    All,
+}
+
+impl Faces {
+    /// The number of the face that is named, if it is one.
+    pub fn number(&self) -> Option<u32> {
+        match self {
+            Self::One(number) => Some(*number),
+            _ => None,
+        }
+    }
 }
 
 /// Where the surface comes from.

@@ -13,14 +13,33 @@ pub struct SurfaceFacts {
     pub smallest_concave_radius: Option<f64>,
     /// Smallest convex radius of curvature, if known: the concave one from the other side.
     pub smallest_convex_radius: Option<f64>,
-    /// Whether the mesh bounds a solid, which stands as it was drawn.
-    pub closed: bool,
+    /// Where the faces look, if they bound a solid but for small openings.
+    pub solid: Option<Outside>,
+    /// Whether the faces look down rather than up, by area.
+    pub looks_down: bool,
     /// Whether it is not one oriented piece with a boundary: only what is reached of it can be machined.
     pub is_part: bool,
+    /// Number of CAD faces, if the file has such; it states its unit then, and of several all are machined.
+    pub cad_faces: Option<usize>,
     /// Unit mean of the face normals by area.
     pub mean_normal: [f64; 3],
     /// Largest angle of a face normal from the mean, rad.
     pub from_mean: f64,
+}
+
+impl SurfaceFacts {
+    fn has_several_faces(&self) -> bool {
+        self.cad_faces.is_some_and(|count| count > 1)
+    }
+}
+
+/// Where the faces of a solid look.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Outside {
+    /// Away from the material.
+    Outward,
+    /// Into it: they are turned over.
+    Inward,
 }
 
 /// Diameters that cutters are sold in, mm.
@@ -79,7 +98,7 @@ version = 1
 
 [surface]
 file = {name}
-{}{}{}
+{}{}{}{}
 [tool]
 kind = \"ball\"              # ball | flat | bull
 {:<26} # {}
@@ -110,6 +129,11 @@ clearance = 10.0
 gcode = {{ post = \"linuxcnc\" }}
 svg = [\"flat\", \"surface\"{}, \"scallop\"{}]
 ",
+        if facts.has_several_faces() {
+            "face = \"all\"               # or numbers, as evencut inspect lists them\n"
+        } else {
+            ""
+        },
         unit.line(),
         placed.lines(),
         if whole {
@@ -147,6 +171,7 @@ impl Unit {
     fn guess(facts: &SurfaceFacts) -> Self {
         let longest = facts.size.iter().copied().fold(0.0, f64::max);
         match longest {
+            _ if facts.cad_faces.is_some() => Unit::Millimetre,
             l if l < METRES_BELOW => Unit::Metre,
             l if l < INCHES_BELOW => Unit::Inch,
             _ => Unit::Millimetre,
@@ -191,31 +216,33 @@ struct Placed {
 
 impl Placed {
     fn of(facts: &SurfaceFacts) -> Self {
-        let as_it_is = Self {
-            flip: false,
+        // Faces of a solid look outward. An open surface has no outside; the side that looks up is usually meant.
+        let flip = match facts.solid {
+            Some(outside) => outside == Outside::Inward,
+            None => facts.looks_down,
+        };
+        let placed = Self {
+            flip,
             turn: None,
             five_axes: false,
-            is_part: facts.is_part,
-            concave_radius: facts.smallest_concave_radius,
+            is_part: facts.is_part || facts.has_several_faces(),
+            concave_radius: match flip {
+                true => facts.smallest_convex_radius,
+                false => facts.smallest_concave_radius,
+            },
         };
         let mean = DVec3::from_array(facts.mean_normal);
-        // Of a solid, the faces that look up are selected; it stands as it was drawn.
-        if facts.closed || !(mean.is_finite() && mean.length() > 0.5) {
-            return as_it_is;
+        if !(mean.is_finite() && mean.length() > 0.5) {
+            return placed;
         }
-        // An open surface has no outside; the side that looks up is usually meant.
-        let flip = mean.z < 0.0;
         let mean = if flip { -mean } else { mean };
-        let placed = if flip {
-            Self { flip, concave_radius: facts.smallest_convex_radius, ..as_it_is }
-        } else {
-            as_it_is
-        };
         let steepest = STEEPEST.to_radians();
         let lean = math::acos_clamped(mean.normalize().z);
-        if facts.from_mean + lean < steepest {
+        // A body stands as it was drawn.
+        let is_body = facts.solid.is_some() || facts.has_several_faces();
+        if !is_body && facts.from_mean + lean < steepest {
             placed
-        } else if facts.from_mean < steepest {
+        } else if !is_body && facts.from_mean < steepest {
             let about_x = math::atan2(mean.y, mean.z);
             let about_y = math::atan2(-mean.x, math::hypot(mean.y, mean.z));
             let degrees = [about_x, about_y].map(|a| (a.to_degrees() * 10.0).round() / 10.0);
@@ -234,7 +261,7 @@ impl Placed {
 
     fn lines(&self) -> String {
         let flip = if self.flip {
-            "flip = true                # its faces look down: it is machined from the other side\n"
+            "flip = true                # its faces look down or inward: it is machined from the other side\n"
         } else {
             ""
         };

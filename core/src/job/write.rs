@@ -3,17 +3,17 @@
 use super::complete::Job;
 use super::cut::{Cut, Stepover};
 use super::file::{
-    AnalyticTable, ComponentKey, ComponentRule, CutTable, DistortionTable, FlattenTable,
-    ForceTable, GcodeTable, JobFile, MachineTable, OutputTable, PathTable, PostKey, RegionsTable,
-    SelectTable, SurfaceTable, TensorTable, TextureTable, ToolTable, TravelTable, TrochoidTable,
-    Units, VERSION,
+    AnalyticTable, ComponentKey, ComponentRule, CutTable, DistortionTable, FaceKey, FaceRule,
+    FlattenTable, ForceTable, GcodeTable, JobFile, MachineTable, OutputTable, PathTable, PostKey,
+    RegionsTable, SelectTable, SurfaceTable, TensorTable, TextureTable, ToolTable, TravelTable,
+    TrochoidTable, Units, VERSION,
 };
 use super::force::MrrLimit;
 use super::output::Post;
 use super::path::{Boundary, PathOptions, Start, StartKey};
 use super::regions::{Division, RegionOptions};
 use super::resolve::{is_step, uses};
-use super::surface::{AnalyticOptions, Component, Selection, SurfaceOptions, SurfaceSource};
+use super::surface::{AnalyticOptions, Component, Faces, Selection, SurfaceOptions, SurfaceSource};
 use super::texture::TextureOptions;
 use super::units::{to_degrees, to_per_minute};
 use crate::machine::Machine;
@@ -150,11 +150,20 @@ fn surface_table(surface: &SurfaceOptions) -> SurfaceTable {
         translate: Some(surface.translate.to_array()),
         flip: Some(surface.flip),
         select: Some(select_table(&surface.select)),
-        face: surface.face,
+        face: face_key(&surface.face),
         chord: surface.chord,
         curvature_radius: surface.curvature_radius,
         steepest: surface.steepest.map(to_degrees),
         analytic,
+    }
+}
+
+fn face_key(faces: &Faces) -> Option<FaceKey> {
+    match faces {
+        Faces::Only => None,
+        Faces::One(number) => Some(FaceKey::Number(*number)),
+        Faces::Several(numbers) => Some(FaceKey::Numbers(numbers.clone())),
+        Faces::All => Some(FaceKey::Rule(FaceRule::All)),
     }
 }
 

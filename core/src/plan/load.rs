@@ -88,7 +88,7 @@ pub(super) fn load(keys: &SurfaceKeys, files: Files) -> Result<Whole, PlanError>
             let bytes = files.surface.ok_or_else(|| PlanError::NoFile(name.clone()))?;
             match SmoothFormat::from_name(name) {
                 Some(format) => {
-                    return Ok(smooth(bytes, format, &keys.surface, keys.chord)?.into());
+                    return Ok(smooth(bytes, format, &keys.surface, keys.chord)?);
                 }
                 None => {
                     let format = MeshFormat::from_name(name)

@@ -5,7 +5,7 @@ use crate::flat_path::FlatPoint;
 use crate::flatten::Chart;
 use crate::footprint::Footprint;
 use crate::geometry::math::sin;
-use crate::job::{Component, Selection, SurfaceOptions, SurfaceSource};
+use crate::job::{Component, Faces, Selection, SurfaceOptions, SurfaceSource};
 use crate::lift::Lift;
 use crate::link::{DeliverOptions, Deliverer};
 use crate::surface::{AnalyticSurface, Surface, build};
@@ -28,7 +28,7 @@ fn plane() -> Surface {
         curvature_radius: None,
         steepest: None,
         chord: None,
-        face: None,
+        face: Faces::Only,
         flip: false,
     };
     let plane = AnalyticSurface::Plane { width: 2.0 * HALF, depth: 2.0 * HALF };

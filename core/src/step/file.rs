@@ -94,10 +94,32 @@ impl StepFile {
     /// # Errors
     /// [`StepError::Face`] with what keeps it from being meshed.
     pub fn area(&self, index: usize) -> Result<f64, StepError> {
+        Ok(area(&self.coarse(index)?.mesh.soup))
+    }
+
+    /// Triangles of all faces that can be used, mm, each within a five-hundredth of its size, for a look at the whole.
+    ///
+    /// # Errors
+    /// [`StepError::Face`] of the first face, if none can be used.
+    pub fn look(&self) -> Result<TriangleSoup, StepError> {
+        let mut fault = None;
+        let mut usable = Vec::new();
+        for face in 0..self.faces.len() {
+            match self.coarse(face) {
+                Ok(mesh) => usable.push(mesh),
+                Err(error) => fault = fault.or(Some(error)),
+            }
+        }
+        match fault {
+            Some(error) if usable.is_empty() => Err(error),
+            _ => Ok(together(&usable)),
+        }
+    }
+
+    fn coarse(&self, index: usize) -> Result<FaceMesh, StepError> {
         let size = self.faces[index].shape.as_ref().map_or(1.0, |s| s.surface.size());
         let options = MeshOptions { chord: 2e-3 * size, longest: 0.5, most_faces: 20_000 };
-        let face = self.mesh(index, (DMat3::IDENTITY, DVec3::ZERO), options)?;
-        Ok(area(&face.mesh.soup))
+        self.mesh(index, (DMat3::IDENTITY, DVec3::ZERO), options)
     }
 
     fn area_text(&self, index: usize) -> String {
@@ -127,6 +149,17 @@ impl StepFile {
             None => Err(StepError::SeveralFaces { count, list: self.list() }),
         }
     }
+}
+
+/// The triangles of several faces; their parameters are left out, since each face has its own.
+pub(super) fn together(faces: &[FaceMesh]) -> TriangleSoup {
+    let mut soup = TriangleSoup::default();
+    for face in faces {
+        let first = soup.positions.len() as u32;
+        soup.positions.extend(&face.mesh.soup.positions);
+        soup.faces.extend(face.mesh.soup.faces.iter().map(|f| f.map(|v| v + first)));
+    }
+    soup
 }
 
 /// Area of triangles.

@@ -3,11 +3,13 @@
 use thiserror::Error;
 
 use super::error::StepError;
-use super::file::{FaceMesh, StepFile};
+use super::file::{FaceMesh, StepFile, together};
 use crate::geometry::{DMat3, DVec3};
-use crate::job::{Component, SurfaceOptions};
+use crate::job::{Component, Faces, SurfaceOptions};
 use crate::nurbs::{MeshOptions, NurbsError, Trim, mesh, read_json};
-use crate::surface::{Built, Part, SurfaceError, Warning, build_parametric, placement};
+use crate::surface::{
+    Part, SurfaceError, Warning, Whole, build_parametric, build_placed, placement,
+};
 
 /// A kind of file that holds smooth surfaces.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -44,10 +46,13 @@ pub enum SmoothError {
     Surface(#[from] SurfaceError),
 }
 
+/// How long the sides of triangles of faces may be whose flat image does not matter, square roots of the area.
+const LONGEST: f64 = 0.25;
+
 /// The surface that `options` select from a file, meshed within `chord` mm.
 ///
 /// Faces of a STEP file that are not machined belong to the part; those that cannot be meshed are
-/// a warning.
+/// a warning. Of several faces there is no surface, only the part and what is machined of it.
 ///
 /// # Errors
 /// [`SmoothError`]: what cannot be used, where, and what to change.
@@ -56,7 +61,7 @@ pub fn smooth(
     format: SmoothFormat,
     options: &SurfaceOptions,
     chord: f64,
-) -> Result<Built, SmoothError> {
+) -> Result<Whole, SmoothError> {
     let place = (placement(options), options.translate);
     match format {
         SmoothFormat::Json => {
@@ -65,7 +70,7 @@ pub fn smooth(
             let (low, high) = file.trim.unwrap_or(surface.domain());
             let asked = MeshOptions { chord, ..MeshOptions::default() };
             let mesh = mesh(&surface, Trim::Rectangle(low, high), asked)?;
-            Ok(build_parametric(mesh.soup, surface, options)?)
+            Ok(build_parametric(mesh.soup, surface, options)?.into())
         }
         SmoothFormat::Step => step(bytes, place, options, chord),
     }
@@ -76,25 +81,51 @@ fn step(
     place: (DMat3, DVec3),
     options: &SurfaceOptions,
     chord: f64,
-) -> Result<Built, SmoothError> {
+) -> Result<Whole, SmoothError> {
     let file = StepFile::read(bytes)?;
-    let largest = options.select.component == Component::Largest;
-    let chosen = file.choose(options.face, largest)?;
-    let asked = MeshOptions { chord, ..MeshOptions::default() };
-    let FaceMesh { surface, mesh } = file.mesh(chosen, place, asked)?;
-    let mut built = build_parametric(mesh.soup, surface, options)?;
+    let all = 0..file.faces().len();
+    let coarse = MeshOptions { chord, longest: LONGEST, ..MeshOptions::default() };
     let mut unusable = Vec::new();
-    for other in (0..file.faces().len()).filter(|&i| i != chosen) {
-        let coarse = MeshOptions { chord, longest: 0.25, ..MeshOptions::default() };
+    let (chosen, mut whole): (Vec<usize>, Whole) = match &options.face {
+        Faces::All => {
+            let mut usable = Vec::new();
+            for face in all.clone() {
+                match file.mesh(face, place, coarse) {
+                    Ok(mesh) => usable.push(mesh),
+                    Err(error) => unusable.push(error),
+                }
+            }
+            if usable.is_empty() && !unusable.is_empty() {
+                return Err(unusable.swap_remove(0).into());
+            }
+            (all.clone().collect(), build_placed(together(&usable), options)?)
+        }
+        Faces::Several(numbers) => {
+            let chosen = numbers.iter().map(|n| file.choose(Some(*n), false));
+            let chosen = chosen.collect::<Result<Vec<usize>, _>>()?;
+            let meshes = chosen.iter().map(|face| file.mesh(*face, place, coarse));
+            let meshes = meshes.collect::<Result<Vec<FaceMesh>, _>>()?;
+            (chosen, build_placed(together(&meshes), options)?)
+        }
+        Faces::One(_) | Faces::Only => {
+            let largest = options.select.component == Component::Largest;
+            let chosen = file.choose(options.face.number(), largest)?;
+            let asked = MeshOptions { chord, ..MeshOptions::default() };
+            let FaceMesh { surface, mesh } = file.mesh(chosen, place, asked)?;
+            (vec![chosen], build_parametric(mesh.soup, surface, options)?.into())
+        }
+    };
+    for other in all.filter(|face| !chosen.contains(face)) {
         match file.mesh(other, place, coarse) {
-            Ok(face) => add(&mut built.part, &face, options.flip),
-            Err(error) => unusable.push(error.to_string()),
+            Ok(face) => add(&mut whole.part, &face, options.flip),
+            Err(error) => unusable.push(error),
         }
     }
     if let Some(first) = unusable.first() {
-        built.warnings.push(Warning::FacesLeftOut { count: unusable.len(), first: first.clone() });
+        let (count, first) = (unusable.len(), first.to_string());
+        whole.warnings.push(Warning::FacesLeftOut { count, first });
     }
-    Ok(built)
+    Ok(whole)
 }
 
 /// Adds a face to the part, seen from the side that is machined.

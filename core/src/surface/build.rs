@@ -182,18 +182,25 @@ pub fn build_parametric(
     surface: NurbsSurface,
     options: &SurfaceOptions,
 ) -> Result<Built, SurfaceError> {
-    let in_place = SurfaceOptions {
-        scale: 1.0,
-        rotate: DVec3::ZERO,
-        translate: DVec3::ZERO,
-        ..options.clone()
-    };
-    let mut built = build(soup, &in_place)?;
+    let mut built = build(soup, &in_place(options))?;
     if let Some(corners) = built.texture.take() {
         built.surface = built.surface.with_parametrisation(Parametrisation::new(surface, corners));
         check_normals(&built.surface)?;
     }
     Ok(built)
+}
+
+/// As [`build_whole`] for triangles that are already placed.
+///
+/// # Errors
+/// As [`build_whole`].
+pub fn build_placed(soup: TriangleSoup, options: &SurfaceOptions) -> Result<Whole, SurfaceError> {
+    build_whole(soup, &in_place(options))
+}
+
+/// Options that leave what is already placed where it is.
+fn in_place(options: &SurfaceOptions) -> SurfaceOptions {
+    SurfaceOptions { scale: 1.0, rotate: DVec3::ZERO, translate: DVec3::ZERO, ..options.clone() }
 }
 
 /// A mesh in the coordinates of the surface's file, placed as that is, repaired and turned outward; nothing of it is
@@ -282,7 +289,7 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     use super::*;
-    use crate::job::{Component, Selection, SurfaceSource};
+    use crate::job::{Component, Faces, Selection, SurfaceSource};
     use crate::surface::AnalyticSurface;
 
     fn options(select: Selection) -> SurfaceOptions {
@@ -295,7 +302,7 @@ mod tests {
             curvature_radius: None,
             steepest: None,
             flip: false,
-            face: None,
+            face: Faces::Only,
             chord: None,
         }
     }

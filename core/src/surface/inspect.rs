@@ -15,6 +15,10 @@ use crate::mesh::{
 
 /// Concave radii above this many diagonals are the noise of flat or convex places.
 const FLATTEST: f64 = 100.0;
+/// Area of the openings of a mesh that encloses a volume, at most, times that of its faces; and its volume, at least,
+/// times the area to the power of 3/2 (0.07 for a cube).
+const OPENINGS: f64 = 0.15;
+const THIN: f64 = 1e-3;
 /// Lengths of boundary loops and areas of components that are written out.
 const LISTED: usize = 6;
 
@@ -40,6 +44,10 @@ pub struct Inspection {
     pub convex: Option<(f64, DVec3)>,
     /// Where the faces of the largest component look.
     pub facing: Facing,
+    /// The sum of the normals of all faces, each as long as its area.
+    pub vector_area: DVec3,
+    /// The volume that the faces enclose, if they enclose one but for small openings: negative where they look inward.
+    pub enclosed: Option<f64>,
     /// What keeps the whole mesh from being machined without a selection.
     pub faults: Vec<Fault>,
 }
@@ -82,6 +90,7 @@ impl Inspection {
         }
         let judgement = judge(&mesh.positions, &mesh.faces);
         let bounds = bounding_box(&mesh.positions);
+        let (vector_area, enclosed) = looking(&mesh);
         let [concave, convex] = smallest_radii(mesh.clone(), (bounds.1 - bounds.0).length());
         Ok(Self {
             read,
@@ -94,11 +103,28 @@ impl Inspection {
                 .chain(topology_faults(&judgement))
                 .collect(),
             facing: Facing::of(&normals_of_largest(&mesh, &judgement)),
+            vector_area,
+            enclosed,
             concave,
             convex,
             judgement,
         })
     }
+}
+
+/// The sum of the normals of all faces, each as long as its area, and the volume within them: by Gauss' theorem, so that
+/// cracks and small openings matter little. `None` if the openings are large.
+fn looking(mesh: &TriangleSoup) -> (DVec3, Option<f64>) {
+    let corners = |face: &[u32; 3]| face.map(|v| mesh.positions[v as usize]);
+    let normal = |[a, b, c]: [DVec3; 3]| 0.5 * (b - a).cross(c - a);
+    let faces = || mesh.faces.iter().map(corners);
+    let area: f64 = faces().map(|f| normal(f).length()).sum();
+    let middle = faces().map(|f| f.iter().sum::<DVec3>() * normal(f).length()).sum::<DVec3>();
+    let middle = middle / (3.0 * area);
+    let sum: DVec3 = faces().map(normal).sum();
+    let volume: f64 = faces().map(|f| (f[0] - middle).dot(normal(f)) / 3.0).sum();
+    let encloses = sum.length() <= OPENINGS * area && volume.abs() >= THIN * area * area.sqrt();
+    (sum, encloses.then_some(volume))
 }
 
 fn edge_range(mesh: &TriangleSoup) -> (f64, f64) {
@@ -209,6 +235,31 @@ mod tests {
         for word in ["components     1", "boundary loops 1 (length 94.2", "genus          0"] {
             assert!(text.contains(word), "{text}");
         }
+    }
+
+    #[test]
+    fn a_cube_encloses_its_volume_with_and_without_a_lid_and_inside_out() {
+        let corner = |i: usize| DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64);
+        let sides: [[u32; 4]; 6] =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let halves = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+        let positions = (0..8).map(|i| 2.0 * corner(i) + DVec3::new(7.0, -3.0, 2.0)).collect();
+        let cube = TriangleSoup { positions, faces: halves.collect(), texture: None };
+        let enclosed = |mesh: &TriangleSoup| looking(mesh).1;
+        assert!((enclosed(&cube).unwrap() - 8.0).abs() < 1e-12);
+        let mut inward = cube.clone();
+        inward.faces.iter_mut().for_each(|f| f.swap(0, 1));
+        assert!((enclosed(&inward).unwrap() + 8.0).abs() < 1e-12);
+        // Half of a side is missing: a twelfth of the area.
+        let mut open = cube.clone();
+        open.faces.pop();
+        let volume = enclosed(&open).unwrap();
+        assert!((7.0..8.0).contains(&volume), "{volume}");
+        // Two whole sides: it encloses nothing.
+        open.faces.truncate(8);
+        assert_eq!(enclosed(&open), None);
+        let dome = AnalyticSurface::SphereCap { radius: 25.0, diameter: 30.0 }.mesh(0.7);
+        assert_eq!(enclosed(&dome), None);
     }
 
     #[test]

@@ -15,7 +15,7 @@ mod warning;
 
 pub use analytic::{AnalyticSurface, Domain};
 pub use build::{
-    Built, Part, Whole, build, build_beside, build_parametric, build_whole, placement,
+    Built, Part, Whole, build, build_beside, build_parametric, build_placed, build_whole, placement,
 };
 pub use curvature::CurvatureField;
 pub use error::SurfaceError;

@@ -2,9 +2,11 @@
 
 use super::resolver::Resolver;
 use crate::geometry::DVec3;
-use crate::job::file::{AnalyticTable, ComponentKey, ComponentRule, SelectTable, Units};
+use crate::job::file::{
+    AnalyticTable, ComponentKey, ComponentRule, FaceKey, FaceRule, SelectTable, Units,
+};
 use crate::job::surface::{
-    AnalyticKind, AnalyticOptions, AnalyticParameters, Component, Selection, SurfaceOptions,
+    AnalyticKind, AnalyticOptions, AnalyticParameters, Component, Faces, Selection, SurfaceOptions,
     SurfaceSource,
 };
 use crate::job::units::{INCH, radians};
@@ -44,7 +46,7 @@ impl Resolver<'_> {
             rotate: DVec3::from(table.rotate.unwrap_or_default().map(radians)),
             translate: self.point(table.translate.unwrap_or_default()),
             select: self.selection(),
-            face: table.face,
+            face: faces(table.face.as_ref()),
             chord: table.chord.map(|c| c * self.unit),
             curvature_radius: table.curvature_radius.map(|r| r * self.unit),
             steepest: table.steepest.map(radians),
@@ -57,6 +59,12 @@ impl Resolver<'_> {
         if !step && self.places.has("surface.face") {
             let help = "only STEP files (.step, .stp) have faces to choose from";
             self.fault("surface.face", "the surface is not a STEP file", help);
+        }
+        let is_one = matches!(self.file.surface.face, None | Some(FaceKey::Number(_)));
+        if step && !is_one && !self.places.has("surface.steepest") {
+            let help = "several faces are machined as a cutter reaches them from above: give `steepest = 80.0`, or \
+                        the number of one face";
+            self.fault("surface.face", "several faces are no single surface", help);
         }
         let has_file = self.places.has("surface.file");
         if step && self.places.has("surface.units") {
@@ -212,6 +220,15 @@ impl Resolver<'_> {
             }
         }
         Some((self.point(least), self.point(greatest)))
+    }
+}
+
+fn faces(key: Option<&FaceKey>) -> Faces {
+    match key {
+        None => Faces::Only,
+        Some(FaceKey::Number(number)) => Faces::One(*number),
+        Some(FaceKey::Numbers(numbers)) => Faces::Several(numbers.clone()),
+        Some(FaceKey::Rule(FaceRule::All)) => Faces::All,
     }
 }
 

@@ -5,7 +5,7 @@ use crate::flatten::{Chart, Locator, bff};
 use crate::footprint::Footprint;
 use crate::geometry::{DVec3, math};
 use crate::job::RingOrder;
-use crate::job::{Component, Selection, SurfaceOptions, SurfaceSource};
+use crate::job::{Component, Faces, Selection, SurfaceOptions, SurfaceSource};
 use crate::level_set::{FieldTerrain, passes, ring_levels, strip_metric};
 use crate::mesh::{Connectivity, VertexId};
 use crate::surface::{AnalyticSurface, Surface, build};
@@ -271,7 +271,7 @@ fn bump() {
         curvature_radius: None,
         steepest: None,
         flip: false,
-        face: None,
+        face: Faces::Only,
         chord: None,
     };
     let surface = build(bump.mesh(0.7), &options).unwrap().surface;

@@ -4,7 +4,7 @@ use super::*;
 use crate::flatten::bff;
 use crate::geometry::DVec3;
 use crate::geometry::math::{asin, hypot};
-use crate::job::{Component, Selection, SurfaceOptions, SurfaceSource};
+use crate::job::{Component, Faces, Selection, SurfaceOptions, SurfaceSource};
 use crate::level_set::strip_metric;
 use crate::surface::{AnalyticSurface, build};
 
@@ -18,7 +18,7 @@ fn mesh_of(shape: &AnalyticSurface, edge: f64, side_step: f64) -> PassMesh {
         curvature_radius: None,
         steepest: None,
         chord: None,
-        face: None,
+        face: Faces::Only,
         flip: false,
     };
     let surface = build(shape.mesh(edge), &options).unwrap().surface;
