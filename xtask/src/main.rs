@@ -1,12 +1,13 @@
 //! Project tasks: `cargo xtask test` runs all tests but the long ones of `cargo xtask accept`, `cargo xtask fuzz` looks for
 //! inputs that readers fall over, `cargo xtask page`
 //! builds the page for the browser, `cargo xtask serve` shows it, `cargo xtask patterns` compares the patterns, `cargo xtask
-//! texture` the textures of two tilts, `cargo xtask surfaces` writes the surfaces that `jobs/` machines.
+//! parts` plans every shared file, `cargo xtask texture` simulates the textures of two tilts, `cargo xtask surfaces` writes the surfaces that `jobs/` machines.
 
 mod accept;
 mod fuzz;
 mod mesh_file;
 mod page;
+mod parts;
 mod patterns;
 mod serve;
 mod surfaces;
@@ -27,6 +28,7 @@ usage: cargo xtask test        runs the tests, natively and of the page
        cargo xtask serve [PORT]  builds it and serves it on this machine, port 8080 unless given
        cargo xtask speed       plans all jobs in the page and natively, and compares the times
        cargo xtask patterns    writes docs/patterns.md, every pattern on every surface
+       cargo xtask parts [NAME] writes docs/parts.md, every shared file through `evencut new` and `evencut plan`
        cargo xtask texture     writes table and picture of docs/texture.md
        cargo xtask surfaces    writes jobs/surfaces/*";
 
@@ -45,6 +47,8 @@ fn main() -> ExitCode {
         ["serve", port] => report(serve(port)),
         ["speed"] => report(test::speed(&project())),
         ["patterns"] => report(patterns::patterns(&project())),
+        ["parts"] => report(parts::parts(&project(), None)),
+        ["parts", only] => report(parts::parts(&project(), Some(only))),
         ["texture"] => report(texture::texture(&project())),
         ["surfaces"] => report(write_surfaces(&surfaces_folder())),
         _ => {

@@ -22,9 +22,9 @@ use evencut_core::preview::{
 };
 use evencut_core::reach::Aside;
 use evencut_core::report::{
-    ByKind, CoverageFigures, DivisionFigures, FORMAT, FileRecord, FlattenFigures, ForceFigures,
-    GougeFigures, LiftedSpan, Lines, PassFigures, PathFigures, Profile, RateFigures, Report,
-    StepoverFigures, SurfaceFigures, VerificationFigures, Versions, Warning,
+    AsideFigures, ByKind, CoverageFigures, DivisionFigures, FORMAT, FileRecord, FlattenFigures,
+    ForceFigures, GougeFigures, LiftedSpan, Lines, PassFigures, PathFigures, Profile, RateFigures,
+    Report, StepoverFigures, SurfaceFigures, VerificationFigures, Versions, Warning,
 };
 use evencut_core::surface;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
@@ -605,6 +605,7 @@ fn report_on(
             smallest_concave_radius_mm: planned.tightest.map(|t| t.radius),
             smallest_concave_at_mm: planned.tightest.map(|t| t.place.to_array()),
             too_concave_mm2: planned.tightest.map_or(0.0, |t| t.too_concave),
+            set_aside: planned.prepared.aside.as_ref().map(set_aside),
         },
         repairs: repairs(planned),
         warnings: warnings(job, planned, slowed.as_ref(), &delivered),
@@ -784,6 +785,18 @@ fn warnings(
     warn_of_force(&mut out, job, planned, slowed, delivered);
     warn_of_tables(&mut out, job, planned, delivered);
     out
+}
+
+fn set_aside(aside: &Aside) -> AsideFigures {
+    AsideFigures {
+        selected_mm2: aside.selected,
+        away_mm2: aside.away,
+        steep_mm2: aside.steep,
+        shadowed_mm2: aside.shadowed,
+        small_mm2: aside.small,
+        bridged_mm2: aside.bridged,
+        deepest_bridged_mm: aside.deepest_bridged,
+    }
 }
 
 /// What of the part is not machined in this setup, and what lies under the cutter without being touched.

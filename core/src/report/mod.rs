@@ -18,8 +18,8 @@ mod verification;
 pub(crate) use page::escaped;
 pub use path::{ByKind, PathFigures, RateFigures};
 pub use plan::{
-    CoverageFigures, FlattenFigures, ForceFigures, GougeFigures, LiftedSpan, PassFigures, Report,
-    StepoverFigures, SurfaceFigures, Warning,
+    AsideFigures, CoverageFigures, FlattenFigures, ForceFigures, GougeFigures, LiftedSpan,
+    PassFigures, Report, StepoverFigures, SurfaceFigures, Warning,
 };
 pub use profile::Profile;
 pub use record::{BadReport, FileRecord, Recorded, RecordedCoverage, Versions};

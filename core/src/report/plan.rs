@@ -93,6 +93,28 @@ pub struct SurfaceFigures {
     pub smallest_concave_at_mm: Option<[f64; 3]>,
     /// Area that is more concave than the cutter is convex, mm²: the cutter does not fit there.
     pub too_concave_mm2: f64,
+    /// What of the selection is not machined in this setup; null where it is machined as it is.
+    pub set_aside: Option<AsideFigures>,
+}
+
+/// Areas of a part that are not machined in one setup, by cause, and where the cutter bridges it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct AsideFigures {
+    /// Area that was selected, mm².
+    pub selected_mm2: f64,
+    /// Area that faces away from the tool axis, mm².
+    pub away_mm2: f64,
+    /// Area that is steeper than `surface.steepest`, mm².
+    pub steep_mm2: f64,
+    /// Area that lies under something else, mm².
+    pub shadowed_mm2: f64,
+    /// Area of pieces that are too small for passes, mm².
+    pub small_mm2: f64,
+    /// Area over which the cutter bridges the part, mm²: corners and grooves narrower than the cutter.
+    pub bridged_mm2: f64,
+    /// How much lower the part is there at most, mm.
+    pub deepest_bridged_mm: f64,
 }
 
 /// Quality of the flat map.

@@ -86,6 +86,15 @@ pub(super) fn report() -> Report {
             smallest_concave_radius_mm: Some(15.4),
             smallest_concave_at_mm: Some([1.0, 2.0, 3.0]),
             too_concave_mm2: 0.0,
+            set_aside: Some(AsideFigures {
+                selected_mm2: 12_000.0,
+                away_mm2: 800.0,
+                steep_mm2: 400.0,
+                shadowed_mm2: 80.0,
+                small_mm2: 6.8,
+                bridged_mm2: 30.0,
+                deepest_bridged_mm: 1.2,
+            }),
         },
         repairs: vec!["2 duplicate faces dropped, one at (1.00, 2.00, 3.00)".to_owned()],
         warnings: vec![Warning {
