@@ -84,8 +84,8 @@ pub fn reach(part: &Part, machined: &Part, options: &ReachOptions) -> Result<Rea
     let mut net = Net::new(&terrain, lattice, options);
     net.refine()?;
     net.refine_at(&machined.positions)?;
-    let (mut soup, normals) = trim::trimmed(&net);
     let steepest = cos(options.steepest);
+    let (mut soup, normals) = trim::trimmed(&net, steepest);
     retain_faces(&mut soup, |_, face| face.iter().any(|&v| normals[v as usize].z >= steepest));
     let (soup, normals, pieces, small) = worthwhile(soup, &normals, options.tool.radius());
     aside.small = small;

@@ -34,9 +34,12 @@ enum Corner {
 /// A place of the surface, mm, and its unit normal.
 type Place = (DVec3, DVec3);
 
-/// The net within the outline, and the normals at its corners.
-pub(super) fn trimmed(net: &Net) -> (TriangleSoup, Vec<DVec3>) {
-    let triangles = net.triangles();
+/// The net within the outline, and the normals at its corners: triangles with a corner whose normal is at least
+/// `steepest` along the axis.
+pub(super) fn trimmed(net: &Net, steepest: f64) -> (TriangleSoup, Vec<DVec3>) {
+    let is_gentle = |k: &Key| net.known(*k).is_some_and(|h| h.normal.z >= steepest);
+    let mut triangles = net.triangles();
+    triangles.retain(|t| t.iter().any(is_gentle));
     let crossed: BTreeSet<[Key; 2]> = triangles
         .iter()
         .flat_map(|t| (0..3).flat_map(|k| [[t[k], t[(k + 1) % 3]], [t[(k + 1) % 3], t[k]]]))

@@ -11,6 +11,7 @@ use crate::machine_time::feed_length;
 use crate::parallel;
 use crate::tool::Tool;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
+use core::ops::Range;
 
 /// Longest piece as a fraction of the cutter radius.
 const LONGEST: f64 = 0.1;
@@ -21,9 +22,9 @@ const LONGEST_AT_CORNER: f64 = 0.4;
 const LARGEST_TURN: f64 = 0.026;
 /// Pieces that are tested together against a block.
 const RUN: usize = 64;
-/// Pieces that are tested together against a tile, and how many such runs, and runs of them, form a longer one.
+/// Pieces that are tested together against a tile, and most of such runs in a leaf of the tree over them.
 const SHORT: usize = 8;
-const FEW: usize = 8;
+const FEW: usize = 4;
 /// A node is opened only for what is deeper than this, mm: allows for rounding and the faces of the mesh.
 const NEGLIGIBLE: f64 = 2e-4;
 /// Greatest length of the cutter, cutter radii, that is tested against planes.
@@ -100,20 +101,14 @@ impl Run {
         up > -reach && across <= reach + self.spread * (q.length() + reach)
     }
 
-    /// Whether the cutter may cut what is left of a bound up to `level`: a plane between the two would part them.
+    /// Whether the cutter may cut what is left of a bound up to `level`.
     fn cuts(&self, bound: &Bound, level: f64, body: &Body) -> bool {
         let pose = Pose { tip: self.middle, axis: self.axis };
-        let Some(d) = body.direction_to(&pose, bound.middle + bound.normal * level) else {
-            return true;
+        let farther = |d: DVec3| {
+            let along = d.dot(self.along);
+            along.abs() * self.half + (1.0 - along * along).max(0.0).sqrt() * self.across
         };
-        let length = body.length().min(LENGTH * body.reach());
-        let up = d.dot(self.axis);
-        // Turned by the spread, the body extends farther by at most that times what of it is beside the tip.
-        let beside = if up < -self.spread { body.reach() } else { body.reach() + length };
-        let along = d.dot(self.along);
-        let aside = (1.0 - along * along).max(0.0).sqrt();
-        let farther = along.abs() * self.half + aside * self.across + self.spread * beside;
-        bound.least_along(d, level) < body.support(&pose, d, length) + farther - NEGLIGIBLE
+        cuts(&pose, self.spread, farther, bound, level, body)
     }
 }
 
@@ -139,35 +134,136 @@ impl Columns {
     }
 }
 
-/// Runs of a path's strokes, in a tree.
+/// Short runs of a path's strokes, in a tree by place: passes beside each other are far apart in the path.
 pub(super) struct Runs {
-    /// Runs of [`SHORT`] strokes, then of so many times more on every level that a few are left.
-    levels: Vec<Vec<Run>>,
+    /// Runs of [`SHORT`] strokes.
+    short: Vec<Run>,
+    /// Their numbers in the order of the leaves.
+    order: Vec<u32>,
+    /// The root first, the first child of a node behind it.
+    nodes: Vec<RunNode>,
+}
+
+/// Runs that lie together in space: tips between two corners of a box.
+struct RunNode {
+    low: DVec3,
+    high: DVec3,
+    axis: DVec3,
+    /// Sine of the largest angle of an axis to that, at least.
+    spread: f64,
+    /// Its runs in the order of the leaves.
+    runs: Range<usize>,
+    /// Its second child; none for a leaf.
+    second: Option<u32>,
+}
+
+impl RunNode {
+    /// As [`Run::cuts`].
+    fn cuts(&self, bound: &Bound, level: f64, body: &Body) -> bool {
+        let place = bound.middle + bound.normal * level;
+        let nearest = (place - self.axis * body.reach()).clamp(self.low, self.high);
+        let pose = Pose { tip: nearest, axis: self.axis };
+        let middle = 0.5 * (self.low + self.high);
+        let spread = |d: DVec3| d.abs().dot(0.5 * (self.high - self.low)) + d.dot(middle - nearest);
+        cuts(&pose, self.spread, spread, bound, level, body)
+    }
 }
 
 impl Runs {
     pub fn of(strokes: &[Stroke]) -> Self {
-        let level = |count: usize| strokes.chunks(count).map(Run::of).collect::<Vec<_>>();
-        let mut levels = vec![level(SHORT)];
-        let mut count = SHORT;
-        while levels.last().is_some_and(|runs| runs.len() > FEW) {
-            count *= FEW;
-            levels.push(level(count));
+        let short: Vec<Run> = strokes.chunks(SHORT).map(Run::of).collect();
+        let boxes: Vec<(DVec3, DVec3)> = strokes
+            .chunks(SHORT)
+            .map(|run| {
+                let tips = run.iter().flat_map(|s| [s.from.tip, s.to.tip]);
+                tips.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)))
+            })
+            .collect();
+        let mut order: Vec<u32> = (0..short.len() as u32).collect();
+        let mut nodes = Vec::new();
+        if !order.is_empty() {
+            let count = order.len();
+            add_runs(&short, &boxes, &mut order, 0..count, &mut nodes);
         }
-        Self { levels }
+        Self { short, order, nodes }
     }
 
-    /// The short runs that satisfy a condition together with all longer ones of which they are part, in order.
-    fn near(&self, reaches: impl Fn(&Run) -> bool) -> Vec<usize> {
-        let top = self.levels.len() - 1;
-        let mut near: Vec<usize> = (0..self.levels[top].len()).collect();
-        near.retain(|&r| reaches(&self.levels[top][r]));
-        for runs in self.levels[..top].iter().rev() {
-            let parts = |r: usize| r * FEW..((r + 1) * FEW).min(runs.len());
-            near = near.into_iter().flat_map(parts).filter(|&r| reaches(&runs[r])).collect();
+    /// The short runs that may cut what is left of a bound up to `level`, in the order of the path.
+    fn near(&self, bound: &Bound, level: f64, body: &Body) -> Vec<usize> {
+        let mut near = Vec::new();
+        let mut open: Vec<usize> = (0..self.nodes.len().min(1)).collect();
+        while let Some(n) = open.pop() {
+            let node = &self.nodes[n];
+            if !node.cuts(bound, level, body) {
+                continue;
+            }
+            match node.second {
+                Some(second) => open.extend([n + 1, second as usize]),
+                None => {
+                    let runs = self.order[node.runs.clone()].iter().map(|r| *r as usize);
+                    near.extend(runs.filter(|r| self.short[*r].cuts(bound, level, body)));
+                }
+            }
         }
+        near.sort_unstable();
         near
     }
+}
+
+/// Adds the node of a range of runs and those below it.
+fn add_runs(
+    short: &[Run],
+    boxes: &[(DVec3, DVec3)],
+    order: &mut [u32],
+    runs: Range<usize>,
+    nodes: &mut Vec<RunNode>,
+) {
+    let ids = &mut order[runs.clone()];
+    let around = ids.iter().map(|r| boxes[*r as usize]);
+    let (low, high) =
+        around.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), b| (l.min(b.0), h.max(b.1)));
+    let axis = ids.iter().map(|r| short[*r as usize].axis).sum::<DVec3>().normalize_or(DVec3::Z);
+    let spread = |r: &u32| {
+        let run = &short[*r as usize];
+        run.axis.distance(axis) + run.spread
+    };
+    let spread = ids.iter().map(spread).fold(0.0, f64::max);
+    let index = nodes.len();
+    nodes.push(RunNode { low, high, axis, spread, runs: runs.clone(), second: None });
+    if runs.len() <= FEW {
+        return;
+    }
+    let middles = |r: u32| short[r as usize].middle;
+    let wide = high - low;
+    let along = (0..3).fold(0, |best, k| if wide[k] > wide[best] { k } else { best });
+    let half = runs.len() / 2;
+    ids.select_nth_unstable_by(half, |a, b| {
+        middles(*a)[along].total_cmp(&middles(*b)[along]).then(a.cmp(b))
+    });
+    add_runs(short, boxes, order, runs.start..runs.start + half, nodes);
+    nodes[index].second = Some(nodes.len() as u32);
+    add_runs(short, boxes, order, runs.start + half..runs.end, nodes);
+}
+
+/// Whether a cutter may cut what is left of a bound up to `level`: else a plane parts the two. Its tips are as much
+/// farther than that of `pose` in a direction as `farther` says, its axes within `spread` of that.
+fn cuts(
+    pose: &Pose,
+    spread: f64,
+    farther: impl Fn(DVec3) -> f64,
+    bound: &Bound,
+    level: f64,
+    body: &Body,
+) -> bool {
+    let Some(d) = body.direction_to(pose, bound.middle + bound.normal * level) else {
+        return true;
+    };
+    let length = body.length().min(LENGTH * body.reach());
+    let up = d.dot(pose.axis);
+    // Turned by the spread, the body extends farther by at most that times what of it is beside the tip.
+    let beside = if up < -spread { body.reach() } else { body.reach() + length };
+    let support = body.support(pose, d, length) + farther(d) + spread * beside;
+    bound.least_along(d, level) < support - NEGLIGIBLE
 }
 
 /// The pieces of a path; the moves of those that may cut, and which piece each is.
@@ -301,14 +397,11 @@ impl<'a> BlockCut<'a> {
     pub fn run_on_tiles(&mut self, strokes: &[Stroke], runs: &Runs) {
         for (t, tile) in self.block.tiles.iter().enumerate() {
             let node = self.nodes[t] as usize;
-            let low = tile.bound.low.abs();
-            let radius = tile.bound.radius + low + self.body.layer().top();
             let level = self.levels[node];
-            let cuts = |run: &Run| {
-                run.reaches(tile.bound.middle, radius, self.body)
-                    && run.cuts(&tile.bound, level, self.body)
+            let near = match level > f64::NEG_INFINITY {
+                true => runs.near(&tile.bound, level, self.body),
+                false => Vec::new(),
             };
-            let near = if level > f64::NEG_INFINITY { runs.near(cuts) } else { Vec::new() };
             let near = near.into_iter().flat_map(|r| strokes.iter().skip(r * SHORT).take(SHORT));
             for stroke in near {
                 let level = self.levels[node];
