@@ -144,6 +144,7 @@ fn as_json(inspection: &Inspection) -> Value {
         "box_high_mm": inspection.bounds.1.to_array(),
         "shortest_edge_mm": inspection.edges.0,
         "longest_edge_mm": inspection.edges.1,
+        "facets_off_smooth_mm": inspection.off_smooth,
         "smallest_concave_radius_mm": radius(&inspection.concave),
         "smallest_concave_radius_at_mm": inspection.concave.map(|(_, at)| at.to_array()),
         "smallest_convex_radius_mm": radius(&inspection.convex),

@@ -53,7 +53,7 @@ fn used(soup: &TriangleSoup) {
     }
     match Inspection::new(soup.clone()) {
         Ok(inspection) => {
-            let text = Contents { inspection, faces: None }.job("part.stl");
+            let text = Contents { inspection, faces: None, is_mesh: true }.job("part.stl");
             if let Err(faults) = job::read(text.as_bytes()) {
                 panic!("{}\n{text}", faults.render("template", text.as_bytes()));
             }

@@ -344,6 +344,7 @@ fn templates_are_valid_jobs() {
             smallest_convex_radius: radius(&mut draw),
             solid: [Some(Outside::Outward), Some(Outside::Inward), None][draw.below(3)],
             looks_down: draw.below(2) == 0,
+            off_smooth: draw.between(-0.01, 0.1),
             cad_faces: None,
             is_part: draw.below(2) == 0,
             mean_normal: [(0.6, 0.0, 0.8), (0.0, 0.8, -0.6), (0.0, 0.0, 0.0)][draw.below(3)].into(),

@@ -12,6 +12,8 @@ pub struct Contents {
     pub inspection: Inspection,
     /// Number of its CAD faces, if it is a STEP file.
     pub faces: Option<usize>,
+    /// Whether the file holds these triangles, and nothing that is smoother.
+    pub is_mesh: bool,
 }
 
 /// What a surface file holds, its lengths multiplied by `scale`. `name`: the file's, whose ending tells the format.
@@ -34,7 +36,8 @@ pub fn contents(name: &str, bytes: &[u8], scale: f64) -> Result<Contents, String
     };
     soup.positions.iter_mut().for_each(|p| *p *= scale);
     let inspection = Inspection::new(soup).map_err(|e| e.to_string())?;
-    Ok(Contents { inspection, faces })
+    let is_mesh = SmoothFormat::from_name(name).is_none();
+    Ok(Contents { inspection, faces, is_mesh })
 }
 
 /// Triangles of a NURBS surface, within a ten-thousandth of its size.
@@ -56,14 +59,24 @@ impl Contents {
 
     /// Facts from which a job file is made.
     fn facts(&self) -> SurfaceFacts {
-        let Inspection { bounds, concave, convex, facing, faults, vector_area, enclosed, .. } =
-            &self.inspection;
+        let Inspection {
+            bounds,
+            concave,
+            convex,
+            facing,
+            faults,
+            vector_area,
+            enclosed,
+            off_smooth,
+            ..
+        } = &self.inspection;
         SurfaceFacts {
             size: (bounds.1 - bounds.0).to_array(),
             smallest_concave_radius: concave.map(|(radius, _)| radius),
             smallest_convex_radius: convex.map(|(radius, _)| radius),
             solid: enclosed.map(|v| if v < 0.0 { Outside::Inward } else { Outside::Outward }),
             looks_down: vector_area.z < 0.0,
+            off_smooth: if self.is_mesh { *off_smooth } else { 0.0 },
             is_part: !faults.is_empty(),
             cad_faces: self.faces,
             mean_normal: facing.mean.to_array(),

@@ -19,6 +19,8 @@ pub struct SurfaceFacts {
     pub looks_down: bool,
     /// Whether it is not one oriented piece with a boundary: only what is reached of it can be machined.
     pub is_part: bool,
+    /// How far the facets of a mesh are off the smooth surface that they stand for.
+    pub off_smooth: f64,
     /// Number of CAD faces, if the file has such; it states its unit then, and of several all are machined.
     pub cad_faces: Option<usize>,
     /// Unit mean of the face normals by area.
@@ -61,9 +63,10 @@ const STEEPEST: f64 = 80.0;
 /// An open surface with faces in all directions is a relief or scan, machined from above, where no cutter larger than
 /// this part of its middle extent fits its concave places.
 const ROUGH: f64 = 1.0 / 15.0;
-/// Tolerance of a part, cusp heights, and the least, mm.
+/// Tolerance of a part, cusp heights.
 const OF_SCALLOP: f64 = 0.5;
-const FINE: f64 = 0.005;
+/// Tolerances to start from, mm: the least that is not finer than the facets of the mesh.
+const TOLERANCES: [f64; 5] = [0.005, 0.01, 0.02, 0.05, 0.1];
 
 /// A commented job file for the surface in `file`, with values to start from.
 ///
@@ -80,8 +83,10 @@ pub fn template(file: &str, facts: &SurfaceFacts) -> String {
     // What the cutter bridges of a part does not limit it.
     let diameter = diameter_for(middle, radius.filter(|_| !whole));
     let across = if whole { ACROSS_PART } else { STEPS_ACROSS };
-    let scallop = scallop_for(middle / across, diameter);
-    let tolerance = if whole { (OF_SCALLOP * scallop).max(FINE) } else { FINE };
+    let facets = TOLERANCES.into_iter().find(|t| *t >= facts.off_smooth * unit.mm());
+    let facets = facets.unwrap_or(TOLERANCES[TOLERANCES.len() - 1]);
+    let scallop = scallop_for(middle / across, diameter).max(facets);
+    let tolerance = if whole { (OF_SCALLOP * scallop).max(facets) } else { facets };
     // The usual cutting speed of 150 m/min; a hundredth of the diameter per tooth.
     let spindle = (150_000.0 / (std::f64::consts::PI * diameter)).min(12_000.0).round();
     let feed = (0.01 * diameter * 2.0 * spindle / 10.0).round().max(1.0) * 10.0;
@@ -109,7 +114,7 @@ flutes = 2
 {:<26} # material above the surface, along its normal
 feed = {feed:?}
 spindle = {spindle:?}
-tolerance = {tolerance:?}
+{:<26} # of path and cusps{}
 direction = \"climb\"        # climb | conventional
 inaccessible = \"lift\"      # lift the cutter where it does not fit, or refuse the job
 {}
@@ -146,12 +151,14 @@ svg = [\"flat\", \"surface\"{}, \"scallop\"{}]
         if whole { "narrower places are bridged".to_owned() } else { reason(diameter, radius) },
         format!("scallop = {scallop:?}"),
         format!("axial_depth = {:?}", (diameter * 5.0).round() / 100.0),
+        format!("tolerance = {tolerance:?}"),
+        if facets > TOLERANCES[0] { "; the facets of the mesh are no finer" } else { "" },
         if placed.five_axes {
             "lead = 10.0                # tilt in the feed direction\n"
         } else {
             ""
         },
-        if whole { "\"off\"" } else { "\"trochoid\"" },
+        if whole { "\"off\"" } else { "\"feed\"" },
         if placed.five_axes { "xyzac" } else { "3" },
         if whole { "" } else { ", \"mrr\"" },
         if whole { "" } else { ", \"removal\"" },

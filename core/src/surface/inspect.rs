@@ -19,6 +19,10 @@ const FLATTEST: f64 = 100.0;
 /// times the area to the power of 3/2 (0.07 for a cube).
 const OPENINGS: f64 = 0.15;
 const THIN: f64 = 1e-3;
+/// A turn from face to face from which on an edge is meant to be one, rad (30 degrees); and the share of the others on
+/// which facets are no farther off than is said.
+const SHARP: f64 = core::f64::consts::FRAC_PI_6;
+const MOST_OF_EDGES: f64 = 0.9;
 /// Lengths of boundary loops and areas of components that are written out.
 const LISTED: usize = 6;
 
@@ -37,6 +41,9 @@ pub struct Inspection {
     pub bounds: (DVec3, DVec3),
     /// Shortest and longest edge.
     pub edges: (f64, f64),
+    /// How far the facets are off the smooth surface that they stand for, as their angles suggest: on nine tenths of the
+    /// edges less than this. Edges between which the mesh turns sharply are left out.
+    pub off_smooth: f64,
     /// Smallest radius of a concave place and where it is; `None` if nothing is concave or the
     /// mesh is not a manifold.
     pub concave: Option<(f64, DVec3)>,
@@ -98,6 +105,7 @@ impl Inspection {
             area: mesh.faces.iter().map(|face| face_area(&mesh.positions, *face)).sum(),
             bounds,
             edges: edge_range(&mesh),
+            off_smooth: off_smooth(&mesh),
             faults: several_pieces(&judgement, &mesh)
                 .into_iter()
                 .chain(topology_faults(&judgement))
@@ -125,6 +133,36 @@ fn looking(mesh: &TriangleSoup) -> (DVec3, Option<f64>) {
     let volume: f64 = faces().map(|f| (f[0] - middle).dot(normal(f)) / 3.0).sum();
     let encloses = sum.length() <= OPENINGS * area && volume.abs() >= THIN * area * area.sqrt();
     (sum, encloses.then_some(volume))
+}
+
+/// See [`Inspection::off_smooth`]: an arc that turns by an angle from one chord of length `w` to the next is `w / 8` times
+/// that above its chords.
+fn off_smooth(mesh: &TriangleSoup) -> f64 {
+    let at = |v: u32| mesh.positions[v as usize];
+    let mut sides: Vec<([u32; 2], usize)> = Vec::with_capacity(3 * mesh.faces.len());
+    for (f, &[a, b, c]) in mesh.faces.iter().enumerate() {
+        sides.extend([[a, b], [b, c], [c, a]].map(|[a, b]| ([a.min(b), a.max(b)], f)));
+    }
+    sides.sort_unstable();
+    let normal = |f: usize| {
+        let [a, b, c] = mesh.faces[f].map(at);
+        (b - a).cross(c - a)
+    };
+    let off = |group: &[([u32; 2], usize)]| match group {
+        [([a, b], f), (_, g)] => {
+            let (m, n) = (normal(*f), normal(*g));
+            let across = 0.5 * (m.length() + n.length()) / at(*a).distance(at(*b));
+            let turn = math::acos_clamped(m.normalize_or_zero().dot(n.normalize_or_zero()));
+            (turn < SHARP).then_some(across * turn / 8.0)
+        }
+        _ => None,
+    };
+    let mut all: Vec<f64> = sides.chunk_by(|a, b| a.0 == b.0).filter_map(off).collect();
+    let rank = (MOST_OF_EDGES * all.len() as f64) as usize;
+    match rank < all.len() {
+        true => *all.select_nth_unstable_by(rank, f64::total_cmp).1,
+        false => 0.0,
+    }
 }
 
 fn edge_range(mesh: &TriangleSoup) -> (f64, f64) {
@@ -184,6 +222,7 @@ impl fmt::Display for Inspection {
         writeln!(f, "area           {} mm²", short(self.area))?;
         writeln!(f, "bounding box   {} to {} mm", Spot(low), Spot(high))?;
         writeln!(f, "edges          {} to {} mm", short(shortest), short(longest))?;
+        writeln!(f, "facets         about {} mm off a smooth surface", short(self.off_smooth))?;
         match self.concave {
             Some((radius, place)) => writeln!(
                 f,
@@ -260,6 +299,17 @@ mod tests {
         assert_eq!(enclosed(&open), None);
         let dome = AnalyticSurface::SphereCap { radius: 25.0, diameter: 30.0 }.mesh(0.7);
         assert_eq!(enclosed(&dome), None);
+    }
+
+    #[test]
+    fn facets_of_a_dome_are_as_far_off_as_their_chords_and_a_cube_is_exact() {
+        let (radius, edge) = (25.0, 0.7);
+        let dome = AnalyticSurface::SphereCap { radius, diameter: 30.0 }.mesh(edge);
+        let off = Inspection::new(dome).unwrap().off_smooth;
+        let chord = edge * edge / (8.0 * radius);
+        assert!((0.5 * chord..2.0 * chord).contains(&off), "{off} {chord}");
+        let plane = AnalyticSurface::Plane { width: 10.0, depth: 10.0 }.mesh(1.0);
+        assert!(Inspection::new(plane).unwrap().off_smooth < 1e-9);
     }
 
     #[test]
