@@ -208,7 +208,7 @@ fn jobs_on_large_real_surfaces_keep_their_promises() {
 fn bare_job(file: &str) -> Job {
     let text = format!(
         "version = 1\n[surface]\nfile = \"{file}\"\n[tool]\ndiameter = 6.0\n[cut]\nstepover = 1.5\n\
-         feed = 1000.0\n"
+         feed = 1000.0\n[force]\ncontrol = \"feed\"\n"
     );
     job::read(text.as_bytes()).unwrap().job
 }

@@ -140,6 +140,92 @@ fn a_closed_block_is_faced_by_a_flat_end() {
     assert!(planned.toolpath.points.iter().all(|p| p.tip.z > -TOLERANCE));
 }
 
+/// A block of six plane faces that share nothing, as STEP, its top at z = 0 and its side twice `half` mm.
+fn step_block(half: f64, height: f64) -> Vec<u8> {
+    let mut lines = vec!["#1=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))".to_owned()];
+    lines.push("#2=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT((#1)))".into());
+    let mut add = |text: String| {
+        lines.push(format!("#{}={text}", lines.len() + 1));
+        lines.len()
+    };
+    let triple = |v: DVec3| format!("({:?},{:?},{:?})", v.x, v.y, v.z);
+    let middle = DVec3::new(0.0, 0.0, -0.5 * height);
+    let size = DVec3::new(half, half, 0.5 * height);
+    let mut faces = Vec::new();
+    for (normal, u) in [
+        (DVec3::X, DVec3::Y),
+        (DVec3::NEG_X, DVec3::NEG_Y),
+        (DVec3::Y, DVec3::NEG_X),
+        (DVec3::NEG_Y, DVec3::X),
+        (DVec3::Z, DVec3::X),
+        (DVec3::NEG_Z, DVec3::NEG_X),
+    ] {
+        let v = normal.cross(u);
+        let corner = |a: f64, b: f64| middle + (normal + u * a + v * b) * size;
+        let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+        let points = corners.map(|p| add(format!("CARTESIAN_POINT('',{})", triple(p))));
+        let vertices = points.map(|p| add(format!("VERTEX_POINT('',#{p})")));
+        let mut edges = Vec::new();
+        for i in 0..4 {
+            let (from, to) = (corners[i], corners[(i + 1) % 4]);
+            let way = add(format!("DIRECTION('',{})", triple((to - from).normalize())));
+            let vector = add(format!("VECTOR('',#{way},1.0)"));
+            let line = add(format!("LINE('',#{},#{vector})", points[i]));
+            let [a, b] = [vertices[i], vertices[(i + 1) % 4]];
+            let edge = add(format!("EDGE_CURVE('',#{a},#{b},#{line},.T.)"));
+            edges.push(format!("#{}", add(format!("ORIENTED_EDGE('',*,*,#{edge},.T.)"))));
+        }
+        let outline = add(format!("EDGE_LOOP('',({}))", edges.join(",")));
+        let bound = add(format!("FACE_OUTER_BOUND('',#{outline},.T.)"));
+        let [z, x] = [normal, u].map(|d| add(format!("DIRECTION('',{})", triple(d))));
+        let frame = add(format!("AXIS2_PLACEMENT_3D('',#{},#{z},#{x})", points[0]));
+        let plane = add(format!("PLANE('',#{frame})"));
+        faces.push(format!("#{}", add(format!("ADVANCED_FACE('',(#{bound}),#{plane},.T.)"))));
+    }
+    add(format!("CLOSED_SHELL('',({}))", faces.join(",")));
+    let text = lines.join(";\n");
+    format!(
+        "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','');\n\
+         FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));\nENDSEC;\nDATA;\n{text};\nENDSEC;\nEND-ISO-10303-21;\n"
+    )
+    .into_bytes()
+}
+
+#[test]
+fn all_or_several_faces_of_a_step_body_are_machined() {
+    let half = POCKET[1];
+    let file = step_block(half, POCKET[3]);
+    let top = 4.0 * half * half;
+    // Its top, and one of its sides with it, is what three axes reach.
+    for faces in ["\"all\"", "[1, 5]", "[5]"] {
+        let surface = format!("file = \"block.step\"\nface = {faces}");
+        let job = job("flat", 6.0, &surface, "pattern = \"iso-planar\"");
+        let (planned, figures) = kept(faces, &job, &file);
+        assert!((figures.report.surface.area_mm2 - top).abs() < 0.5, "{faces}");
+        assert!(planned.toolpath.points.iter().all(|p| p.tip.z > -TOLERANCE), "{faces}");
+        let selected = figures.report.surface.set_aside.as_ref().unwrap().selected_mm2;
+        let side = 2.0 * half * POCKET[3];
+        let asked = match faces {
+            "\"all\"" => 2.0 * top + 4.0 * side,
+            "[5]" => top,
+            _ => top + side,
+        };
+        assert!((selected - asked).abs() < 1e-6, "{faces}: {selected} of {asked}");
+    }
+}
+
+#[test]
+fn several_faces_need_a_steepest_slope() {
+    let text = "version = 1\n[surface]\nfile = \"a.step\"\nface = \"all\"\n[tool]\ndiameter = 6.0\n\
+                [cut]\nscallop = 0.02\nfeed = 900.0\n";
+    let faults = job::read(text.as_bytes()).unwrap_err().render("job.toml", text.as_bytes());
+    assert!(faults.contains("job.toml:4") && faults.contains("steepest = 80.0"), "{faults}");
+    for none in ["[]", "0", "\"some\"", "[0]"] {
+        let text = text.replace("\"all\"", none);
+        assert!(job::read(text.as_bytes()).is_err(), "{none}");
+    }
+}
+
 /// Real files that cannot be machined as they are from above: half a ball up to its vertical rim, and one with a fin.
 #[test]
 fn closed_and_folded_real_meshes_are_planned_from_above() {

@@ -447,6 +447,7 @@ fn fits_kind(value: &DeValue<'_>, schema: &Schema) -> bool {
         DeValue::String(_) => choices(schema).is_some() || schema["type"] == "string",
         DeValue::Integer(_) => is_number(schema),
         DeValue::Float(_) => schema["type"] == "number",
+        DeValue::Array(_) => schema["type"] == "array",
         _ => false,
     }
 }

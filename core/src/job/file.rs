@@ -164,7 +164,7 @@ pub enum FaceKey {
     Number(#[schemars(extend("minimum" = 1, "maximum" = 1_000_000))] u32),
     /// Several, by their numbers.
     Numbers(
-        #[schemars(extend("minItems" = 1, "items" = { "type": "integer", "minimum": 1, "maximum": 1_000_000 }))]
+        #[schemars(extend("minItems" = 1, "uniqueItems" = true, "items" = { "type": "integer", "minimum": 1, "maximum": 1_000_000 }))]
          Vec<u32>,
     ),
 }

@@ -63,8 +63,10 @@ const STEEPEST: f64 = 80.0;
 /// An open surface with faces in all directions is a relief or scan, machined from above, where no cutter larger than
 /// this part of its middle extent fits its concave places.
 const ROUGH: f64 = 1.0 / 15.0;
-/// Tolerance of a part, cusp heights.
+/// Tolerance of a part, and the coarsest of a surface, cusp heights.
 const OF_SCALLOP: f64 = 0.5;
+/// The coarsest cusp that is still one of the ball, cutter diameters.
+const COARSEST: f64 = 0.02;
 /// Tolerances to start from, mm: the least that is not finer than the facets of the mesh.
 const TOLERANCES: [f64; 5] = [0.005, 0.01, 0.02, 0.05, 0.1];
 
@@ -83,9 +85,8 @@ pub fn template(file: &str, facts: &SurfaceFacts) -> String {
     // What the cutter bridges of a part does not limit it.
     let diameter = diameter_for(middle, radius.filter(|_| !whole));
     let across = if whole { ACROSS_PART } else { STEPS_ACROSS };
-    let facets = TOLERANCES.into_iter().find(|t| *t >= facts.off_smooth * unit.mm());
-    let facets = facets.unwrap_or(TOLERANCES[TOLERANCES.len() - 1]);
-    let scallop = scallop_for(middle / across, diameter).max(facets);
+    let facets = tolerance_for(facts.off_smooth * unit.mm(), diameter);
+    let scallop = scallop_for(middle / across, diameter).max(facets / OF_SCALLOP);
     let tolerance = if whole { (OF_SCALLOP * scallop).max(facets) } else { facets };
     // The usual cutting speed of 150 m/min; a hundredth of the diameter per tooth.
     let spindle = (150_000.0 / (std::f64::consts::PI * diameter)).min(12_000.0).round();
@@ -292,10 +293,15 @@ fn diameter_for(middle: f64, concave_radius: Option<f64>) -> f64 {
 /// The smallest usual cusp height whose side steps are no narrower than `widest`, mm, those of a semi-finish.
 fn scallop_for(widest: f64, diameter: f64) -> f64 {
     let enough = |h: &f64| 2.0 * (h * (diameter - h)).max(0.0).sqrt() >= widest;
-    // A cusp of a fiftieth of the diameter is the coarsest that is still one of the ball.
-    let coarsest = SCALLOPS.into_iter().rev().find(|h| *h <= 0.02 * diameter);
+    let coarsest = SCALLOPS.into_iter().rev().find(|h| *h <= COARSEST * diameter);
     let chosen = SCALLOPS[1..].iter().copied().find(enough);
     chosen.unwrap_or(f64::INFINITY).min(coarsest.unwrap_or(SCALLOPS[0]))
+}
+
+/// The least usual tolerance that is not finer than facets `off` mm off a smooth surface, but no coarser than half the coarsest cusp.
+fn tolerance_for(off: f64, diameter: f64) -> f64 {
+    let usual = TOLERANCES.into_iter().filter(|t| *t <= OF_SCALLOP * COARSEST * diameter);
+    usual.reduce(|chosen, next| if chosen < off { next } else { chosen }).unwrap_or(TOLERANCES[0])
 }
 
 fn reason(diameter: f64, concave_radius: Option<f64>) -> String {
