@@ -1,0 +1,12 @@
+//! What must hold of whatever comes, one program for all, so that no core waits for another: of every job, its path and
+//! its files; of whole parts, regions, walls, textures and programs; of the imports of `core`.
+
+mod architecture;
+mod cusps;
+mod gcode;
+mod jobs;
+mod parts;
+mod regions;
+mod tensor;
+mod texture;
+mod walls;
