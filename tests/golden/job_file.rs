@@ -349,6 +349,8 @@ fn templates_are_valid_jobs() {
             is_part: draw.below(2) == 0,
             mean_normal: [(0.6, 0.0, 0.8), (0.0, 0.8, -0.6), (0.0, 0.0, 0.0)][draw.below(3)].into(),
             from_mean: draw.between(0.0, 3.0),
+            from_up: draw.between(0.0, 3.0),
+            from_down: draw.between(0.0, 3.0),
         };
         let text = job::template("sub dir/a \"quoted\" 'part'.stl", &facts);
         let read = job::read(text.as_bytes())

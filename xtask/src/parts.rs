@@ -199,7 +199,7 @@ fn figures(report: &Value) -> [String; 7] {
     [
         ratio(at("/stepover/nominal_mm").map(|step| 2.0 * step), at("/stepover/over_radius"), 1),
         ratio(at("/verification/scallop/largest_mm"), limit, 2),
-        ratio(at("/verification/gouge_mm"), tolerance, 2),
+        ratio(at("/verification/gouge_mm").map(|low| -low), tolerance, 2),
         percent(at("/verification/rest_mm2"), at("/surface/area_mm2")),
         percent(selected.map(|_| aside.sum()), selected),
         at("/passes/length_mm").map_or_else(String::new, |mm| format!("{:.1}", 1e-3 * mm)),

@@ -81,6 +81,8 @@ impl Contents {
             cad_faces: self.faces,
             mean_normal: facing.mean.to_array(),
             from_mean: facing.from_mean,
+            from_up: facing.from_up,
+            from_down: facing.from_down,
         }
     }
 }

@@ -27,6 +27,10 @@ pub struct SurfaceFacts {
     pub mean_normal: [f64; 3],
     /// Largest angle of a face normal from the mean, rad.
     pub from_mean: f64,
+    /// Largest angle of a face normal from +Z, rad.
+    pub from_up: f64,
+    /// Largest angle of a face normal from -Z, rad.
+    pub from_down: f64,
 }
 
 impl SurfaceFacts {
@@ -60,6 +64,8 @@ const STEPS_ACROSS: f64 = 200.0;
 const ACROSS_PART: f64 = 100.0;
 /// Faces steeper than this, degrees from the axis, are not for three axes.
 const STEEPEST: f64 = 80.0;
+/// A surface none of whose faces looks down is machined from above; rad (92 degrees).
+const UPRIGHT: f64 = 92.0 * core::f64::consts::PI / 180.0;
 /// An open surface with faces in all directions is a relief or scan, machined from above, where no cutter larger than
 /// this part of its middle extent fits its concave places.
 const ROUGH: f64 = 1.0 / 15.0;
@@ -128,7 +134,7 @@ relative = 1.5             # limit of the removal rate, times that of a straight
 control = {:<16} # off | trochoid | feed
 
 [machine]
-axes = \"{}\"                 # 3 | xyzac
+{:<26} # 3 | xyzac
 clearance = 10.0
 
 [output]
@@ -143,13 +149,19 @@ svg = [\"flat\", \"surface\"{}, \"scallop\"{}]
         unit.line(),
         placed.lines(),
         if whole {
-            "# A part: what a cutter reaches of it from above, up to this slope, is machined.\n\
+            "# A part, as it was drawn, +Z up; rotate = [90.0, 0.0, 0.0] turns it. What a cutter reaches of it from\n\
+             # above, up to this slope in degrees, is machined.\n\
              steepest = 80.0\n"
         } else {
             ""
         },
         format!("diameter = {diameter:?}"),
-        if whole { "narrower places are bridged".to_owned() } else { reason(diameter, radius) },
+        match radius {
+            _ if whole => "narrower places are bridged".to_owned(),
+            Some(r) if 1.8 * r <= 0.1 * middle => reason(diameter, r),
+            _ => "about a tenth of the surface's width; no concave place needs a smaller one"
+                .to_owned(),
+        },
         format!("scallop = {scallop:?}"),
         format!("axial_depth = {:?}", (diameter * 5.0).round() / 100.0),
         format!("tolerance = {tolerance:?}"),
@@ -160,7 +172,7 @@ svg = [\"flat\", \"surface\"{}, \"scallop\"{}]
             ""
         },
         if whole { "\"off\"" } else { "\"feed\"" },
-        if placed.five_axes { "xyzac" } else { "3" },
+        format!("axes = {:?}", if placed.five_axes { "xyzac" } else { "3" }),
         if whole { "" } else { ", \"mrr\"" },
         if whole { "" } else { ", \"removal\"" },
     );
@@ -256,7 +268,10 @@ impl Placed {
             let degrees = [about_x, about_y].map(|a| (a.to_degrees() * 10.0).round() / 10.0);
             Self { turn: Some(degrees), ..placed }
         } else {
-            let is_part = placed.is_part || placed.is_rough(facts);
+            // Walls are no reason for five axes.
+            let from_above = if flip { facts.from_down } else { facts.from_up };
+            let stands = from_above < UPRIGHT;
+            let is_part = placed.is_part || stands || placed.is_rough(facts);
             Self { is_part, five_axes: !is_part, ..placed }
         }
     }
@@ -304,12 +319,10 @@ fn tolerance_for(off: f64, diameter: f64) -> f64 {
     usual.reduce(|chosen, next| if chosen < off { next } else { chosen }).unwrap_or(TOLERANCES[0])
 }
 
-fn reason(diameter: f64, concave_radius: Option<f64>) -> String {
-    match concave_radius {
-        Some(r) if 0.5 * diameter < r => {
-            format!("the smallest concave radius of the surface is {r:.2} mm")
-        }
-        Some(r) => format!("does not fit the smallest concave radius of {r:.2} mm"),
-        None => "no concave place limits it; about a tenth of the surface's width".to_owned(),
+fn reason(diameter: f64, concave_radius: f64) -> String {
+    if 0.5 * diameter < concave_radius {
+        format!("the smallest concave radius of the surface is {concave_radius:.2} mm")
+    } else {
+        format!("does not fit the smallest concave radius of {concave_radius:.2} mm")
     }
 }

@@ -83,6 +83,7 @@ fn array_words(schema: &Schema, unit: &str) -> String {
         (Some(least), Some(most)) if least == most => format!("of {least}"),
         (Some(least), Some(most)) => format!("of {least} to {most}"),
         (None, Some(most)) => format!("of at most {most}"),
+        (Some(least), None) => format!("of at least {least}"),
         _ => "of any length".into(),
     };
     format!("an array {count}, each {}{unit}", expectation(&schema["items"]))

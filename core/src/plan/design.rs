@@ -4,7 +4,7 @@ use super::error::{FARTHEST, PlanError};
 use super::load::{Files, SurfaceKeys, load, load_beside};
 use crate::geometry::DVec3;
 use crate::machine::Axes;
-use crate::reach::{Aside, Reached, reach};
+use crate::reach::{Aside, Reached, reach, turn_outward};
 use crate::surface::{Part, Surface, Warning, Whole};
 
 /// Farthest distance of a part from the origin, mm: half of the largest coordinate that is read back from a program.
@@ -39,11 +39,14 @@ impl Design {
     /// # Errors
     /// [`PlanError`]: a surface that cannot be read or used, or of which nothing can be reached.
     pub fn new(keys: &SurfaceKeys, files: Files, threads: usize) -> Result<Self, PlanError> {
-        let Whole { part, machined, surface, warnings } = load(keys, files)?;
+        let Whole { mut part, mut machined, surface, mut warnings } = load(keys, files)?;
         let beside = load_beside(keys, files)?;
         refuse_too_far(keys.axes, &part)?;
         let (surface, pieces, aside, bridges, [mut rest, mut guarded]) = match keys.reach(threads) {
             Some(options) => {
+                let count = turn_outward(&mut part);
+                turn_outward(&mut machined);
+                warnings.extend((count > 0).then_some(Warning::TurnedOutward { count }));
                 let Reached { surface, pieces, aside, bridges, rest } =
                     reach(&part, &machined, &options)?;
                 (surface, pieces, Some(aside), bridges, [rest, part.clone()])

@@ -25,12 +25,14 @@ mod lattice;
 mod minimax;
 mod net;
 mod options;
+mod outward;
 mod terrain;
 mod trim;
 
 pub use aside::Aside;
 pub use error::ReachError;
 pub use options::ReachOptions;
+pub use outward::turn_outward;
 
 use crate::cutter_location::CheckMesh;
 use crate::geometry::DVec3;

@@ -74,7 +74,7 @@ pub fn facts(report: &Report) -> Vec<(&'static str, String)> {
     ]);
     if c.inaccessible_mm2 > 0.0 {
         facts.push((
-            "inaccessible",
+            "inaccessible ",
             format!("{:.2} mm²{}", c.inaccessible_mm2, place(c.inaccessible_at_mm)),
         ));
     }

@@ -55,7 +55,7 @@ pub enum StepError {
     },
     /// There are several faces and none is chosen.
     #[error(
-        "step: the file has {count} faces; choose one with surface.face, or the largest with surface.select.component = \"largest\": {list}"
+        "step: the file has {count} faces; choose one with surface.face, the largest with surface.select.component = \"largest\", or with surface.steepest several or \"all\": {list}"
     )]
     SeveralFaces {
         /// Number of faces.

@@ -68,6 +68,8 @@ pub struct Facing {
     pub from_mean: f64,
     /// Largest angle of a face from +Z, rad.
     pub from_up: f64,
+    /// Largest angle of a face from -Z, rad.
+    pub from_down: f64,
 }
 
 impl Facing {
@@ -78,7 +80,12 @@ impl Facing {
             let angle = |n: &DVec3| math::acos_clamped(n.normalize_or_zero().dot(axis));
             normals.iter().map(angle).fold(0.0, f64::max)
         };
-        Self { mean, from_mean: farthest(mean), from_up: farthest(DVec3::Z) }
+        Self {
+            mean,
+            from_mean: farthest(mean),
+            from_up: farthest(DVec3::Z),
+            from_down: farthest(DVec3::NEG_Z),
+        }
     }
 }
 
@@ -232,16 +239,27 @@ impl fmt::Display for Inspection {
             )?,
             None => writeln!(f, "tightest       no concave place found")?,
         }
-        let Facing { mean, from_mean, from_up } = self.facing;
+        let Facing { mean, from_mean, from_up, .. } = self.facing;
+        let of_mean =
+            || format!("within {} degrees of {}, ", short(from_mean.to_degrees()), Spot(mean));
+        let of_mean = if mean == DVec3::ZERO { String::new() } else { of_mean() };
         writeln!(
             f,
-            "normals        within {} degrees of {}, {} of +Z",
-            short(from_mean.to_degrees()),
-            Spot(mean),
+            "normals        {of_mean}within {} degrees of +Z",
             short(from_up.to_degrees())
         )?;
+        if let Some(volume) = self.enclosed {
+            let side = if volume < 0.0 { "; the faces look inward" } else { "" };
+            writeln!(f, "encloses       {} mm³{side}", short(volume.abs()))?;
+        }
         for fault in &self.faults {
             writeln!(f, "fault          {fault}")?;
+        }
+        if !self.faults.is_empty() {
+            writeln!(
+                f,
+                "all the same   a job with surface.steepest machines it from above; `evencut new` writes one"
+            )?;
         }
         Ok(())
     }
@@ -324,7 +342,7 @@ mod tests {
     #[test]
     fn normals_of_a_dome_look_up_to_its_rim() {
         let dome = AnalyticSurface::SphereCap { radius: 25.0, diameter: 30.0 }.mesh(0.7);
-        let Facing { mean, from_mean, from_up } = Inspection::new(dome).unwrap().facing;
+        let Facing { mean, from_mean, from_up, .. } = Inspection::new(dome).unwrap().facing;
         assert!((mean - DVec3::Z).length() < 1e-3, "{mean}");
         // The rim leans by asin(15 / 25); the outermost faces lie just inside of it.
         let rim = math::asin(0.6);

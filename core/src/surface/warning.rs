@@ -49,6 +49,15 @@ pub enum Warning {
         /// How many.
         count: u32,
     },
+    /// Closed bodies were inside out.
+    #[error(
+        "surface: the faces of {count} closed {} inward; they are machined from outside all the same",
+        if *.count == 1 { "body look" } else { "bodies look" }
+    )]
+    TurnedOutward {
+        /// How many.
+        count: usize,
+    },
     /// Vertices were split.
     #[error(
         "surface: {count} boundary vertices were split because the selected faces only touched \

@@ -60,8 +60,9 @@ impl Resolver<'_> {
             let help = "only STEP files (.step, .stp) have faces to choose from";
             self.fault("surface.face", "the surface is not a STEP file", help);
         }
-        let is_one = matches!(self.file.surface.face, None | Some(FaceKey::Number(_)));
-        if step && !is_one && !self.places.has("surface.steepest") {
+        let is_several =
+            matches!(faces(self.file.surface.face.as_ref()), Faces::Several(_) | Faces::All);
+        if step && is_several && !self.places.has("surface.steepest") {
             let help = "several faces are machined as a cutter reaches them from above: give `steepest = 80.0`, or \
                         the number of one face";
             self.fault("surface.face", "several faces are no single surface", help);
@@ -227,7 +228,10 @@ fn faces(key: Option<&FaceKey>) -> Faces {
     match key {
         None => Faces::Only,
         Some(FaceKey::Number(number)) => Faces::One(*number),
-        Some(FaceKey::Numbers(numbers)) => Faces::Several(numbers.clone()),
+        Some(FaceKey::Numbers(numbers)) => match numbers.as_slice() {
+            [number] => Faces::One(*number),
+            _ => Faces::Several(numbers.clone()),
+        },
         Some(FaceKey::Rule(FaceRule::All)) => Faces::All,
     }
 }
