@@ -376,7 +376,7 @@ fn templates_are_valid_jobs() {
         };
         let fits =
             job.surface.steepest.is_some() || concave.is_none_or(|r| job.tool.radius() < r * unit);
-        let smallest = (0.01 * size * unit).max(0.25);
+        let smallest = (0.025 * size * unit).max(0.25);
         assert!(fits || job.tool.radius() <= smallest, "{text}");
     }
 }

@@ -50,7 +50,7 @@ fn ledger(commit: &str, figures: &[String]) -> String {
 }
 
 /// The commit that is measured, and its date.
-fn commit(project: &Path) -> Result<String, String> {
+pub fn commit(project: &Path) -> Result<String, String> {
     let mut git = Command::new("git");
     let log = git.args(["log", "-1", "--format=commit `%h` of %cs"]).current_dir(project);
     let output = log.output().map_err(|e| format!("git: {e}"))?;

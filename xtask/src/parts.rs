@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
+use crate::accept::commit;
 use crate::test::{cargo, native, run, target_folder};
 
 const PATH: &str = "docs/parts.md";
@@ -24,7 +25,8 @@ const HEAD: &str = "\
 # Every shared file through `evencut new` and `evencut plan`
 
 Written by `cargo xtask parts` where `../shared/data` is present: real meshes, NURBS surfaces and STEP bodies, each with \
-the job that `evencut new` writes for it, unchanged, and judged by the simulation. Failures are in the table.
+the job that `evencut new` writes for it, unchanged, and judged by the simulation. Failures are in the table; files that \
+are missing at its end were not reached before the run was ended.
 
 - *exit*: 0 all limits kept; 5 planned, but the simulation found a limit broken; 3 and 4 refused.
 - *s*, *MB*: wall time and largest memory of `evencut plan` with its judge, on a machine that does other work too.
@@ -33,7 +35,8 @@ cut into the part, over the tolerance. Above 1 is broken.
 - *rest*: area that stays too high because the cutter does not fit there, of the surface that is machined.
 - *aside*: area of the selection that is not machined from this side: faces away, too steep, in shadow.
 - */ floor*: length of the passes over the length that none can go below.
-
+";
+const TABLE: &str = "\
 | file | exit | s | MB | cutter | largest | gouge | rest | aside | m | / floor |
 |---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|
 ";
@@ -49,7 +52,7 @@ pub fn parts(project: &Path, only: Option<&str>) -> Result<(), String> {
     let work = target_folder(project).join("parts");
     let _ = std::fs::remove_dir_all(&work);
     std::fs::create_dir_all(&work).map_err(|e| format!("{}: {e}", work.display()))?;
-    let (mut text, mut notes) = (HEAD.to_owned(), String::new());
+    let (mut text, mut notes) = (format!("{HEAD}\n{}\n\n{TABLE}", commit(project)?), String::new());
     for file in files(&data)? {
         let name = file.strip_prefix(&data).unwrap_or(&file).to_string_lossy().into_owned();
         if only.is_some_and(|only| !name.contains(only)) {

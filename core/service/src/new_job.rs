@@ -6,6 +6,9 @@ use evencut_core::nurbs::{MeshOptions, NurbsError, Trim, mesh, read_json};
 use evencut_core::step::{SmoothFormat, StepFile};
 use evencut_core::surface::Inspection;
 
+/// Largest z of the mean unit normal of a surface that looks down; one that looks sideways keeps its side.
+const DOWNWARD: f64 = -0.25;
+
 /// What a surface file holds.
 pub struct Contents {
     /// Its triangles in figures; a smooth surface is made into triangles.
@@ -75,7 +78,7 @@ impl Contents {
             smallest_concave_radius: concave.map(|(radius, _)| radius),
             smallest_convex_radius: convex.map(|(radius, _)| radius),
             solid: enclosed.map(|v| if v < 0.0 { Outside::Inward } else { Outside::Outward }),
-            looks_down: vector_area.z < 0.0,
+            looks_down: vector_area.z < DOWNWARD * vector_area.length(),
             off_smooth: if self.is_mesh { *off_smooth } else { 0.0 },
             is_part: !faults.is_empty(),
             cad_faces: self.faces,

@@ -58,12 +58,14 @@ const SCALLOPS: [f64; 7] = [0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5];
 const METRES_BELOW: f64 = 1.0;
 const INCHES_BELOW: f64 = 5.0;
 /// A cutter below this part of the middle extent takes days; tighter places are left to another.
-const SMALLEST_PART: f64 = 0.02;
+const SMALLEST_PART: f64 = 0.05;
 /// Side steps across the middle extent of a surface and of a part, at most; more are for finishing.
 const STEPS_ACROSS: f64 = 200.0;
 const ACROSS_PART: f64 = 100.0;
 /// Faces steeper than this, degrees from the axis, are not for three axes.
 const STEEPEST: f64 = 80.0;
+/// A relief whose mean normal leans less than this from +Z is not turned, rad (20 degrees).
+const NEARLY_UP: f64 = core::f64::consts::PI / 9.0;
 /// A surface none of whose faces looks down is machined from above; rad (92 degrees).
 const UPRIGHT: f64 = 92.0 * core::f64::consts::PI / 180.0;
 /// An open surface with faces in all directions is a relief or scan, machined from above, where no cutter larger than
@@ -71,6 +73,8 @@ const UPRIGHT: f64 = 92.0 * core::f64::consts::PI / 180.0;
 const ROUGH: f64 = 1.0 / 15.0;
 /// Tolerance of a part, and the coarsest of a surface, cusp heights.
 const OF_SCALLOP: f64 = 0.5;
+/// Tolerance of a surface, cusp heights, unless that is finer than the least one or the facets.
+const OF_FINE_SCALLOP: f64 = 0.1;
 /// The coarsest cusp that is still one of the ball, cutter diameters.
 const COARSEST: f64 = 0.02;
 /// Tolerances to start from, mm: the least that is not finer than the facets of the mesh.
@@ -93,7 +97,8 @@ pub fn template(file: &str, facts: &SurfaceFacts) -> String {
     let across = if whole { ACROSS_PART } else { STEPS_ACROSS };
     let facets = tolerance_for(facts.off_smooth * unit.mm(), diameter);
     let scallop = scallop_for(middle / across, diameter).max(facets / OF_SCALLOP);
-    let tolerance = if whole { (OF_SCALLOP * scallop).max(facets) } else { facets };
+    let share = if whole { OF_SCALLOP } else { OF_FINE_SCALLOP };
+    let tolerance = (share * scallop).max(facets);
     // The usual cutting speed of 150 m/min; a hundredth of the diameter per tooth.
     let spindle = (150_000.0 / (std::f64::consts::PI * diameter)).min(12_000.0).round();
     let feed = (0.01 * diameter * 2.0 * spindle / 10.0).round().max(1.0) * 10.0;
@@ -149,9 +154,17 @@ svg = [\"flat\", \"surface\"{}, \"scallop\"{}]
         unit.line(),
         placed.lines(),
         if whole {
-            "# A part, as it was drawn, +Z up; rotate = [90.0, 0.0, 0.0] turns it. What a cutter reaches of it from\n\
-             # above, up to this slope in degrees, is machined.\n\
-             steepest = 80.0\n"
+            match placed.turn {
+                None => {
+                    "# A part, as it was drawn, +Z up; rotate = [90.0, 0.0, 0.0] turns it. What a cutter reaches of it\n\
+                     # from above, up to this slope in degrees, is machined.\n\
+                     steepest = 80.0\n"
+                }
+                Some(_) => {
+                    "# What a cutter reaches of it from above, up to this slope in degrees, is machined.\n\
+                     steepest = 80.0\n"
+                }
+            }
         } else {
             ""
         },
@@ -263,16 +276,15 @@ impl Placed {
         if !is_body && facts.from_mean + lean < steepest {
             placed
         } else if !is_body && facts.from_mean < steepest {
-            let about_x = math::atan2(mean.y, mean.z);
-            let about_y = math::atan2(-mean.x, math::hypot(mean.y, mean.z));
-            let degrees = [about_x, about_y].map(|a| (a.to_degrees() * 10.0).round() / 10.0);
-            Self { turn: Some(degrees), ..placed }
+            Self { turn: Some(turned_up(mean)), ..placed }
         } else {
             // Walls are no reason for five axes.
             let from_above = if flip { facts.from_down } else { facts.from_up };
             let stands = from_above < UPRIGHT;
             let is_part = placed.is_part || stands || placed.is_rough(facts);
-            Self { is_part, five_axes: !is_part, ..placed }
+            // A relief or scan is turned as a smooth sheet is, unless it nearly looks up.
+            let leans = !is_body && !stands && is_part && lean > NEARLY_UP;
+            Self { is_part, five_axes: !is_part, turn: leans.then(|| turned_up(mean)), ..placed }
         }
     }
 
@@ -295,6 +307,13 @@ impl Placed {
         });
         flip.to_owned() + &turn
     }
+}
+
+/// Rotations about X and Y that turn a direction up, degrees.
+fn turned_up(way: DVec3) -> [f64; 2] {
+    let about_x = math::atan2(way.y, way.z);
+    let about_y = math::atan2(-way.x, math::hypot(way.y, way.z));
+    [about_x, about_y].map(|a| (a.to_degrees() * 10.0).round() / 10.0)
 }
 
 /// The largest cutter that fits the concave places with a tenth to spare and is at most a tenth of
