@@ -11,8 +11,9 @@ use crate::mesh::TriangleSoup;
 use crate::parallel;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-/// Bisections of a side, the longest of which are a sixteenth of the cutter's radius.
-const HALVINGS: u32 = 5;
+/// Bisections of a side. Fewer: the surface ends farther before the upper edge of a wall, and what is cut within the
+/// tolerance of the wall there counts as a deep cut.
+const HALVINGS: u32 = 10;
 /// A crossing nearer to an end of the side than this fraction of it is at that end.
 const AT_END: f64 = 0.1;
 /// Cosine of the angle between a triangle and the surface, above which a triangle on the outline is kept.
