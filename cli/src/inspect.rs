@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use evencut_core::step::{SmoothFormat, StepFace, StepFile};
+use evencut_core::step::{FaceMesh, SmoothFormat, StepError, StepFace, StepFile};
 use evencut_core::surface::Inspection;
 use evencut_service::new_job::{self, Contents};
 use serde_json::{Value, json};
@@ -57,30 +57,9 @@ impl Inspect {
 impl Inspect {
     /// Lists the faces of a STEP file.
     fn run_step(&self, streams: &mut Streams<'_>) -> Exit {
-        let read = || -> Result<StepFile, String> {
-            let bytes = std::fs::read(&self.file).map_err(|error| format!("surface: {error}"))?;
-            StepFile::read(&bytes).map_err(|error| error.to_string())
-        };
-        match read() {
-            Ok(file) => {
-                let faces = listed(&file, self.scale);
-                // Faces that cannot be used are listed with their fault.
-                let whole = contents(&self.file, self.scale).ok().map(|c| c.inspection);
-                streams.data(&match (self.json, whole) {
-                    (true, whole) => {
-                        let whole = whole.as_ref().map(as_json);
-                        format!("{:#}\n", json!({ "faces": faces, "together": whole }))
-                    }
-                    (false, Some(Inspection { area, bounds: (low, high), .. })) => {
-                        let [low, high] =
-                            [low, high].map(|p| format!("({:.2}, {:.2}, {:.2})", p.x, p.y, p.z));
-                        format!(
-                            "{}   all                     {area:.2} from {low} to {high} mm\n",
-                            table(&faces)
-                        )
-                    }
-                    (false, None) => table(&faces),
-                });
+        match self.faces() {
+            Ok(text) => {
+                streams.data(&text);
                 Exit::Done
             }
             Err(message) => {
@@ -89,18 +68,37 @@ impl Inspect {
             }
         }
     }
+
+    /// The faces of a STEP file, and what they are together; those that cannot be used are listed with their fault.
+    fn faces(&self) -> Result<String, String> {
+        let bytes = std::fs::read(&self.file).map_err(|error| format!("surface: {error}"))?;
+        let file = StepFile::read(&bytes).map_err(|error| error.to_string())?;
+        let looked = file.look().map_err(|error| error.to_string())?;
+        let faces = listed(&file, &looked, self.scale);
+        let whole = new_job::of_faces(&looked, self.scale).ok().map(|c| c.inspection);
+        if self.json {
+            let whole = whole.as_ref().map(as_json);
+            return Ok(format!("{:#}\n", json!({ "faces": faces, "together": whole })));
+        }
+        let mut text = table(&faces);
+        if let Some(Inspection { area, bounds: (low, high), .. }) = whole {
+            let [low, high] = [low, high].map(|p| format!("({:.2}, {:.2}, {:.2})", p.x, p.y, p.z));
+            text += &format!("   all                     {area:.2} from {low} to {high} mm\n");
+        }
+        Ok(text)
+    }
 }
 
 /// Number, kind, area and fault of every face.
-fn listed(file: &StepFile, scale: f64) -> Vec<Value> {
-    let one = |(i, face): (usize, &StepFace)| {
-        let (area, fault) = match file.area(i) {
-            Ok(area) => (Some(area * scale * scale), None),
+fn listed(file: &StepFile, looked: &[Result<FaceMesh, StepError>], scale: f64) -> Vec<Value> {
+    let one = |(i, (face, mesh)): (usize, (&StepFace, &Result<FaceMesh, StepError>))| {
+        let (area, fault) = match mesh {
+            Ok(mesh) => (Some(mesh.area() * scale * scale), None),
             Err(error) => (None, Some(error.to_string())),
         };
         json!({ "face": i + 1, "kind": face.kind, "instance": face.id, "area_mm2": area, "fault": fault })
     };
-    file.faces().iter().enumerate().map(one).collect()
+    file.faces().iter().zip(looked).enumerate().map(one).collect()
 }
 
 fn table(faces: &[Value]) -> String {

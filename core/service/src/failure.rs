@@ -164,6 +164,9 @@ fn of_smooth(error: &SmoothError) -> Failure {
         SmoothError::Step(StepError::NoSuchFace { .. }) => {
             bad_surface(&["surface.face"], Hint::None)
         }
+        SmoothError::Step(StepError::TooManyTriangles { .. }) => {
+            bad_surface(&["surface.face", "surface.chord"], Hint::None)
+        }
         SmoothError::Step(StepError::Face { .. }) => {
             bad_surface(&["surface.face", "surface.file"], Hint::Inspect)
         }

@@ -3,7 +3,7 @@
 use evencut_core::job::{Outside, SurfaceFacts, template};
 use evencut_core::mesh::{MeshFormat, TriangleSoup, read};
 use evencut_core::nurbs::{MeshOptions, NurbsError, Trim, mesh, read_json};
-use evencut_core::step::{SmoothFormat, StepFile};
+use evencut_core::step::{FaceMesh, SmoothFormat, StepError, StepFile, together};
 use evencut_core::surface::Inspection;
 
 /// Largest z of the mean unit normal of a surface that looks down; one that looks sideways keeps its side.
@@ -24,23 +24,41 @@ pub struct Contents {
 /// # Errors
 /// Why it cannot be used.
 pub fn contents(name: &str, bytes: &[u8], scale: f64) -> Result<Contents, String> {
-    let (mut soup, faces) = match SmoothFormat::from_name(name) {
-        Some(SmoothFormat::Json) => (nurbs_mesh(bytes).map_err(|e| e.to_string())?, None),
+    let (soup, is_mesh) = match SmoothFormat::from_name(name) {
+        Some(SmoothFormat::Json) => (nurbs_mesh(bytes).map_err(|e| e.to_string())?, false),
         Some(SmoothFormat::Step) => {
-            let file = StepFile::read(bytes).map_err(|e| e.to_string())?;
-            (file.look().map_err(|e| e.to_string())?, Some(file.faces().len()))
+            let looked = StepFile::read(bytes).and_then(|file| file.look());
+            return of_faces(&looked.map_err(|e| e.to_string())?, scale);
         }
         None => {
             let format = MeshFormat::from_name(name).ok_or(
                 "surface: the format is not known; the name must end in .stl, .obj, .ply, .off, .json, .step or .stp",
             )?;
-            (read(bytes, format).map_err(|e| e.to_string())?, None)
+            (read(bytes, format).map_err(|e| e.to_string())?, true)
         }
     };
+    Ok(Contents { inspection: inspected(soup, scale)?, faces: None, is_mesh })
+}
+
+/// What the faces of a STEP file hold together, as [`StepFile::look`] shows them.
+///
+/// # Errors
+/// Why none of them can be used.
+pub fn of_faces(looked: &[Result<FaceMesh, StepError>], scale: f64) -> Result<Contents, String> {
+    let usable = looked.iter().filter_map(|face| face.as_ref().ok());
+    let soup = together(usable);
+    match looked.iter().find_map(|face| face.as_ref().err()) {
+        Some(error) if soup.faces.is_empty() => Err(error.to_string()),
+        _ => {
+            let inspection = inspected(soup, scale)?;
+            Ok(Contents { inspection, faces: Some(looked.len()), is_mesh: false })
+        }
+    }
+}
+
+fn inspected(mut soup: TriangleSoup, scale: f64) -> Result<Inspection, String> {
     soup.positions.iter_mut().for_each(|p| *p *= scale);
-    let inspection = Inspection::new(soup).map_err(|e| e.to_string())?;
-    let is_mesh = SmoothFormat::from_name(name).is_none();
-    Ok(Contents { inspection, faces, is_mesh })
+    Inspection::new(soup).map_err(|e| e.to_string())
 }
 
 /// Triangles of a NURBS surface, within a ten-thousandth of its size.

@@ -43,6 +43,15 @@ pub enum StepError {
         "step: #{0} moves a part within an assembly, which is not supported; export the part alone, in its final position"
     )]
     Assembly(u64),
+    /// All faces together are too fine.
+    #[error(
+        "step: its faces together take more than {most} triangles; choose fewer with surface.face, or a larger \
+         surface.chord"
+    )]
+    TooManyTriangles {
+        /// Most triangles.
+        most: usize,
+    },
     /// The face asked for is not there.
     #[error("step: surface.face = {face}, but the file has {count} faces: {list}")]
     NoSuchFace {

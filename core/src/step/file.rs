@@ -10,9 +10,12 @@ use crate::geometry::{DMat3, DVec3};
 use crate::mesh::TriangleSoup;
 use crate::mesh::repair::{face_area, turn_faces};
 use crate::nurbs::{MeshOptions, NurbsError, NurbsMesh, NurbsSurface, Trim, mesh};
+use crate::surface::Part;
 
 /// Faces listed in a message.
 const LISTED: usize = 40;
+/// Most triangles of all faces of a file.
+const MOST_TRIANGLES: usize = 8_000_000;
 
 /// The faces of a STEP file, in the order of its shells.
 #[derive(Clone, Debug)]
@@ -27,6 +30,14 @@ pub struct FaceMesh {
     pub surface: NurbsSurface,
     /// Its triangles, counter-clockwise from outside the part.
     pub mesh: NurbsMesh,
+}
+
+impl FaceMesh {
+    /// Area of its triangles, mm².
+    pub fn area(&self) -> f64 {
+        let soup = &self.mesh.soup;
+        soup.faces.iter().map(|f| face_area(&soup.positions, *f)).sum()
+    }
 }
 
 impl StepFile {
@@ -94,26 +105,17 @@ impl StepFile {
     /// # Errors
     /// [`StepError::Face`] with what keeps it from being meshed.
     pub fn area(&self, index: usize) -> Result<f64, StepError> {
-        Ok(area(&self.coarse(index)?.mesh.soup))
+        Ok(self.coarse(index)?.area())
     }
 
-    /// Triangles of all faces that can be used, mm, each within a five-hundredth of its size, for a look at the whole.
+    /// Every face as triangles, mm, within a five-hundredth of its size, for a look at the whole; and why some cannot
+    /// be used.
     ///
     /// # Errors
-    /// [`StepError::Face`] of the first face, if none can be used.
-    pub fn look(&self) -> Result<TriangleSoup, StepError> {
-        let mut fault = None;
-        let mut usable = Vec::new();
-        for face in 0..self.faces.len() {
-            match self.coarse(face) {
-                Ok(mesh) => usable.push(mesh),
-                Err(error) => fault = fault.or(Some(error)),
-            }
-        }
-        match fault {
-            Some(error) if usable.is_empty() => Err(error),
-            _ => Ok(together(&usable)),
-        }
+    /// [`StepError::TooManyTriangles`].
+    pub fn look(&self) -> Result<Vec<Result<FaceMesh, StepError>>, StepError> {
+        let mut budget = Budget::default();
+        (0..self.faces.len()).map(|face| budget.take(self.coarse(face))).collect()
     }
 
     fn coarse(&self, index: usize) -> Result<FaceMesh, StepError> {
@@ -151,18 +153,34 @@ impl StepFile {
     }
 }
 
-/// The triangles of several faces; their parameters are left out, since each face has its own.
-pub(super) fn together(faces: &[FaceMesh]) -> TriangleSoup {
-    let mut soup = TriangleSoup::default();
-    for face in faces {
-        let first = soup.positions.len() as u32;
-        soup.positions.extend(&face.mesh.soup.positions);
-        soup.faces.extend(face.mesh.soup.faces.iter().map(|f| f.map(|v| v + first)));
-    }
-    soup
+/// How many triangles all faces of a file have so far.
+#[derive(Default)]
+pub(super) struct Budget {
+    used: usize,
 }
 
-/// Area of triangles.
-fn area(soup: &TriangleSoup) -> f64 {
-    soup.faces.iter().map(|f| face_area(&soup.positions, *f)).sum()
+impl Budget {
+    /// Counts a face's triangles, if it can be used.
+    ///
+    /// # Errors
+    /// [`StepError::TooManyTriangles`].
+    pub fn take(
+        &mut self,
+        face: Result<FaceMesh, StepError>,
+    ) -> Result<Result<FaceMesh, StepError>, StepError> {
+        self.used += face.as_ref().map_or(0, |face| face.mesh.soup.faces.len());
+        if self.used > MOST_TRIANGLES {
+            return Err(StepError::TooManyTriangles { most: MOST_TRIANGLES });
+        }
+        Ok(face)
+    }
+}
+
+/// The triangles of several faces; their parameters are left out, since each face has its own.
+pub fn together<'a>(faces: impl IntoIterator<Item = &'a FaceMesh>) -> TriangleSoup {
+    let mut part = Part::default();
+    for FaceMesh { mesh: NurbsMesh { soup, .. }, .. } in faces {
+        part.add(&Part { positions: soup.positions.clone(), faces: soup.faces.clone() });
+    }
+    TriangleSoup { positions: part.positions, faces: part.faces, texture: None }
 }

@@ -3,9 +3,10 @@
 use thiserror::Error;
 
 use super::error::StepError;
-use super::file::{FaceMesh, StepFile, together};
+use super::file::{Budget, FaceMesh, StepFile, together};
 use crate::geometry::{DMat3, DVec3};
 use crate::job::{Component, Faces, SurfaceOptions};
+use crate::mesh::repair::turn_faces;
 use crate::nurbs::{MeshOptions, NurbsError, Trim, mesh, read_json};
 use crate::surface::{
     Part, SurfaceError, Warning, Whole, build_parametric, build_placed, placement,
@@ -85,12 +86,14 @@ fn step(
     let file = StepFile::read(bytes)?;
     let all = 0..file.faces().len();
     let coarse = MeshOptions { chord, longest: LONGEST, ..MeshOptions::default() };
+    let mut budget = Budget::default();
+    let mut meshed = |face: usize| budget.take(file.mesh(face, place, coarse));
     let mut unusable = Vec::new();
     let (chosen, mut whole): (Vec<usize>, Whole) = match &options.face {
         Faces::All => {
             let mut usable = Vec::new();
             for face in all.clone() {
-                match file.mesh(face, place, coarse) {
+                match meshed(face)? {
                     Ok(mesh) => usable.push(mesh),
                     Err(error) => unusable.push(error),
                 }
@@ -103,7 +106,7 @@ fn step(
         Faces::Several(numbers) => {
             let chosen = numbers.iter().map(|n| file.choose(Some(*n), false));
             let chosen = chosen.collect::<Result<Vec<usize>, _>>()?;
-            let meshes = chosen.iter().map(|face| file.mesh(*face, place, coarse));
+            let meshes = chosen.iter().map(|face| meshed(*face)?);
             let meshes = meshes.collect::<Result<Vec<FaceMesh>, _>>()?;
             (chosen, build_placed(together(&meshes), options)?)
         }
@@ -115,26 +118,24 @@ fn step(
             (vec![chosen], build_parametric(mesh.soup, surface, options)?.into())
         }
     };
-    for other in all.filter(|face| !chosen.contains(face)) {
-        match file.mesh(other, place, coarse) {
-            Ok(face) => add(&mut whole.part, &face, options.flip),
+    let mut is_chosen = vec![false; file.faces().len()];
+    chosen.into_iter().for_each(|face| is_chosen[face] = true);
+    let mut others = Vec::new();
+    for other in all.filter(|face| !is_chosen[*face]) {
+        match meshed(other)? {
+            Ok(face) => others.push(face),
             Err(error) => unusable.push(error),
         }
     }
+    let mut others = together(&others);
+    if options.flip {
+        // The part is seen from the side that is machined.
+        turn_faces(&mut others, |_| true);
+    }
+    whole.part.add(&Part { positions: others.positions, faces: others.faces });
     if let Some(first) = unusable.first() {
         let (count, first) = (unusable.len(), first.to_string());
         whole.warnings.push(Warning::FacesLeftOut { count, first });
     }
     Ok(whole)
-}
-
-/// Adds a face to the part, seen from the side that is machined.
-fn add(part: &mut Part, face: &FaceMesh, flip: bool) {
-    let first = part.positions.len() as u32;
-    let soup = &face.mesh.soup;
-    part.positions.extend(&soup.positions);
-    part.faces.extend(soup.faces.iter().map(|f| {
-        let [a, b, c] = f.map(|v| v + first);
-        if flip { [a, c, b] } else { [a, b, c] }
-    }));
 }

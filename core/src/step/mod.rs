@@ -20,5 +20,5 @@ mod trim;
 
 pub use error::StepError;
 pub use face::StepFace;
-pub use file::{FaceMesh, StepFile};
+pub use file::{FaceMesh, StepFile, together};
 pub use load::{SmoothError, SmoothFormat, smooth};

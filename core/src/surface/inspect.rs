@@ -127,17 +127,24 @@ impl Inspection {
     }
 }
 
+/// Normal of a face, twice its area long.
+fn doubled_normal(mesh: &TriangleSoup, face: &[u32; 3]) -> DVec3 {
+    let [a, b, c] = face.map(|v| mesh.positions[v as usize]);
+    (b - a).cross(c - a)
+}
+
 /// The sum of the normals of all faces, each as long as its area, and the volume within them: by Gauss' theorem, so that
 /// cracks and small openings matter little. `None` if the openings are large.
 fn looking(mesh: &TriangleSoup) -> (DVec3, Option<f64>) {
-    let corners = |face: &[u32; 3]| face.map(|v| mesh.positions[v as usize]);
-    let normal = |[a, b, c]: [DVec3; 3]| 0.5 * (b - a).cross(c - a);
-    let faces = || mesh.faces.iter().map(corners);
-    let area: f64 = faces().map(|f| normal(f).length()).sum();
-    let middle = faces().map(|f| f.iter().sum::<DVec3>() * normal(f).length()).sum::<DVec3>();
+    let faces = || {
+        let normal = |face: &[u32; 3]| 0.5 * doubled_normal(mesh, face);
+        mesh.faces.iter().map(move |f| (f.map(|v| mesh.positions[v as usize]), normal(f)))
+    };
+    let area: f64 = faces().map(|(_, normal)| normal.length()).sum();
+    let middle: DVec3 = faces().map(|(f, n)| f.iter().sum::<DVec3>() * n.length()).sum();
     let middle = middle / (3.0 * area);
-    let sum: DVec3 = faces().map(normal).sum();
-    let volume: f64 = faces().map(|f| (f[0] - middle).dot(normal(f)) / 3.0).sum();
+    let sum: DVec3 = faces().map(|(_, normal)| normal).sum();
+    let volume: f64 = faces().map(|(f, normal)| (f[0] - middle).dot(normal) / 3.0).sum();
     let encloses = sum.length() <= OPENINGS * area && volume.abs() >= THIN * area * area.sqrt();
     (sum, encloses.then_some(volume))
 }
@@ -151,10 +158,7 @@ fn off_smooth(mesh: &TriangleSoup) -> f64 {
         sides.extend([[a, b], [b, c], [c, a]].map(|[a, b]| ([a.min(b), a.max(b)], f)));
     }
     sides.sort_unstable();
-    let normal = |f: usize| {
-        let [a, b, c] = mesh.faces[f].map(at);
-        (b - a).cross(c - a)
-    };
+    let normal = |f: usize| doubled_normal(mesh, &mesh.faces[f]);
     let off = |group: &[([u32; 2], usize)]| match group {
         [([a, b], f), (_, g)] => {
             let (m, n) = (normal(*f), normal(*g));
@@ -183,12 +187,8 @@ fn edge_range(mesh: &TriangleSoup) -> (f64, f64) {
 /// Normals of the faces of the component of largest area, twice their area long.
 fn normals_of_largest(mesh: &TriangleSoup, judgement: &Judgement) -> Vec<DVec3> {
     let number = component_of(&mesh.positions, &mesh.faces, &judgement.components);
-    let normal = |&[a, b, c]: &[u32; 3]| {
-        let [a, b, c] = [a, b, c].map(|v| mesh.positions[v as usize]);
-        (b - a).cross(c - a)
-    };
     let largest = mesh.faces.iter().zip(number).filter(|(_, component)| *component == 0);
-    largest.map(|(face, _)| normal(face)).collect()
+    largest.map(|(face, _)| doubled_normal(mesh, face)).collect()
 }
 
 /// Smallest concave and convex radius over all vertices, if there is a manifold to measure them on.
