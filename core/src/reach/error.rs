@@ -8,7 +8,8 @@ pub enum ReachError {
     /// Nothing to be machined is in sight from above.
     #[error(
         "surface: nothing of what is selected can be machined from +Z: {:.3} mm² face away or are steeper than \
-         {steepest:.1} degrees, {:.3} mm² lie under something else; turn the part with surface.rotate, or an open one over with surface.flip",
+         {steepest:.1} degrees, {:.3} mm² lie under something else; turn the part with surface.rotate, or an \
+         open one over with surface.flip",
         away,
         shadowed
     )]
