@@ -164,8 +164,9 @@ impl RunNode {
         let nearest = (place - self.axis * body.reach()).clamp(self.low, self.high);
         let pose = Pose { tip: nearest, axis: self.axis };
         let middle = 0.5 * (self.low + self.high);
-        let spread = |d: DVec3| d.abs().dot(0.5 * (self.high - self.low)) + d.dot(middle - nearest);
-        cuts(&pose, self.spread, spread, bound, level, body)
+        let half = 0.5 * (self.high - self.low);
+        let farther = |d: DVec3| d.abs().dot(half) + d.dot(middle - nearest);
+        cuts(&pose, self.spread, farther, bound, level, body)
     }
 }
 

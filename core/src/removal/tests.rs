@@ -258,6 +258,39 @@ fn what_a_leaned_flat_end_leaves_are_its_crests() {
     assert!(highest <= crest + 1e-9 && highest > 0.95 * crest, "{highest} of {crest}");
 }
 
+/// Strokes that are found by place and held against single tiles leave what all strokes leave, one after the other: the
+/// order and the places of passes, loops and turns of the axis do not matter.
+#[test]
+fn strokes_found_by_place_leave_what_all_strokes_leave() {
+    let plate = Plate::new(40.0, 30.0, 0.25);
+    let columns = Columns::new(&plate.surface, &plate.chart, 1.5, LAYER.top());
+    for corner in [R, 2.0] {
+        let tool = Tool::new(R, corner).unwrap();
+        // Every seventh row next, so that neighbours are far apart in the path; then a spiral across them.
+        let rows = (0..20).map(|k| 1.5 * f64::from(k * 7 % 20));
+        let rows = rows.map(|y| (DVec2::new(-6.0, y), DVec2::new(46.0, y + 0.7)));
+        let mut path = passes(&plate, &tool, LAYER.allowance + 0.1, &rows.collect::<Vec<_>>());
+        for k in 0..120 {
+            let (turn, radius) = (0.2 * f64::from(k), 0.08 * f64::from(k));
+            let place = DVec2::new(20.0 + radius * cos(turn), 15.0 + radius * sin(turn));
+            let kind = if k == 0 { MoveKind::Rapid } else { MoveKind::Cut };
+            let mut end = point(kind, plate.tip(&tool, place, LAYER.allowance));
+            end.axis = DVec3::new(0.1 * sin(turn), 0.1 * cos(turn), 1.0).normalize();
+            path.points.push(end);
+        }
+        let all = columns.cut(&path, endless(tool), LAYER, 1).heights;
+        let strokes = Strokes::of(&path, &tool);
+        let found = columns.remains(&strokes, endless(tool), LAYER, f64::NEG_INFINITY, 1);
+        let pairs = || all.iter().flatten().zip(found.iter().flatten());
+        assert_eq!(pairs().count(), columns.count());
+        let off = pairs().map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        // What either passes over is not deeper than this.
+        assert!(off < 5e-4, "{corner}: {off}");
+        let lowest = found.iter().flatten().copied().fold(f64::INFINITY, f64::min);
+        assert!(lowest < LAYER.allowance + 0.05, "{lowest}");
+    }
+}
+
 /// What stands farther up from the tip than the cutter is long stays.
 #[test]
 fn a_cutter_cuts_as_far_up_as_it_is_long() {
