@@ -205,10 +205,10 @@ fn jobs_on_large_real_surfaces_keep_their_promises() {
 }
 
 /// A job with nothing but what must be said, for any file.
-fn bare_job(file: &str) -> Job {
+fn bare_job(file: &str, control: &str) -> Job {
     let text = format!(
         "version = 1\n[surface]\nfile = \"{file}\"\n[tool]\ndiameter = 6.0\n[cut]\nstepover = 1.5\n\
-         feed = 1000.0\n[force]\ncontrol = \"feed\"\n"
+         feed = 1000.0\n[force]\ncontrol = \"{control}\"\n"
     );
     job::read(text.as_bytes()).unwrap().job
 }
@@ -216,6 +216,16 @@ fn bare_job(file: &str) -> Job {
 /// No file, however bad, ends in a fault of our own.
 #[test]
 fn nasty_files_are_planned_or_refused() {
+    plan_nasty_files("feed");
+}
+
+#[test]
+#[ignore = "long: cargo xtask accept"]
+fn nasty_files_are_planned_with_trochoids_or_refused() {
+    plan_nasty_files("trochoid");
+}
+
+fn plan_nasty_files(control: &str) {
     let Some(data) = shared_data() else { return };
     let mut files: Vec<_> =
         std::fs::read_dir(data.join("nasty")).unwrap().map(|e| e.unwrap().path()).collect();
@@ -225,11 +235,11 @@ fn nasty_files_are_planned_or_refused() {
     for file in files {
         let name = file.file_name().unwrap().to_string_lossy().to_lowercase();
         let bytes = std::fs::read(&file).unwrap();
-        match plan(&bare_job(&name), Files::of_surface(Some(&bytes)), 2, &mut |_, _| {}) {
+        match plan(&bare_job(&name, control), Files::of_surface(Some(&bytes)), 2, &mut |_, _| {}) {
             Ok(plan) => {
                 planned += 1;
                 let peak = plan.toolpath.points.iter().map(|p| p.mrr).fold(0.0, f64::max);
-                assert!(peak <= bare_job(&name).mrr_limit(), "{name}: {peak}");
+                assert!(peak <= bare_job(&name, control).mrr_limit(), "{name}: {peak}");
             }
             Err(PlanError::Deliver(error @ DeliverError::Outside(_))) => panic!("{name}: {error}"),
             Err(error) => assert!(error.to_string().len() > 20, "{name}: {error}"),

@@ -6,6 +6,7 @@ use std::fmt::Write;
 use evencut_core::geometry::DVec3;
 use evencut_core::job::{self, Job};
 use evencut_core::plan::{Files, Planned, plan};
+use evencut_core::toolpath::MoveKind;
 use evencut_service::compare::{Figures, judged};
 use evencut_tests::shared_data;
 
@@ -129,6 +130,7 @@ fn a_block_with_a_pocket_is_machined_as_it_is() {
     assert!((area - land - floor - fillets).abs() < corners + 2.0, "{area}");
     let away = 4.0 * outer * outer + 8.0 * outer * POCKET[3] + 8.0 * inner * depth;
     assert!((aside.away - away).abs() < 1e-6, "{aside:?}");
+    assert!(planned.toolpath.points.iter().any(|p| p.kind == MoveKind::Rapid));
 }
 
 #[test]
