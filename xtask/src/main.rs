@@ -1,7 +1,8 @@
 //! Project tasks: `cargo xtask test` runs all tests but the long ones of `cargo xtask accept`, `cargo xtask fuzz` looks for
 //! inputs that readers fall over, `cargo xtask page`
 //! builds the page for the browser, `cargo xtask serve` shows it, `cargo xtask patterns` compares the patterns, `cargo xtask
-//! parts` plans every shared file, `cargo xtask texture` simulates the textures of two tilts, `cargo xtask surfaces` writes the surfaces that `jobs/` machines.
+//! parts` plans every shared file, `cargo xtask texture` simulates the textures of two tilts, `cargo xtask surfaces` writes
+//! the surfaces that `jobs/` machines.
 
 mod accept;
 mod fuzz;

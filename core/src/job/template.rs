@@ -97,6 +97,8 @@ pub fn template(file: &str, facts: &SurfaceFacts) -> String {
     let across = if whole { ACROSS_PART } else { STEPS_ACROSS };
     let facets = tolerance_for(facts.off_smooth * unit.mm(), diameter);
     let scallop = scallop_for(middle / across, diameter).max(facets / OF_SCALLOP);
+    let about_facets =
+        format!("; facets are about {:.3} mm off a smooth surface", facts.off_smooth * unit.mm());
     let share = if whole { OF_SCALLOP } else { OF_FINE_SCALLOP };
     let tolerance = (share * scallop).max(facets);
     // The usual cutting speed of 150 m/min; a hundredth of the diameter per tooth.
@@ -115,7 +117,7 @@ version = 1
 
 [surface]
 file = {name}
-{}{}{}{}
+{}{}{}
 [tool]
 kind = \"ball\"              # ball | flat | bull
 {:<26} # {}
@@ -153,21 +155,6 @@ svg = [\"flat\", \"surface\"{}, \"scallop\"{}]
         },
         unit.line(),
         placed.lines(),
-        if whole {
-            match placed.turn {
-                None => {
-                    "# A part, as it was drawn, +Z up; rotate = [90.0, 0.0, 0.0] turns it. What a cutter reaches of it\n\
-                     # from above, up to this slope in degrees, is machined.\n\
-                     steepest = 80.0\n"
-                }
-                Some(_) => {
-                    "# What a cutter reaches of it from above, up to this slope in degrees, is machined.\n\
-                     steepest = 80.0\n"
-                }
-            }
-        } else {
-            ""
-        },
         format!("diameter = {diameter:?}"),
         match radius {
             _ if whole => "narrower places are bridged".to_owned(),
@@ -178,7 +165,7 @@ svg = [\"flat\", \"surface\"{}, \"scallop\"{}]
         format!("scallop = {scallop:?}"),
         format!("axial_depth = {:?}", (diameter * 5.0).round() / 100.0),
         format!("tolerance = {tolerance:?}"),
-        if facets > TOLERANCES[0] { "; the facets of the mesh are no finer" } else { "" },
+        if facets > TOLERANCES[0] { &about_facets } else { "" },
         if placed.five_axes {
             "lead = 10.0                # tilt in the feed direction\n"
         } else {
@@ -305,7 +292,19 @@ impl Placed {
                 "# Turned until it looks up, as three axes need.\nrotate = [{x:?}, {y:?}, 0.0]\n"
             )
         });
-        flip.to_owned() + &turn
+        let reached = match (self.is_part, self.turn) {
+            (false, _) => "",
+            (true, None) => {
+                "# A part, as it was drawn, +Z up; rotate = [90.0, 0.0, 0.0] turns it. What a cutter reaches of it\n\
+                 # from above, up to this slope in degrees, is machined.\n\
+                 steepest = 80.0\n"
+            }
+            (true, Some(_)) => {
+                "# What a cutter reaches of it from above, up to this slope in degrees, is machined.\n\
+                 steepest = 80.0\n"
+            }
+        };
+        format!("{flip}{turn}{reached}")
     }
 }
 
@@ -332,7 +331,8 @@ fn scallop_for(widest: f64, diameter: f64) -> f64 {
     chosen.unwrap_or(f64::INFINITY).min(coarsest.unwrap_or(SCALLOPS[0]))
 }
 
-/// The least usual tolerance that is not finer than facets `off` mm off a smooth surface, but no coarser than half the coarsest cusp.
+/// The least usual tolerance that is not finer than facets `off` mm off a smooth surface, but no coarser than half the
+/// coarsest cusp.
 fn tolerance_for(off: f64, diameter: f64) -> f64 {
     let usual = TOLERANCES.into_iter().filter(|t| *t <= OF_SCALLOP * COARSEST * diameter);
     usual.reduce(|chosen, next| if chosen < off { next } else { chosen }).unwrap_or(TOLERANCES[0])

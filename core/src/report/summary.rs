@@ -13,7 +13,7 @@ pub fn summary(report: &Report) -> String {
     // Writing to a string cannot fail.
     let _ = writeln!(text, "{}", report.job);
     for (label, value) in facts(report) {
-        let _ = writeln!(text, "  {label:<10}{value}");
+        let _ = writeln!(text, "  {label:<9} {value}");
     }
     text.push('\n');
     let headings = compared(report).into_iter().map(|(name, _)| name.to_owned()).collect();
@@ -74,7 +74,7 @@ pub fn facts(report: &Report) -> Vec<(&'static str, String)> {
     ]);
     if c.inaccessible_mm2 > 0.0 {
         facts.push((
-            "inaccessible ",
+            "inaccessible",
             format!("{:.2} mm²{}", c.inaccessible_mm2, place(c.inaccessible_at_mm)),
         ));
     }
