@@ -158,7 +158,7 @@ fn test_modules(module: &[String], file: &syn::File) -> Vec<Module> {
     file.items.iter().filter_map(name).map(within).collect()
 }
 
-/// All files of a folder.
+/// All source files of a folder.
 fn read(folder: &Path, module: &[String], texts: &mut BTreeMap<Module, String>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -166,10 +166,10 @@ fn read(folder: &Path, module: &[String], texts: &mut BTreeMap<Module, String>) 
         let within: Module = module.iter().cloned().chain([name.clone()]).collect();
         if path.is_dir() {
             read(&path, &within, texts);
-        } else if name == "mod" || name == "lib" {
-            texts.insert(module.to_vec(), fs::read_to_string(&path).unwrap());
-        } else {
-            texts.insert(within, fs::read_to_string(&path).unwrap());
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            let of_folder = name == "mod" || name == "lib";
+            let module = if of_folder { module.to_vec() } else { within };
+            texts.insert(module, fs::read_to_string(&path).unwrap());
         }
     }
 }
