@@ -1,5 +1,5 @@
 //! JSON Schema of the job file: `schema.json`, which a test makes of the types in [`super::file`]
-//! and holds against them. Made at run time its code would be a fourteenth of the page's module.
+//! and holds against them. Made at run time its code would be a twelfth of the page's module.
 
 use std::sync::LazyLock;
 
