@@ -7,7 +7,7 @@ use super::error::{Direction, NurbsError};
 const MOST: usize = LARGEST_DEGREE + 1;
 
 /// Values and first and second derivatives of the functions that are not zero at a parameter.
-pub(super) struct Basis {
+pub(crate) struct Basis {
     /// Index of the first of them.
     pub first: usize,
     /// Order of derivative by function; those beyond the degree are zero.
@@ -15,7 +15,7 @@ pub(super) struct Basis {
 }
 
 /// Values of the functions that are not zero at a parameter.
-pub(super) struct Values {
+pub(crate) struct Values {
     /// Index of the first of them.
     pub first: usize,
     /// By function.
@@ -24,7 +24,7 @@ pub(super) struct Values {
 
 /// A degree and a nondecreasing knot vector.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Knots {
+pub(crate) struct Knots {
     degree: usize,
     knots: Vec<f64>,
 }
@@ -102,6 +102,17 @@ impl Knots {
         span
     }
 
+    /// The knot span in which one that comes from `t` on the way `forward` is first, and its ends;
+    /// beyond the domain the outermost span.
+    pub fn span_toward(&self, t: f64, forward: bool) -> (usize, [f64; 2]) {
+        let mut span = self.span(t);
+        if !forward && t <= self.knots[span] {
+            let mut before = (self.degree..span).rev();
+            span = before.find(|&s| self.knots[s] < self.knots[s + 1]).unwrap_or(span);
+        }
+        (span, [self.knots[span], self.knots[span + 1]])
+    }
+
     /// The values of the functions at `t`, as [`basis`](Self::basis) has them.
     pub fn values(&self, t: f64) -> Values {
         let span = self.span(t);
@@ -111,13 +122,19 @@ impl Knots {
         Values { first: span - self.degree, values: n }
     }
 
-    /// The functions at `t`, a parameter of the domain.
+    /// The functions at `t`, a parameter of the domain; beyond it the polynomials of the outermost
+    /// spans go on.
+    pub fn basis(&self, t: f64) -> Basis {
+        self.basis_in(self.span(t), t)
+    }
+
+    /// The polynomials that the functions are in a knot span, at any `t`.
     ///
     /// # Source
     /// Piegl and Tiller, "The NURBS Book", 2nd edition, algorithm A2.2 and equation 2.7, which
     /// gives the derivatives from the functions of the degrees below.
-    pub fn basis(&self, t: f64) -> Basis {
-        let (p, span) = (self.degree, self.span(t));
+    pub fn basis_in(&self, span: usize, t: f64) -> Basis {
+        let p = self.degree;
         let mut by_degree = [[0.0; MOST]; 3];
         let mut n = [0.0; MOST];
         n[0] = 1.0;

@@ -20,10 +20,12 @@ mod surface;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use basis::Knots;
 pub use curve::NurbsCurve;
 pub use degree::LARGEST_DEGREE;
 pub use domain::TrimLoop;
 pub use error::{Direction, NurbsError};
 pub use json::{NurbsFile, read_json};
 pub use mesh::{MeshOptions, NurbsMesh, Trim, mesh};
+pub(crate) use surface::Piece;
 pub use surface::{Jet, NurbsParts, NurbsSurface};

@@ -35,6 +35,23 @@ pub struct Jet {
 }
 
 impl Jet {
+    /// The rates of the parameters along a tangent of the surface, mm; `None` where the surface has
+    /// no normal.
+    pub(crate) fn rates(&self, tangent: DVec3) -> Option<DVec2> {
+        let [su, sv] = self.first;
+        let (e, f, g) = (su.length_squared(), su.dot(sv), sv.length_squared());
+        let (a, b) = (tangent.dot(su), tangent.dot(sv));
+        let area = e * g - f * f;
+        // Negated, so that NaN is refused too.
+        let regular = area > SINGULAR * SINGULAR * e * g && area.is_finite();
+        regular.then(|| DVec2::new(g * a - f * b, e * b - f * a) / area)
+    }
+
+    /// The tangent along which the parameters change at `rates`, mm.
+    pub(crate) fn tangent(&self, rates: DVec2) -> DVec3 {
+        self.first[0] * rates.x + self.first[1] * rates.y
+    }
+
     /// Unit normal, `u` cross `v`; zero where the tangents are parallel or vanish.
     pub fn normal(&self) -> DVec3 {
         let [u, v] = self.first;
@@ -42,6 +59,17 @@ impl Jet {
         let scale = u.length() * v.length();
         if cross.length() > SINGULAR * scale { cross / cross.length() } else { DVec3::ZERO }
     }
+}
+
+/// Parameters between neighbouring knots, where a surface is one quotient of polynomials.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub(crate) struct Piece {
+    spans: [usize; 2],
+    /// What comes off a parameter that runs on around a closed direction.
+    turns: DVec2,
+    /// Its least and greatest parameters; infinite where an open direction ends.
+    pub low: DVec2,
+    pub high: DVec2,
 }
 
 /// The numbers of a surface.
@@ -205,6 +233,43 @@ impl NurbsSurface {
         self.jet_inside(self.wrap(at))
     }
 
+    /// Point and derivatives at `at`; beyond the end of an open direction those of the polynomials
+    /// that the surface is there.
+    pub(crate) fn jet_beyond(&self, at: DVec2) -> Jet {
+        self.jet_in(&self.piece(at, DVec2::ONE), at)
+    }
+
+    /// The piece that one who goes from `at` along `way` is first in. Parameters go on around along
+    /// closed directions and beyond the ends of others.
+    pub(crate) fn piece(&self, at: DVec2, way: DVec2) -> Piece {
+        let (low, high) = self.domain();
+        let (mut spans, mut turns) = ([0; 2], DVec2::ZERO);
+        let mut ends = [DVec2::NEG_INFINITY, DVec2::INFINITY];
+        for axis in 0..2 {
+            let (l, period) = (low[axis], high[axis] - low[axis]);
+            let forward = way[axis] >= 0.0;
+            if self.closed[axis] {
+                let whole = ((at[axis] - l) / period).floor();
+                let starts = !forward && at[axis] - whole * period <= l;
+                turns[axis] = (whole - if starts { 1.0 } else { 0.0 }) * period;
+            }
+            let (span, [from, to]) = self.knots[axis].span_toward(at[axis] - turns[axis], forward);
+            spans[axis] = span;
+            if self.closed[axis] || from > l {
+                ends[0][axis] = from + turns[axis];
+            }
+            if self.closed[axis] || to < high[axis] {
+                ends[1][axis] = to + turns[axis];
+            }
+        }
+        Piece { spans, turns, low: ends[0], high: ends[1] }
+    }
+
+    /// Point and derivatives at `at` of the polynomials that the surface is in a piece.
+    pub(crate) fn jet_in(&self, piece: &Piece, at: DVec2) -> Jet {
+        self.jet_of(piece.spans, at - piece.turns)
+    }
+
     /// Position at the parameters `at`, mm.
     pub fn point(&self, at: DVec2) -> DVec3 {
         let at = self.wrap(at);
@@ -224,10 +289,16 @@ impl NurbsSurface {
         &self.points[i * self.columns..(i + 1) * self.columns]
     }
 
+    fn jet_inside(&self, at: DVec2) -> Jet {
+        let span = |axis: usize| self.knots[axis].span_toward(at[axis], true).0;
+        self.jet_of([span(0), span(1)], at)
+    }
+
     /// # Source
     /// Piegl and Tiller, "The NURBS Book", algorithms A3.6 and A4.4.
-    fn jet_inside(&self, at: DVec2) -> Jet {
-        let (u, v) = (self.knots[0].basis(at.x), self.knots[1].basis(at.y));
+    fn jet_of(&self, spans: [usize; 2], at: DVec2) -> Jet {
+        let u = self.knots[0].basis_in(spans[0], at.x);
+        let v = self.knots[1].basis_in(spans[1], at.y);
         // 1, u, v, uu, uv, vv.
         let mut a = [DVec4::ZERO; 6];
         for i in 0..=self.knots[0].degree() {

@@ -334,3 +334,41 @@ fn surfaces_of_the_manifest_mesh_within_their_chord_error() {
         assert_eq!(judged.boundary_loops.len(), 1 + rings, "{name}");
     }
 }
+
+#[test]
+fn beyond_an_open_end_the_last_polynomials_go_on() {
+    // A quarter of a circle stays on its circle.
+    let half = 0.5_f64.sqrt();
+    let points = [(DVec3::X, 1.0), (DVec3::X + DVec3::Y, half), (DVec3::Y, 1.0)];
+    let arc = NurbsCurve::new(2, vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0], points.to_vec()).unwrap();
+    let arc = arc.extruded(DVec3::ZERO, DVec3::Z).unwrap();
+    let jet = arc.jet_beyond(DVec2::new(1.2, -0.5));
+    assert!(jet.point.x < 0.0 && (jet.point.z + 0.5).abs() < 1e-15, "{}", jet.point);
+    assert!((jet.point.truncate().length() - 1.0).abs() < 1e-14);
+    assert!(jet.first[0].dot(jet.point.truncate().extend(0.0)).abs() < 1e-14);
+    let surface = wavy();
+    let inside = DVec2::new(0.4, 1.2);
+    assert_eq!(surface.jet_beyond(inside), surface.jet(inside));
+    assert_eq!(surface.point(DVec2::new(0.4, 2.5)), surface.point(DVec2::new(0.4, 2.0)));
+}
+
+#[test]
+fn at_a_knot_the_way_decides_on_the_piece() {
+    let surface = wavy();
+    let knot = DVec2::new(0.3, 1.0);
+    let after = surface.piece(knot, DVec2::ONE);
+    let before = surface.piece(knot, -DVec2::ONE);
+    assert_eq!((after.low, after.high), (knot, DVec2::new(0.7, f64::INFINITY)));
+    assert_eq!((before.low, before.high), (DVec2::NEG_INFINITY, knot));
+    // Degrees 3 and 2 with simple knots: second derivatives by v jump.
+    let (a, b) = (surface.jet_in(&after, knot), surface.jet_in(&before, knot));
+    assert!(a.point.distance(b.point) < 1e-12 && a.first[1].distance(b.first[1]) < 1e-11);
+    assert!(a.second[0].distance(b.second[0]) < 1e-9 && a.second[2].distance(b.second[2]) > 0.1);
+    // Around a closed direction the pieces go on.
+    let ring = NurbsCurve::line(DVec3::Z, DVec3::Z + DVec3::X).unwrap();
+    let ring = ring.revolved(DVec3::ZERO, DVec3::X).unwrap();
+    let seam = DVec2::new(8.0, 0.5);
+    let (after, before) = (ring.piece(seam, DVec2::X), ring.piece(seam, -DVec2::X));
+    assert_eq!((after.low.x, after.high.x, before.low.x, before.high.x), (8.0, 9.0, 7.0, 8.0));
+    assert!(ring.jet_in(&before, seam).point.distance(DVec3::new(0.5, 0.0, 1.0)) < 1e-14);
+}

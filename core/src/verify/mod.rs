@@ -23,6 +23,7 @@
 
 mod body;
 mod bound;
+mod clearance;
 mod crests;
 mod excused;
 mod figures;
@@ -35,9 +36,11 @@ mod peaks;
 mod rate;
 mod samples;
 mod section;
+mod solids;
 mod sweep;
 mod walls;
 
+pub use clearance::{ClearanceFigures, clearance};
 pub use crests::Crests;
 pub use figures::{Band, Broken, Fault, Figures, MRR_NOISE, Spot, WallFigures};
 pub use options::{Sphere, VerifyOptions};
