@@ -340,14 +340,27 @@ fn rapid(
     if matches!(options.pass.axis, ToolAxis::Fixed(_)) {
         return push(to, axis);
     }
-    let steps = (angle(last.axis, axis) / RAPID_TURN).ceil().max(1.0) as usize;
-    for i in 1..steps {
-        let t = i as f64 / steps as f64;
-        let between = turned(last.axis, axis, t);
-        let level = last.tip.lerp(to, t);
-        push(level + between * (options.rapid_plane - level.dot(between)), between);
+    for (tip, axis) in rapid_steps(Some((last.tip, last.axis)), (to, axis), options.rapid_plane) {
+        push(tip, axis);
     }
-    push(to, axis);
+}
+
+/// Tips and axes of a rapid on the rapid plane in steps, if the axis turns, its start not among them; with no start, its
+/// end alone.
+pub fn rapid_steps(
+    from: Option<(DVec3, DVec3)>,
+    (to, axis): (DVec3, DVec3),
+    rapid_plane: f64,
+) -> Vec<(DVec3, DVec3)> {
+    let Some((start, first)) = from else { return vec![(to, axis)] };
+    let steps = (angle(first, axis) / RAPID_TURN).ceil().max(1.0) as usize;
+    let step = |i: usize| {
+        let t = i as f64 / steps as f64;
+        let between = turned(first, axis, t);
+        let level = start.lerp(to, t);
+        (level + between * (rapid_plane - level.dot(between)), between)
+    };
+    (1..steps).map(step).chain([(to, axis)]).collect()
 }
 
 fn angle(a: DVec3, b: DVec3) -> f64 {

@@ -20,7 +20,7 @@ mod lay;
 mod order;
 
 pub use cut::{CutOptions, cut_passes};
-pub use deliver::{DeliverError, DeliverOptions, Delivered, Deliverer, OnSurface};
+pub use deliver::{DeliverError, DeliverOptions, Delivered, Deliverer, OnSurface, rapid_steps};
 pub use excess::Excess;
 pub use group::Group;
 pub(crate) use group::oriented;
