@@ -53,6 +53,8 @@ pub mod lift;
 
 pub mod machine_time;
 
+pub mod hub;
+
 pub mod link;
 
 mod rest;

@@ -277,6 +277,8 @@ fn documented_defaults_are_the_ones_filled_in() {
             ["distortion", "tensor"].map(|m| format!("{SMALLEST}\n[regions]\nmethod = \"{m}\"\n")),
         )
         .chain([format!("{SMALLEST}\n[texture]\nat = [0, 0, 0]\n")])
+        .chain([SMALLEST.replace("part.stl", "hub.json")
+            + "[path]\npattern = \"hub\"\n[machine]\naxes = \"xyzac\"\n[hub]\nblades = 9\nblade = [\"b.json\"]\n"])
         .map(|text| job::read(text.as_bytes()).unwrap().job.to_toml().parse().unwrap())
         .collect();
     let mut compared = 0;

@@ -3,6 +3,7 @@
 use super::cut::{Cut, Stepover};
 use super::fault::Faults;
 use super::force::{Force, MrrLimit, TrochoidOptions};
+use super::hub::HubOptions;
 use super::output::OutputOptions;
 use super::path::PathOptions;
 use super::regions::RegionOptions;
@@ -10,7 +11,7 @@ use super::surface::{FlattenMethod, SurfaceOptions};
 use super::texture::TextureOptions;
 use crate::footprint::Footprint;
 use crate::machine::{Axes, Machine};
-use crate::tool::Tool;
+use crate::tool::{Assembly, Tool};
 
 /// A complete job: every default filled in, every value checked.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +24,8 @@ pub struct Job {
     pub flatten: FlattenMethod,
     /// The cutter.
     pub tool: Tool,
+    /// The cutter with shank and holder.
+    pub assembly: Assembly,
     /// Number of flutes.
     pub flutes: u32,
     /// Helix angle of the flutes, rad.
@@ -33,6 +36,8 @@ pub struct Job {
     pub regions: RegionOptions,
     /// Passes and links.
     pub path: PathOptions,
+    /// The blades of a blisk, with the pattern `hub`.
+    pub hub: Option<HubOptions>,
     /// Limit on the material removal rate.
     pub force: Force,
     /// Trochoid options.
@@ -65,6 +70,11 @@ impl Job {
             Stepover::Fixed(side_step) => side_step,
             Stepover::Scallop(h) => self.footprint().side_step(h).min(2.0 * self.tool.radius()),
         }
+    }
+
+    /// The files of blades that it names, each once.
+    pub fn blade_files(&self) -> Vec<&str> {
+        self.hub.as_ref().map(HubOptions::files).unwrap_or_default()
     }
 
     /// The cutter as it touches the surface.

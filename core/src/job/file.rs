@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cut::{CutDirection, Inaccessible};
 use super::force::{FeedComponent, ForceControl};
+use super::hub::{BladeSurface, HubChannels, HubPasses};
 use super::output::Picture;
 use super::path::{Boundary, FirstPass, Links, Parameter, Pattern, RingOrder, StartKey, Traverse};
 use super::regions::{Compensation, DistortionMeasure, RegionMethod, RegionOrder};
@@ -59,6 +60,9 @@ pub struct JobFile {
     /// Passes and links.
     #[serde(default)]
     pub path: PathTable,
+    /// The blades of a blisk, with `path.pattern = "hub"`: the surface is its hub.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub hub: HubTable,
     /// The limit on the material removal rate, which stands for the cutting force as long as there is no model of that:
     /// at most one of `mrr_limit` and `relative`.
     #[serde(default)]
@@ -251,6 +255,69 @@ pub struct ToolTable {
     /// Helix angle.
     #[schemars(extend("x-unit" = "deg", "default" = 30.0, "minimum" = 0.0, "maximum" = 75.0))]
     pub helix: Option<f64>,
+    /// Length from the tip to where the shank begins: flutes and neck. With `path.pattern = "hub"`.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "twice the diameter", "minimum" = 0.001, "maximum" = 1000.0))]
+    pub length: Option<f64>,
+    /// Diameter of the shank. With `path.pattern = "hub"`.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "`diameter`", "minimum" = 0.001, "maximum" = 500.0))]
+    pub shank_diameter: Option<f64>,
+    /// Length from the tip to the holder. With `path.pattern = "hub"`.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "ten diameters", "minimum" = 0.001, "maximum" = 2000.0))]
+    pub stickout: Option<f64>,
+    /// The holder as cylinders and cones, from the shank upward. With `path.pattern = "hub"`.
+    #[schemars(extend("x-default" = "none", "minItems" = 1, "maxItems" = 100))]
+    pub holder: Option<Vec<HolderTable>>,
+}
+
+/// A cylinder or a cone of a holder.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("required" = ["diameter", "length"]))]
+pub struct HolderTable {
+    /// Diameter, of a cone that at its lower end.
+    #[schemars(extend("x-unit" = "mm", "minimum" = 0.001, "maximum" = 1000.0))]
+    pub diameter: Option<f64>,
+    /// Diameter at its upper end.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "`diameter`", "minimum" = 0.001, "maximum" = 1000.0))]
+    pub upper_diameter: Option<f64>,
+    /// Length along the axis.
+    #[schemars(extend("x-unit" = "mm", "minimum" = 0.001, "maximum" = 2000.0))]
+    pub length: Option<f64>,
+}
+
+/// `[hub]`.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("required" = ["blades", "blade"]))]
+pub struct HubTable {
+    /// Number of blades, splitters not counted.
+    #[schemars(extend("minimum" = 2, "maximum" = 1000))]
+    pub blades: Option<u32>,
+    /// All surfaces of one blade, with its fillet: NURBS files (json), which are placed as the hub is, or numbers of
+    /// faces of the hub's STEP file. Their edge on the hub bounds the channels.
+    #[schemars(extend("minItems" = 1, "maxItems" = 1000))]
+    pub blade: Option<Vec<BladeSurface>>,
+    /// All surfaces of one splitter blade, with its fillet.
+    #[schemars(extend("x-default" = "there are none", "minItems" = 1, "maxItems" = 1000))]
+    pub splitter: Option<Vec<BladeSurface>>,
+    /// Direction of the axis of rotation, as the hub is placed; need not have length 1.
+    #[schemars(extend("default" = [0.0, 0.0, 1.0], "items" = { "type": "number", "minimum": -1e6, "maximum": 1e6 }))]
+    pub axis: Option<[f64; 3]>,
+    /// A point of the axis of rotation.
+    #[schemars(extend("default" = [0.0, 0.0, 0.0], "items" = { "type": "number", "x-unit": "mm", "minimum": -1e6, "maximum": 1e6 }))]
+    pub origin: Option<[f64; 3]>,
+    /// Distance that cutter, shank and holder keep from blades and fillets.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "2 % of the tool diameter", "minimum" = 1e-4, "maximum" = 100.0))]
+    pub clearance: Option<f64>,
+    /// How far passes go on beyond both ends of a channel.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "half the tool diameter", "minimum" = 0.001, "maximum" = 1000.0))]
+    pub extension: Option<f64>,
+    /// How passes are spaced.
+    #[schemars(extend("default" = "shortest"))]
+    pub passes: Option<HubPasses>,
+    /// Which channels are machined.
+    #[schemars(extend("default" = "all"))]
+    pub channels: Option<HubChannels>,
 }
 
 /// `[cut]`.

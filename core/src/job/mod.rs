@@ -11,6 +11,7 @@ mod document;
 mod fault;
 pub mod file;
 mod force;
+mod hub;
 mod output;
 mod path;
 mod reference;
@@ -33,6 +34,7 @@ pub use cut::{Cut, CutDirection, Inaccessible, Stepover};
 pub use fault::{Fault, Faults, Severity, line_and_column};
 pub use file::JobFile;
 pub use force::{FeedComponent, Force, ForceControl, MrrLimit, TrochoidOptions};
+pub use hub::{BladeSurface, HubChannels, HubOptions, HubPasses};
 pub use output::{OutputOptions, Picture, Post};
 pub use path::{
     Boundary, FirstPass, Links, Parameter, PathOptions, Pattern, RingOrder, Start, StartKey,

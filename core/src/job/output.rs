@@ -25,6 +25,10 @@ pub enum Picture {
     Scallop,
     /// The removal rate that the simulation measured, on the surface.
     Removal,
+    /// The channel of a hub with its blades, passes and tool axes; nothing without a hub.
+    Channel,
+    /// How far the tool stays clear of a hub's blades, along time; nothing without a hub.
+    Clearance,
 }
 
 /// What to write.

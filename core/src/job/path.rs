@@ -24,10 +24,12 @@ pub enum Pattern {
     Mpf,
     /// Rings joined to one continuous path.
     Spiral,
+    /// Passes along the channels between the blades of a blisk, whose hub the surface is.
+    Hub,
 }
 
 impl Pattern {
-    /// All patterns, in the order in which they are compared.
+    /// The patterns for any surface, in the order in which they are compared.
     pub const ALL: [Self; 7] = [
         Self::Contour,
         Self::IsoScallop,
@@ -48,11 +50,13 @@ impl Pattern {
             Self::DirectionField => "direction-field",
             Self::Mpf => "mpf",
             Self::Spiral => "spiral",
+            Self::Hub => "hub",
         }
     }
 
     /// Keys of `[path]` that belong to some patterns only.
-    pub const KEYS: [&str; 6] = ["start", "curve", "along", "angle", "traverse", "order"];
+    pub const KEYS: [&str; 9] =
+        ["start", "curve", "along", "angle", "traverse", "order", "first", "links", "boundary"];
 
     /// Whether one of [`KEYS`](Self::KEYS) says anything about it.
     pub fn uses(self, key: &str) -> bool {
@@ -61,7 +65,8 @@ impl Pattern {
             "along" => self == Self::IsoParametric,
             "angle" => self == Self::IsoPlanar,
             "order" => self.has_rings(),
-            _ => !self.has_rings(),
+            "traverse" => !self.has_rings() && self != Self::Hub,
+            _ => self != Self::Hub,
         }
     }
 

@@ -4,11 +4,12 @@ use super::complete::Job;
 use super::cut::{Cut, Stepover};
 use super::file::{
     AnalyticTable, ComponentKey, ComponentRule, CutTable, DistortionTable, FaceKey, FaceRule,
-    FlattenTable, ForceTable, GcodeTable, JobFile, MachineTable, OutputTable, PathTable, PostKey,
-    RegionsTable, SelectTable, SurfaceTable, TensorTable, TextureTable, ToolTable, TravelTable,
-    TrochoidTable, Units, VERSION,
+    FlattenTable, ForceTable, GcodeTable, HolderTable, HubTable, JobFile, MachineTable,
+    OutputTable, PathTable, PostKey, RegionsTable, SelectTable, SurfaceTable, TensorTable,
+    TextureTable, ToolTable, TravelTable, TrochoidTable, Units, VERSION,
 };
 use super::force::MrrLimit;
+use super::hub::HubOptions;
 use super::output::Post;
 use super::path::{Boundary, PathOptions, Start, StartKey};
 use super::regions::{Division, RegionOptions};
@@ -17,6 +18,7 @@ use super::surface::{AnalyticOptions, Component, Faces, Selection, SurfaceOption
 use super::texture::TextureOptions;
 use super::units::{to_degrees, to_per_minute};
 use crate::machine::Machine;
+use crate::tool::AssemblyPart;
 
 impl Job {
     /// The job as a job file, in mm, mm/min, degrees, with every default written out.
@@ -41,6 +43,7 @@ impl Job {
             cut: cut_table(&self.cut),
             regions: regions_table(&self.regions),
             path: path_table(&self.path),
+            hub: self.hub.as_ref().map(hub_table).unwrap_or_default(),
             force: self.force_table(),
             trochoid: TrochoidTable {
                 max_step: Some(self.trochoid.max_step),
@@ -60,6 +63,28 @@ impl Job {
             corner_radius: Some(self.tool.corner_radius()),
             flutes: Some(self.flutes),
             helix: Some(to_degrees(self.helix)),
+            ..self.shank_and_holder()
+        }
+    }
+
+    /// What of the tool is above the cutter, where it is asked for.
+    fn shank_and_holder(&self) -> ToolTable {
+        if self.hub.is_none() {
+            return ToolTable::default();
+        }
+        let of_part = |part| self.assembly.sections.iter().filter(move |s| s.part == part);
+        let holder = of_part(AssemblyPart::Holder).map(|s| HolderTable {
+            diameter: Some(2.0 * s.radii[0]),
+            upper_diameter: Some(2.0 * s.radii[1]),
+            length: Some(s.heights[1] - s.heights[0]),
+        });
+        let holder: Vec<HolderTable> = holder.collect();
+        ToolTable {
+            length: Some(self.assembly.cutter_length),
+            shank_diameter: of_part(AssemblyPart::Shank).next().map(|s| 2.0 * s.radii[0]),
+            stickout: of_part(AssemblyPart::Shank).next().map(|s| s.heights[1]),
+            holder: (!holder.is_empty()).then_some(holder),
+            ..ToolTable::default()
         }
     }
 
@@ -128,10 +153,10 @@ fn path_table(path: &PathOptions) -> PathTable {
         along: path.along,
         angle: path.angle.map(to_degrees),
         traverse: uses("traverse").then_some(path.traverse),
-        first: Some(path.first),
+        first: uses("first").then_some(path.first),
         order: uses("order").then_some(path.order),
-        links: Some(path.links),
-        boundary: Some(path.boundary),
+        links: uses("links").then_some(path.links),
+        boundary: uses("boundary").then_some(path.boundary),
         wall_height: (path.boundary == Boundary::Wall).then_some(path.wall_height),
         wall_file: path.wall_file.clone(),
     }
@@ -209,6 +234,20 @@ fn cut_table(cut: &Cut) -> CutTable {
         allowance: Some(cut.allowance),
         direction: Some(cut.direction),
         inaccessible: Some(cut.inaccessible),
+    }
+}
+
+fn hub_table(hub: &HubOptions) -> HubTable {
+    HubTable {
+        blades: Some(hub.blades),
+        blade: Some(hub.blade.clone()),
+        splitter: (!hub.splitter.is_empty()).then(|| hub.splitter.clone()),
+        axis: Some(hub.axis.to_array()),
+        origin: Some(hub.origin.to_array()),
+        clearance: Some(hub.clearance),
+        extension: Some(hub.extension),
+        passes: Some(hub.passes),
+        channels: Some(hub.channels),
     }
 }
 

@@ -25,6 +25,9 @@ pub enum LevelSetError {
         /// Largest distance from the boundary, passes.
         passes: f64,
     },
+    /// The passes are not level curves.
+    #[error("passes: the pattern hub lies between blades; give them in [hub]")]
+    NeedsBlades,
     /// The start curve does not cross the surface.
     #[error(
         "passes: the start curve crosses no face of the surface; give path.curve points near it"

@@ -115,6 +115,7 @@ pub fn lay_out(
         Pattern::IsoParametric => sketch.iso_parametric(parameters)?,
         Pattern::IsoPlanar => sketch.iso_planar()?,
         Pattern::DirectionField => sketch.direction_field()?,
+        Pattern::Hub => return Err(LevelSetError::NeedsBlades),
     };
     Ok(laid(mesh, field, options))
 }

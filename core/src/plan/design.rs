@@ -1,8 +1,10 @@
 //! The files that a job names → its surface, and the part to which it belongs.
 
+use super::blades::{self, ChannelParts};
 use super::error::{FARTHEST, PlanError};
 use super::load::{Files, SurfaceKeys, load, load_beside};
 use crate::geometry::DVec3;
+use crate::hub::Passage;
 use crate::machine::Axes;
 use crate::reach::{Aside, Reached, reach, turn_outward};
 use crate::surface::{Part, Surface, Warning, Whole};
@@ -31,6 +33,8 @@ pub struct Design {
     pub(super) part: Part,
     /// The mesh beside the surface.
     pub(super) beside: Option<Part>,
+    /// The channel of a hub that the surface is, and the hub about it.
+    pub(super) passage: Option<(Passage, Part)>,
 }
 
 impl Design {
@@ -39,6 +43,9 @@ impl Design {
     /// # Errors
     /// [`PlanError`]: a surface that cannot be read or used, or of which nothing can be reached.
     pub fn new(keys: &SurfaceKeys, files: Files, threads: usize) -> Result<Self, PlanError> {
+        if let Some(hub) = &keys.hub {
+            return Self::of_channel(blades::channel(keys, files, hub)?, keys.axes);
+        }
         let Whole { mut part, mut machined, surface, mut warnings } = load(keys, files)?;
         let beside = load_beside(keys, files)?;
         refuse_too_far(keys.axes, &part)?;
@@ -61,7 +68,50 @@ impl Design {
             rest.add(beside);
             guarded.add(beside);
         }
-        Ok(Self { surface, pieces, aside, bridges, rest, guarded, warnings, part, beside })
+        Ok(Self {
+            surface,
+            pieces,
+            aside,
+            bridges,
+            rest,
+            guarded,
+            warnings,
+            part,
+            beside,
+            passage: None,
+        })
+    }
+
+    /// A channel of a hub, between two blades.
+    fn of_channel(parts: ChannelParts, axes: Axes) -> Result<Self, PlanError> {
+        let ChannelParts { passage, built, about } = parts;
+        let mut rest = passage.blades().clone();
+        rest.add(&about);
+        let mut part = built.part;
+        part.add(&rest);
+        refuse_too_far(axes, &part)?;
+        Ok(Self {
+            surface: built.surface,
+            pieces: 1,
+            aside: None,
+            bridges: Vec::new(),
+            guarded: rest.clone(),
+            rest,
+            warnings: built.warnings,
+            part,
+            beside: None,
+            passage: Some((passage, about)),
+        })
+    }
+
+    /// The channel of a hub that the surface is, if it is one.
+    pub fn passage(&self) -> Option<&Passage> {
+        self.passage.as_ref().map(|(passage, _)| passage)
+    }
+
+    /// The hub about that channel.
+    pub fn hub_about(&self) -> Option<&Part> {
+        self.passage.as_ref().map(|(_, about)| about)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::flatten::FlattenError;
 use crate::geometry::DVec3;
+use crate::hub::HubError;
 use crate::level_set::LevelSetError;
 use crate::link::DeliverError;
 use crate::mesh::ReadError;
@@ -43,6 +44,17 @@ pub enum PlanError {
     /// The triangles are not a usable surface.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
+    /// A surface of a blade cannot be used.
+    #[error("hub: {key}: {what}")]
+    Blade {
+        /// The key that names it.
+        key: &'static str,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// The channels of a hub cannot be planned.
+    #[error(transparent)]
+    Hub(Box<HubError>),
     /// Nothing of the part can be reached.
     #[error(transparent)]
     Reach(#[from] ReachError),
@@ -163,5 +175,11 @@ fn without_subject(error: &PlanError) -> String {
     match whole.split_once(": ") {
         Some((subject, rest)) if !subject.contains(' ') => rest.to_owned(),
         _ => whole,
+    }
+}
+
+impl From<HubError> for PlanError {
+    fn from(error: HubError) -> Self {
+        Self::Hub(Box::new(error))
     }
 }

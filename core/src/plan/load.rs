@@ -2,8 +2,8 @@
 
 use super::error::PlanError;
 use crate::job::{
-    AnalyticKind, AnalyticOptions, AnalyticParameters, FlattenMethod, Job, SurfaceOptions,
-    SurfaceSource,
+    AnalyticKind, AnalyticOptions, AnalyticParameters, FlattenMethod, HubOptions, Job,
+    SurfaceOptions, SurfaceSource,
 };
 use crate::machine::Axes;
 use crate::mesh::{MeshFormat, read};
@@ -25,13 +25,29 @@ pub struct Files<'a> {
     pub surface: Option<&'a [u8]>,
     /// Content of the mesh file beside it, `path.wall_file`; `None` if there is none.
     pub wall: Option<&'a [u8]>,
+    /// Names and contents of the files of blades, `hub.blade` and `hub.splitter`.
+    pub blades: &'a [(String, Vec<u8>)],
 }
 
 impl<'a> Files<'a> {
     /// The files of a job that names at most a surface.
     pub fn of_surface(surface: Option<&'a [u8]>) -> Self {
-        Self { surface, wall: None }
+        Self { surface, ..Self::default() }
     }
+
+    /// The file of a blade that the job calls so.
+    pub(super) fn named(&self, name: &str) -> Option<&'a [u8]> {
+        self.blades.iter().find(|(held, _)| held == name).map(|(_, bytes)| &bytes[..])
+    }
+}
+
+/// What the channel of a hub depends on besides the hub.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct HubKeys {
+    pub options: HubOptions,
+    /// Radius of the cutter, mm.
+    pub radius: f64,
+    pub tolerance: f64,
 }
 
 /// All keys of a job on which its surface and the flat map depend, and whether they can be used.
@@ -48,6 +64,8 @@ pub struct SurfaceKeys {
     /// Where the surface is what the cutter reaches of the part: the cutter, what it leaves on the part, mm, and the
     /// tolerance, mm.
     reached_by: Option<(Tool, f64, f64)>,
+    /// Where it is a channel of a hub, on what that depends.
+    pub(super) hub: Option<HubKeys>,
 }
 
 impl SurfaceKeys {
@@ -59,6 +77,11 @@ impl SurfaceKeys {
             wall_file: job.path.wall_file.clone(),
             chord: job.surface.chord.unwrap_or(CHORD * job.cut.tolerance),
             axes: job.machine.axes,
+            hub: job.hub.as_ref().map(|options| HubKeys {
+                options: options.clone(),
+                radius: job.tool.radius(),
+                tolerance: job.cut.tolerance,
+            }),
             reached_by: job
                 .surface
                 .steepest

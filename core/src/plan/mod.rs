@@ -4,11 +4,14 @@
 //! 2. Passes are laid out on it, and a path over them in the flat plane: [`Laid`].
 //! 3. The path is delivered on the surface: [`Planned`].
 
+mod blades;
 mod delivery;
 mod design;
 mod error;
+mod hub;
 mod laid;
 mod load;
+mod parameter_map;
 mod plane;
 mod planned;
 mod prepared;
@@ -21,7 +24,7 @@ pub use error::PlanError;
 pub use laid::Laid;
 pub use load::{Files, SurfaceKeys};
 pub use planned::{Passes, Planned, Tightest};
-pub use prepared::{Flattening, Prepared};
+pub use prepared::{Flattening, MapKind, Prepared};
 pub use stage::Stage;
 use std::sync::Arc;
 
@@ -55,5 +58,10 @@ pub fn plan_on(
     threads: usize,
     progress: &mut dyn FnMut(Stage, f64),
 ) -> Result<Planned, PlanError> {
-    Laid::new(prepared, job, threads, progress)?.planned(progress)
+    match &prepared.design.passage {
+        Some(passage) if job.hub.is_some() => {
+            hub::planned(prepared, passage, job, threads, progress)
+        }
+        _ => Laid::new(prepared, job, threads, progress)?.planned(progress),
+    }
 }

@@ -7,6 +7,7 @@ use super::prepared::Prepared;
 use super::stage::Stage;
 use crate::cutter_location::LiftedSpan;
 use crate::geometry::DVec3;
+use crate::hub::ChannelFigures;
 use crate::job::Job;
 use crate::level_set::ClosingReport;
 use crate::machine_time::fill_time;
@@ -39,6 +40,8 @@ pub struct Planned {
     pub coverage: Coverage,
     /// How high cusps may be.
     pub cusps: CuspBudget,
+    /// The channels of a hub, if it is a path through them.
+    pub channels: Option<ChannelFigures>,
 }
 
 /// The passes of a plan in figures.
@@ -95,6 +98,7 @@ impl Laid<'_> {
             lifted,
             coverage,
             cusps: ground.cusps,
+            channels: None,
             passes: Passes::of(ground, flat.loops),
         })
     }
@@ -120,7 +124,7 @@ impl Passes {
 
 impl Tightest {
     /// `None` where nothing is concave.
-    fn of(job: &Job, prepared: &Prepared) -> Option<Self> {
+    pub(super) fn of(job: &Job, prepared: &Prepared) -> Option<Self> {
         let (surface, operators) = (&prepared.surface, prepared.curvature.operators());
         let k_min = |i: usize| operators[i].principal().0;
         let count = surface.positions().len();

@@ -3,10 +3,12 @@
 use super::design::Design;
 use super::error::PlanError;
 use super::load::{Files, SurfaceKeys};
+use super::parameter_map;
 use super::stage::Stage;
 use crate::cutter_location::CheckMesh;
 use crate::flatten::{Chart, FlattenError, Locator, Quality, abf, bff};
 use crate::geometry::DVec2;
+use crate::hub::ChannelLines;
 use crate::job::{FlattenMethod, Job};
 use crate::surface::{CurvatureField, Part, Surface};
 use core::ops::Deref;
@@ -38,8 +40,19 @@ pub struct Flattening {
     pub steps: usize,
     /// By how much the angles of the map contradict each other; 0 where they are not sought.
     pub residual: f64,
-    /// Whether it is the view along the tool axis, which turns no face of a reached surface over.
-    pub is_view: bool,
+    /// What kind of map it is.
+    pub kind: MapKind,
+}
+
+/// Kinds of flat maps.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum MapKind {
+    /// A conformal map.
+    Conformal,
+    /// The view along the tool axis, which turns no face of a reached surface over.
+    View,
+    /// The parameters of the surface.
+    Parameters,
 }
 
 impl Deref for Prepared {
@@ -67,6 +80,10 @@ impl Prepared {
         progress(Stage::Flatten, 0.0);
         let surface = &design.surface;
         let (chart, flattening) = match design.aside {
+            None if design.passage.is_some() => {
+                let kind = MapKind::Parameters;
+                (parameter_map::parameters(surface), Flattening { steps: 0, residual: 0.0, kind })
+            }
             None => flatten(keys.flatten, surface)?,
             Some(_) if design.pieces > 1 => view(surface),
             Some(_) => flatten(keys.flatten, surface).unwrap_or_else(|_| view(surface)),
@@ -93,6 +110,11 @@ impl Prepared {
         self.chart.locator(&self.surface)
     }
 
+    /// The lines of the channel of a hub in the flat map, flat mm, if the surface is one.
+    pub fn channel_lines(&self) -> Option<ChannelLines> {
+        parameter_map::lines(&self.surface, &self.chart, self.passage()?)
+    }
+
     /// How far the facets may be off a smooth surface, mm.
     pub(super) fn chord(&self) -> f64 {
         self.surface.parameters().map_or(0.0, |_| self.keys.chord)
@@ -102,17 +124,20 @@ impl Prepared {
 /// The view along the tool axis as a flat map.
 fn view(surface: &Surface) -> (Chart, Flattening) {
     let flat: Vec<DVec2> = surface.positions().iter().map(|p| p.truncate()).collect();
-    (Chart::new(surface, flat), Flattening { steps: 0, residual: 0.0, is_view: true })
+    (Chart::new(surface, flat), Flattening { steps: 0, residual: 0.0, kind: MapKind::View })
 }
 
 fn flatten(method: FlattenMethod, surface: &Surface) -> Result<(Chart, Flattening), FlattenError> {
     match method {
         FlattenMethod::Bff => {
-            Ok((bff(surface)?, Flattening { steps: 1, residual: 0.0, is_view: false }))
+            Ok((bff(surface)?, Flattening { steps: 1, residual: 0.0, kind: MapKind::Conformal }))
         }
         FlattenMethod::Abf => {
             let map = abf(surface)?;
-            Ok((map.chart, Flattening { steps: map.steps, residual: map.residual, is_view: false }))
+            Ok((
+                map.chart,
+                Flattening { steps: map.steps, residual: map.residual, kind: MapKind::Conformal },
+            ))
         }
     }
 }

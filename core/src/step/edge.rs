@@ -1,11 +1,18 @@
 //! The edges of faces: their curves in space, and points along them.
 
 use crate::geometry::DVec3;
+use crate::geometry::distance_to_segment;
 use crate::geometry::math::{atan2, cos, sin};
 use crate::nurbs::NurbsCurve;
 
 /// Points along an edge, at least and at most.
 const SAMPLES: (usize, usize) = (16, 1024);
+
+/// Distance of two edges that are one, as a part of the extent of all edges: faces of surfaces fitted one by one meet so
+/// nearly. Larger closes the blunt end of a thin blade.
+const ONE_EDGE: f64 = 1e-4;
+/// Places of an edge that are looked for on another.
+const LOOKED_FOR: usize = 32;
 
 /// The curve of an edge.
 #[derive(Clone, Debug)]
@@ -154,6 +161,31 @@ impl Edges {
         }
         loops
     }
+}
+
+/// Of edges and the numbers of their faces those at which no other face goes on, as points within `chord`.
+pub(super) fn outer(edges: &[(usize, &Edge)], chord: f64) -> Vec<Vec<DVec3>> {
+    let uses = |edge: &Edge| edges.iter().filter(|(_, other)| other.id == edge.id).count();
+    let single: Vec<(usize, Vec<DVec3>)> = edges
+        .iter()
+        .filter(|(_, edge)| uses(edge) == 1)
+        .map(|(face, edge)| (*face, edge.within(chord)))
+        .collect();
+    let all = || single.iter().flat_map(|(_, line)| line);
+    let (low, high) = all()
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
+    let near = ONE_EDGE * (high - low).length();
+    let is_inner = |(face, line): &(usize, Vec<DVec3>)| {
+        let others: Vec<&Vec<DVec3>> =
+            single.iter().filter(|(other, _)| other != face).map(|(_, line)| line).collect();
+        let is_met = |p: &DVec3| {
+            let mut sides = others.iter().flat_map(|other| other.windows(2));
+            sides.any(|w| distance_to_segment(*p, w[0], w[1]) <= near)
+        };
+        line.iter().step_by((line.len() / LOOKED_FOR).max(1)).all(is_met)
+    };
+    let bounds = single.iter().filter(|edge| !is_inner(edge));
+    bounds.map(|(_, line)| line.clone()).collect()
 }
 
 /// A point of an ellipse.

@@ -1,7 +1,8 @@
 //! The faces of a file: chosen, listed, meshed.
 
+use super::edge::{Edge, outer};
 use super::error::StepError;
-use super::face::StepFace;
+use super::face::{StepFace, Trimmed};
 use super::model::faces;
 use super::part21::parse;
 use super::trim::loops;
@@ -69,14 +70,8 @@ impl StepFile {
         (matrix, shift): (DMat3, DVec3),
         options: MeshOptions,
     ) -> Result<FaceMesh, StepError> {
-        let face = &self.faces[index];
-        let fault = |what: String| StepError::Face {
-            face: index + 1,
-            id: face.id,
-            kind: face.kind.clone(),
-            what,
-        };
-        let shape = face.shape.as_ref().map_err(|what| fault(what.clone()))?;
+        let fault = |what: String| self.fault(index, what);
+        let shape = self.shape(index)?;
         let of_nurbs = |error: NurbsError| fault(error.to_string());
         let scale = cbrt(matrix.determinant().abs());
         let loops = loops(&shape.surface, &shape.edges, options.chord / scale, shape.reversed);
@@ -87,6 +82,57 @@ impl StepFile {
             turn_faces(&mut mesh.soup, |_| true);
         }
         Ok(FaceMesh { surface, mesh })
+    }
+
+    /// The surface of face `index`, from 0, as far as the file has it, whatever part of it is the face.
+    ///
+    /// # Errors
+    /// [`StepError::Face`] with what keeps it from being used.
+    pub fn surface(
+        &self,
+        index: usize,
+        (matrix, shift): (DMat3, DVec3),
+    ) -> Result<NurbsSurface, StepError> {
+        let shape = self.shape(index)?;
+        let of_nurbs = |error: NurbsError| self.fault(index, error.to_string());
+        shape.surface.transformed(matrix, shift).map_err(of_nurbs)
+    }
+
+    /// The ends of the edges of face `index`, from 0, mm; none of a face that cannot be used.
+    pub fn corners(&self, index: usize) -> Vec<DVec3> {
+        let shape = self.faces.get(index).and_then(|face| face.shape.as_ref().ok());
+        let edges = shape.into_iter().flat_map(|shape| shape.edges.bounds.iter().flatten());
+        edges.flat_map(|edge| edge.ends).collect()
+    }
+
+    /// The edges that bound `faces`, from 0, taken together: points of each in a row, the lines between them within
+    /// `chord` mm of it. Edges at which one of the faces goes on in another, or in itself, are left out, also where the
+    /// file does not say so but has both edges in one place.
+    ///
+    /// # Errors
+    /// [`StepError::Face`] with what keeps a face from being used.
+    pub fn boundary(
+        &self,
+        faces: &[usize],
+        (matrix, shift): (DMat3, DVec3),
+        chord: f64,
+    ) -> Result<Vec<Vec<DVec3>>, StepError> {
+        let chord = chord / cbrt(matrix.determinant().abs());
+        let mut edges: Vec<(usize, &Edge)> = Vec::new();
+        for &face in faces {
+            edges.extend(self.shape(face)?.edges.bounds.iter().flatten().map(|e| (face, e)));
+        }
+        let outer = outer(&edges, chord).into_iter();
+        Ok(outer.map(|line| line.into_iter().map(|p| matrix * p + shift).collect()).collect())
+    }
+
+    fn shape(&self, index: usize) -> Result<&Trimmed, StepError> {
+        self.faces[index].shape.as_ref().map_err(|what| self.fault(index, what.clone()))
+    }
+
+    fn fault(&self, index: usize, what: String) -> StepError {
+        let face = &self.faces[index];
+        StepError::Face { face: index + 1, id: face.id, kind: face.kind.clone(), what }
     }
 
     /// Number, kind and area of every face as one line, coarsely measured.

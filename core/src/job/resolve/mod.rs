@@ -5,6 +5,7 @@
 
 mod cutting;
 mod force;
+mod hub;
 mod machine;
 mod name;
 mod output;
@@ -64,16 +65,23 @@ impl Resolver<'_> {
         let trochoid = self.trochoid(tool, &machine);
         let force = self.force();
         let file = self.file;
+        let (surface, tool) = (surface?, tool?);
+        let regions = self.regions(tool);
+        let cut = cut?;
+        let assembly = self.assembly(tool);
+        let hub = self.hub((&surface, &tool), (&cut, &force, &machine));
         let mut job = Job {
             name,
-            surface: surface?,
+            surface,
             flatten: file.flatten.method.unwrap_or(FlattenMethod::Bff),
-            tool: tool?,
+            assembly,
+            tool,
             flutes: file.tool.flutes.unwrap_or(4),
             helix: radians(file.tool.helix.unwrap_or(30.0)),
-            regions: self.regions(tool?),
-            cut: cut?,
+            regions,
+            cut,
             path: self.path(),
+            hub,
             force,
             trochoid: trochoid?,
             machine,

@@ -14,8 +14,12 @@ impl Resolver<'_> {
             Some(RegionMethod::Tensor) => Some(Picture::Tensor),
         };
         let all = || {
-            use Picture::{Flat, Mrr, Removal, Scallop, Surface};
+            use Picture::{Channel, Clearance, Flat, Mrr, Removal, Scallop, Surface};
             let mut all = vec![Flat, Surface, Mrr, Scallop, Removal];
+            if self.is_hub() {
+                all.insert(2, Channel);
+                all.push(Clearance);
+            }
             division.into_iter().for_each(|picture| all.insert(2, picture));
             all
         };
