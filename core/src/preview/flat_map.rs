@@ -1,7 +1,7 @@
 //! The path in the plane of the chart.
 
 use super::colour;
-use super::path_layers::{PathLayers, Tint, legend, line_width, scale_bar};
+use super::path_layers::{LIST_STEP, PathLayers, Tint, legend, line_width, list_line, scale_bar};
 use super::placement::Placement;
 use super::svg::{Anchor, Stroke, Svg};
 use crate::flatten::Chart;
@@ -15,20 +15,62 @@ const MARGIN: f64 = 30.0;
 const HEADER: f64 = 50.0;
 const LEGEND_WIDTH: f64 = 170.0;
 const LEGEND_HEIGHT: f64 = 330.0;
+/// With the lines of a channel.
+const LEGEND_WITH_LINES: f64 = LEGEND_HEIGHT + 3.0 * LIST_STEP;
+const OUTLINE: Stroke = Stroke::solid(colour::INK, 1.0);
+const EDGE: Stroke = Stroke::solid(colour::RETURN, 1.3);
+const ACROSS: Stroke = Stroke::solid(colour::RETURN, 0.7);
+
+/// Lines of the channel of a hub, flat mm; none of any other surface.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FlatLines {
+    /// The edges of the blades, or of their fillets, on the hub.
+    pub edges: Vec<Vec<DVec2>>,
+    /// Lines across the channel.
+    pub across: Vec<Vec<DVec2>>,
+}
+
+impl FlatLines {
+    fn is_empty(&self) -> bool {
+        self.edges.is_empty() && self.across.is_empty()
+    }
+
+    fn draw(&self, svg: &mut Svg, frame: &Frame) {
+        for (lines, stroke) in [(&self.across, ACROSS), (&self.edges, EDGE)] {
+            for line in lines {
+                let placed: Vec<DVec2> = line.iter().map(|p| frame.place(*p)).collect();
+                svg.polyline(&placed, stroke);
+            }
+        }
+    }
+
+    fn explain(svg: &mut Svg, at: DVec2) {
+        let entries =
+            [(EDGE, "edge of the blade"), (OUTLINE, "its offset"), (ACROSS, "cross line")];
+        entries.into_iter().fold(at, |at, (stroke, label)| list_line(svg, at, stroke, label));
+    }
+}
 
 /// The outline of the flat surface with its holes, and the path in it coloured by removal rate, or
 /// where that is not limited by the time of cutting.
 ///
-/// `limit`: removal rate at the end of the colour scale, mm³/s. The chart is turned so that it
-/// lies broad.
-pub fn flat_map(surface: &Surface, chart: &Chart, path: &Toolpath, limit: Option<f64>) -> String {
+/// `lines`: those of a channel. `limit`: removal rate at the end of the colour scale, mm³/s. The chart is turned so
+/// that it lies broad.
+pub fn flat_map(
+    surface: &Surface,
+    chart: &Chart,
+    lines: &FlatLines,
+    path: &Toolpath,
+    limit: Option<f64>,
+) -> String {
     let tint = Tint::of(path, limit);
     let outlines = outlines(surface, chart);
-    let frame = Frame::around(&outlines);
+    let frame = Frame::with_lines(&outlines, lines);
+    let legend_height = if lines.is_empty() { LEGEND_HEIGHT } else { LEGEND_WITH_LINES };
     let map = frame.size * frame.scale;
     let size = DVec2::new(
         map.x + 3.0 * MARGIN + LEGEND_WIDTH,
-        HEADER + map.y.max(LEGEND_HEIGHT) + 2.0 * MARGIN,
+        HEADER + map.y.max(legend_height) + 2.0 * MARGIN,
     );
     let mut svg = Svg::new(
         size.x,
@@ -42,12 +84,16 @@ pub fn flat_map(surface: &Surface, chart: &Chart, path: &Toolpath, limit: Option
     svg.text(DVec2::new(MARGIN, 30.0), Anchor::Start, 16.0, "Path in the flat map");
     let placed: Vec<Vec<DVec2>> =
         outlines.iter().map(|l| l.iter().map(|&p| frame.place(p)).collect()).collect();
-    svg.region(&placed, colour::MATERIAL, Some(Stroke::solid(colour::INK, 1.0)));
+    svg.region(&placed, colour::MATERIAL, Some(OUTLINE));
+    lines.draw(&mut svg, &frame);
     let mut layers = PathLayers::new(tint);
     let length = add_path(&mut layers, &frame, path);
     let area = surface.area() * frame.scale * frame.scale;
     layers.draw(&mut svg, line_width(area / length.max(1.0)));
-    legend(&mut svg, DVec2::new(map.x + 2.0 * MARGIN, HEADER), tint);
+    let below = legend(&mut svg, DVec2::new(map.x + 2.0 * MARGIN, HEADER), tint);
+    if !lines.is_empty() {
+        FlatLines::explain(&mut svg, below);
+    }
     scale_bar(&mut svg, DVec2::new(MARGIN, size.y - 24.0), frame.scale, "mm (flat)");
     svg.finish()
 }
@@ -59,8 +105,8 @@ pub(super) fn outlines(surface: &Surface, chart: &Chart) -> Vec<Vec<DVec2>> {
 }
 
 /// Where [`flat_map`] shows flat places.
-pub(super) fn placement(surface: &Surface, chart: &Chart) -> Placement {
-    let frame = Frame::around(&outlines(surface, chart));
+pub(super) fn placement(surface: &Surface, chart: &Chart, lines: &FlatLines) -> Placement {
+    let frame = Frame::with_lines(&outlines(surface, chart), lines);
     let [origin, x, y] = [DVec2::ZERO, DVec2::X, DVec2::Y].map(|p| frame.place(p));
     let row = |of: fn(DVec2) -> f64| [of(x) - of(origin), of(y) - of(origin), 0.0, of(origin)];
     let map = frame.size * frame.scale;
@@ -80,6 +126,11 @@ pub(super) struct Frame {
 }
 
 impl Frame {
+    /// The frame around outlines and the edges beside them.
+    fn with_lines(outlines: &[Vec<DVec2>], lines: &FlatLines) -> Self {
+        Self::around(&[outlines, &lines.edges].concat())
+    }
+
     /// The frame in which the outlines' bounding box is smallest, lying broad.
     pub fn around(outlines: &[Vec<DVec2>]) -> Self {
         let boxed = |degrees: u32| {
@@ -147,7 +198,8 @@ mod tests {
     fn same_input_same_bytes() {
         let s = samples::bump(20);
         let path = samples::rings(&s, 2_000);
-        let draw = || flat_map(&s.surface, &s.chart, &path, Some(samples::LIMIT));
+        let draw =
+            || flat_map(&s.surface, &s.chart, &FlatLines::default(), &path, Some(samples::LIMIT));
         assert_eq!(draw(), draw());
     }
 
@@ -156,7 +208,9 @@ mod tests {
         let s = samples::bump(20);
         let path = samples::rings(&s, 200_000);
         assert_eq!(path.points.len(), 200_000);
-        let bytes = flat_map(&s.surface, &s.chart, &path, Some(samples::LIMIT)).len();
+        let bytes =
+            flat_map(&s.surface, &s.chart, &FlatLines::default(), &path, Some(samples::LIMIT))
+                .len();
         assert!(bytes < 5_000_000, "{bytes}");
     }
 
@@ -170,6 +224,9 @@ mod tests {
     #[test]
     fn empty_path_is_drawn() {
         let s = samples::bump(4);
-        assert!(flat_map(&s.surface, &s.chart, &Toolpath::default(), None).ends_with("</svg>\n"));
+        assert!(
+            flat_map(&s.surface, &s.chart, &FlatLines::default(), &Toolpath::default(), None)
+                .ends_with("</svg>\n")
+        );
     }
 }

@@ -4,7 +4,8 @@
 //! pointer by placing the tables' rows and looking for the nearest. Tables hold single-precision
 //! numbers, a few to a row, one row after the other.
 
-use super::flat_map;
+use super::channel_view::{self, ChannelScene};
+use super::flat_map::{self, FlatLines};
 use super::heat_map::{self, opening_rate};
 use super::heat_scale::{PLAIN, Scale};
 use super::mrr_chart::{self, ChartPlacement};
@@ -90,6 +91,8 @@ pub struct Linked {
     pub scallop: Option<Placement>,
     /// Where `removal.svg` does.
     pub removal: Option<Placement>,
+    /// Where `channel.svg` does; `None` without the channel of a hub.
+    pub channel: Option<Placement>,
     /// Where `mrr.svg` shows times and rates.
     pub chart: ChartPlacement,
     /// The path that is delivered.
@@ -120,6 +123,10 @@ pub struct Drawn<'a> {
     pub surface: &'a Surface,
     /// Its flat image.
     pub chart: &'a Chart,
+    /// The lines of its channel.
+    pub lines: &'a FlatLines,
+    /// That channel, of a hub.
+    pub channel: Option<ChannelScene<'a>>,
     /// The path that is delivered.
     pub path: &'a Toolpath,
     /// For each point of it the place on the surface.
@@ -151,10 +158,13 @@ impl Linked {
             .map_or_else(Default::default, |h| [&h.residual, &h.rate].map(Scale::colours));
         let scallop = |v| heat_map::residual_placement(design, drawn.rest, v, drawn.tolerance);
         Self {
-            flat: flat_map::placement(drawn.surface, drawn.chart),
+            flat: flat_map::placement(drawn.surface, drawn.chart, drawn.lines),
             surface: surface_view::placement(drawn.surface),
             scallop: drawn.verification.map(scallop),
             removal: drawn.verification.map(|_| heat_map::rate_placement(design, drawn.rest)),
+            channel: drawn
+                .channel
+                .map(|scene| channel_view::placement(&scene, drawn.path, drawn.contacts)),
             chart: mrr_chart::placement(&before, &after, drawn.limit.unwrap_or(0.0)),
             path: path_table(drawn.path, drawn.contacts),
             plain: [single(&before.time, 1.0), single(&before.mrr, MINUTE)],
@@ -301,6 +311,8 @@ mod tests {
         Linked::of(&Drawn {
             surface: &s.surface,
             chart: &s.chart,
+            lines: &FlatLines::default(),
+            channel: None,
             path,
             contacts: &s.contacts(path),
             plain: None,
@@ -338,7 +350,13 @@ mod tests {
             assert!(svg.contains(&format!("\"M{x} {y}l")), "{x} {y}");
         };
         let flat = path.points[0].flat.unwrap().extend(0.0);
-        let svg = flat_map::flat_map(&s.surface, &s.chart, &path, Some(samples::LIMIT));
+        let svg = flat_map::flat_map(
+            &s.surface,
+            &s.chart,
+            &FlatLines::default(),
+            &path,
+            Some(samples::LIMIT),
+        );
         starts(&svg, linked.flat.place(flat));
         let contacts = s.contacts(&path);
         let svg = surface_view::surface_view(&s.surface, &path, &contacts, Some(samples::LIMIT));

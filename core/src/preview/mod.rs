@@ -1,9 +1,11 @@
 //! Pictures of a finished path, as SVG text whose bytes depend on nothing but the input.
 //!
 //! [`flat_map`] shows the path in the plane, [`surface_view`] on the surface, [`mrr_chart`] the
-//! removal rate along time; [`residual_map`] and [`rate_map`] show what the judge found. All are drawn on a light ground, in units of the screen, and colour the
+//! removal rate along time; [`channel_view`] and [`clearance_chart`] are those of a hub; [`residual_map`] and [`rate_map`] show what the judge found. All are drawn on a light ground, in units of the screen, and colour the
 //! removal rate on the same scale.
 
+mod channel_view;
+mod clearance_chart;
 mod colour;
 mod comparison;
 mod flat_map;
@@ -25,8 +27,10 @@ mod texture_map;
 mod texture_png;
 mod view;
 
+pub use channel_view::{ChannelScene, channel_view};
+pub use clearance_chart::{Clearances, clearance_chart};
 pub use comparison::{Bars, comparison};
-pub use flat_map::flat_map;
+pub use flat_map::{FlatLines, flat_map};
 pub use heat_map::{rate_map, residual_map};
 pub use linked::{Drawn, Linked, MeshTable, PathTable, SampleTable};
 pub use mrr_chart::{ChartPlacement, mrr_chart};

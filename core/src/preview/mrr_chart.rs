@@ -143,7 +143,7 @@ fn grid(svg: &mut Svg, axes: &Axes, corner: DVec2) {
 }
 
 /// A step of time that reads well, at most eight to the axis.
-fn time_step(duration: f64) -> f64 {
+pub(super) fn time_step(duration: f64) -> f64 {
     let seconds = [1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1800.0];
     if duration < 8.0 {
         return round_step(duration, 8.0);

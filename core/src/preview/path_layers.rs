@@ -14,6 +14,9 @@ const AT_LIMIT: f64 = 1.0 + 1e-6;
 /// Largest displacement by leaving out points, px: invisible.
 const TOLERANCE: f64 = 0.02;
 
+/// From one entry of the list of lines to the next, px.
+pub const LIST_STEP: f64 = 20.0;
+
 /// Layers in drawing order.
 const RAPID: usize = 0;
 const LINK: usize = 1;
@@ -185,8 +188,8 @@ fn farthest(points: &[DVec2], from: usize, to: usize) -> Option<usize> {
     worst.1
 }
 
-/// Colour bar and the list of lines, from the upper left corner `at`, 170 x 330 px.
-pub fn legend(svg: &mut Svg, at: DVec2, tint: Tint) {
+/// Colour bar and the list of lines, from the upper left corner `at`, 170 x 330 px. Returns where the list can go on.
+pub fn legend(svg: &mut Svg, at: DVec2, tint: Tint) -> DVec2 {
     let (title, unit) = match tint {
         Tint::Rate(_) => ("Removal rate", "mm³/min"),
         Tint::Time(_) => ("Time of cutting", "min:s"),
@@ -206,7 +209,7 @@ pub fn legend(svg: &mut Svg, at: DVec2, tint: Tint) {
         svg.line(from, from + DVec2::new(4.0, 0.0), Stroke::solid(colour::INK, 1.0));
         svg.text(from + DVec2::new(8.0, 4.0), Anchor::Start, 12.0, &label(tint, share));
     }
-    list_lines(svg, top + DVec2::new(0.0, bar.y + 28.0), tint);
+    list_lines(svg, top + DVec2::new(0.0, bar.y + 28.0), tint)
 }
 
 fn label(tint: Tint, share: f64) -> String {
@@ -219,18 +222,22 @@ fn label(tint: Tint, share: f64) -> String {
 }
 
 /// The lines that have colours of their own; where no rate is known nothing exceeds it.
-fn list_lines(svg: &mut Svg, at: DVec2, tint: Tint) {
+fn list_lines(svg: &mut Svg, at: DVec2, tint: Tint) -> DVec2 {
     let all =
         [(OVER, "above the limit"), (RETURN, "trochoid return"), (LINK, "link"), (RAPID, "rapid")];
     let of_rates = match tint {
         Tint::Rate(_) => 0,
         Tint::Time(_) => 2,
     };
-    for (i, (layer, label)) in all.into_iter().skip(of_rates).enumerate() {
-        let from = at + DVec2::new(0.0, 20.0 * i as f64);
-        svg.line(from, from + DVec2::new(26.0, 0.0), stroke_of(layer, 1.8));
-        svg.text(from + DVec2::new(34.0, 4.0), Anchor::Start, 12.0, label);
-    }
+    let shown = all.into_iter().skip(of_rates);
+    shown.fold(at, |at, (layer, label)| list_line(svg, at, stroke_of(layer, 1.8), label))
+}
+
+/// An entry of the list of lines. Returns where the next one goes.
+pub fn list_line(svg: &mut Svg, at: DVec2, stroke: Stroke, label: &str) -> DVec2 {
+    svg.line(at, at + DVec2::new(26.0, 0.0), stroke);
+    svg.text(at + DVec2::new(34.0, 4.0), Anchor::Start, 12.0, label);
+    at + DVec2::new(0.0, LIST_STEP)
 }
 
 /// A rate in mm³/min with as many digits as are of use.

@@ -69,7 +69,7 @@ pub(super) fn placement(surface: &Surface) -> Placement {
 }
 
 /// Adds the visible parts of the moves on the surface. Returns their length, px.
-fn add_path(
+pub(super) fn add_path(
     layers: &mut PathLayers,
     canvas: &Canvas,
     path: &Toolpath,

@@ -29,7 +29,7 @@ pub struct Stroke {
 
 impl Stroke {
     /// A continuous line.
-    pub fn solid(colour: Rgb, width: f64) -> Self {
+    pub const fn solid(colour: Rgb, width: f64) -> Self {
         Self { colour, width, dashed: false }
     }
 

@@ -67,7 +67,7 @@ impl Shape {
 
     /// The mean of the machined faces' normals, weighted with their areas; +Z where they cancel, as
     /// on a solid.
-    fn mean_normal(&self) -> DVec3 {
+    pub fn mean_normal(&self) -> DVec3 {
         let normals = self.faces[..self.machined].iter().map(|f| doubled(self.corners(f)));
         let (sum, size) =
             normals.fold((DVec3::ZERO, 0.0), |(sum, size), n| (sum + n, size + n.length()));
@@ -124,6 +124,7 @@ impl Extent {
 }
 
 /// Parallel projection onto the screen.
+#[derive(Copy, Clone)]
 pub struct View {
     /// Unit axis to the right.
     pub right: DVec3,
@@ -152,7 +153,18 @@ impl View {
         let machined =
             Extent::of(shape.corners_of(0..shape.machined).chain(more.iter().copied()).map(flat));
         let rest = Extent::of(shape.corners_of(shape.machined..shape.faces.len()).map(flat));
-        let Extent { low, high } = machined.with_surroundings(rest);
+        Self::framed([right, up, toward_viewer], machined.with_surroundings(rest))
+    }
+
+    /// A view against a direction, `up` as far upward as that leaves it, that holds places, mm.
+    pub fn against(toward_viewer: DVec3, up: DVec3, places: impl Iterator<Item = DVec3>) -> Self {
+        let right = up.cross(toward_viewer).normalize_or(any_perpendicular(toward_viewer));
+        let up = toward_viewer.cross(right);
+        let flat = |p: DVec3| DVec2::new(p.dot(right), p.dot(up));
+        Self::framed([right, up, toward_viewer], Extent::of(places.map(flat)))
+    }
+
+    fn framed([right, up, toward_viewer]: [DVec3; 3], Extent { low, high }: Extent) -> Self {
         // A mesh without extent is drawn as a dot.
         let size = (high - low).max(DVec2::splat(1e-6));
         let scale = (ROOM.x / size.x).min(ROOM.y / size.y);

@@ -3,6 +3,7 @@
 //! Keys carry their units. The numbers are written with six significant digits, so that the bytes
 //! of [`Report::to_json`] depend on nothing but the plan.
 
+mod hub;
 mod json;
 mod page;
 mod path;
@@ -15,6 +16,7 @@ mod tensor;
 mod texture;
 mod verification;
 
+pub use hub::{HubFigures, MeasuredClearance};
 pub(crate) use page::escaped;
 pub use path::{ByKind, PathFigures, RateFigures};
 pub use plan::{

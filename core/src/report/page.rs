@@ -41,6 +41,7 @@ pub fn page(report: &Report, pictures: &[(&str, &str)]) -> String {
         // Writing to a string cannot fail.
         let _ = write!(html, "<h2>{}</h2>\n<figure>\n{svg}</figure>\n", escaped(heading));
     }
+    hub(&mut html, report);
     texture(&mut html, report);
     kind_table(&mut html, &report.delivered);
     lifted_table(&mut html, report);
@@ -84,6 +85,16 @@ fn verification(html: &mut String, report: &Report) {
     html.push_str("<table>\n");
     for (label, line) in v.short() {
         let _ = writeln!(html, "<tr><th>{label}</th><td>{}</td></tr>", escaped(&line));
+    }
+    html.push_str("</table>\n");
+}
+
+/// The channels of a hub.
+fn hub(html: &mut String, report: &Report) {
+    let Some(hub) = &report.hub else { return };
+    html.push_str("<h2>Channels of the hub</h2>\n<table>\n");
+    for (label, value) in hub.lines() {
+        let _ = writeln!(html, "<tr><th>{label}</th><td>{}</td></tr>", escaped(&value));
     }
     html.push_str("</table>\n");
 }

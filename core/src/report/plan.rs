@@ -1,5 +1,6 @@
 //! What is reported of a plan.
 
+use super::hub::HubFigures;
 use super::path::PathFigures;
 use super::record::{FileRecord, Versions};
 use super::regions::DivisionFigures;
@@ -30,6 +31,9 @@ pub struct Report {
     pub flatten: FlattenFigures,
     /// The passes.
     pub passes: PassFigures,
+    /// The channels of a hub; missing for other patterns.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hub: Option<HubFigures>,
     /// The regions; missing where the surface is not divided.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub regions: Option<DivisionFigures>,

@@ -126,6 +126,7 @@ pub(super) fn report() -> Report {
             retracts: 3,
             even_share: 0.97,
         },
+        hub: Some(hub()),
         regions: Some(division()),
         tensor: Some(tensor()),
         stepover: StepoverFigures { nominal_mm: 1.6, over_radius: 0.4 },
@@ -158,6 +159,30 @@ pub(super) fn report() -> Report {
         verification: Some(verification()),
         texture: Some(texture()),
         outputs: vec![file("toolpath.csv"), file("program.ngc")],
+    }
+}
+
+fn hub() -> HubFigures {
+    HubFigures {
+        channels: 20,
+        spacing: "strips".into(),
+        strips_length_mm: 612.5,
+        equal_parameter_length_mm: 843.1,
+        map: "coons".into(),
+        least_jacobian: 0.41,
+        edge_deviation_mm: 0.0004,
+        narrowest_mm: 4.2,
+        narrowest_at_mm: [88.0, 12.0, 3.5],
+        axis_turn_deg_per_mm: 1.2,
+        axis_turn_deg_per_s: 24.0,
+        clearance_mm: 0.12,
+        measured: Some(MeasuredClearance {
+            cutter_mm: 0.131,
+            shank_mm: Some(0.8),
+            holder_mm: Some(9.5),
+            at_mm: [88.1, 12.2, 5.1],
+            part: "cutter".into(),
+        }),
     }
 }
 

@@ -27,6 +27,9 @@ pub fn summary(report: &Report) -> String {
             let _ = writeln!(text, "  {label:<10}{line}");
         }
     }
+    if let Some(hub) = &report.hub {
+        let _ = writeln!(text, "  {:<10}{}", "hub", hub.caption());
+    }
     if let Some(texture) = &report.texture {
         let _ = writeln!(text, "  {:<10}{}", "texture", texture.caption());
     }
@@ -195,7 +198,8 @@ mod tests {
         let mut report = samples::report();
         report.warnings = vec![report.warnings[0].clone(); 9];
         let text = report.summary();
-        assert!(text.lines().count() <= 38);
+        // A hub's own line stands where others have those of regions.
+        assert!(text.lines().count() <= 39);
         assert!(text.lines().all(|line| line.chars().count() <= 104));
         assert!(text.contains("and 6 more"));
         report.warnings.truncate(2);
