@@ -6,8 +6,8 @@ use clap::Args;
 use evencut_core::job::{self, Fault, Faults, Job, Severity, line_and_column};
 use serde_json::{Value, json};
 
+use crate::input::Paths;
 use crate::{Exit, Streams, input};
-use evencut_service::faults::NamedFile;
 
 /// Arguments of `evencut check`.
 #[derive(Args)]
@@ -100,12 +100,9 @@ impl Finding {
 
 /// The files that a job names but that do not exist.
 fn missing_files(job_path: &Path, job: &Job, source: &[u8]) -> Vec<Fault> {
-    let is_missing = |path: &PathBuf| !path.is_file();
-    let surface = input::surface_path(job_path, job).filter(is_missing);
-    let wall = input::wall_path(job_path, job).filter(is_missing);
-    let surface = surface.map(|path| NamedFile::Surface.missing(input::shown(&path), source));
-    let wall = wall.map(|path| NamedFile::Wall.missing(input::shown(&path), source));
-    surface.into_iter().chain(wall).collect()
+    let paths = Paths::of_job(job_path, job);
+    let missing = paths.all().filter(|(_, path)| !path.is_file());
+    missing.map(|(file, path)| file.missing(input::shown(path), source)).collect()
 }
 
 fn report(finding: &Finding, streams: &mut Streams<'_>) {

@@ -43,27 +43,49 @@ pub fn read_job(path: &Path) -> Result<Vec<u8>, Fault> {
     read().map_err(|error| fault(error.to_string(), None))
 }
 
-/// Path of the surface file of a job: it is relative to the job file. `None` for a formula.
-pub fn surface_path(job_path: &Path, job: &Job) -> Option<PathBuf> {
-    let SurfaceSource::File(file) = &job.surface.source else { return None };
-    Some(job_path.parent().unwrap_or(Path::new("")).join(file))
+/// Paths of the files that a job names.
+#[derive(Clone, Debug, Default)]
+pub struct Paths {
+    /// That of the surface.
+    pub surface: Option<PathBuf>,
+    /// That of the mesh beside it.
+    pub wall: Option<PathBuf>,
+    /// Those of the surfaces of blades, with their names in the job.
+    pub blades: Vec<(String, PathBuf)>,
 }
 
-/// Path of the mesh beside the surface of a job; `None` where it names none.
-pub fn wall_path(job_path: &Path, job: &Job) -> Option<PathBuf> {
-    let file = job.path.wall_file.as_ref()?;
-    Some(job_path.parent().unwrap_or(Path::new("")).join(file))
-}
+impl Paths {
+    /// Relative to the job file.
+    pub fn of_job(job_path: &Path, job: &Job) -> Self {
+        let folder = job_path.parent().unwrap_or(Path::new(""));
+        Self::found(job, |name| folder.join(name))
+    }
 
-/// Paths of the files that the job of results in a directory names: that of the surface, and that of the mesh beside
-/// it.
-pub fn files_of_results(directory: &Path, job: &Job) -> (Option<PathBuf>, Option<PathBuf>) {
-    let found = |name: &str| file_of_results(directory, name);
-    let surface = match &job.surface.source {
-        SurfaceSource::File(name) => Some(found(name)),
-        SurfaceSource::Analytic(_) => None,
-    };
-    (surface, job.path.wall_file.as_deref().map(found))
+    /// Of the job of results in a directory.
+    pub fn of_results(directory: &Path, job: &Job) -> Self {
+        Self::found(job, |name| file_of_results(directory, name))
+    }
+
+    fn found(job: &Job, found: impl Fn(&str) -> PathBuf) -> Self {
+        let surface = match &job.surface.source {
+            SurfaceSource::File(name) => Some(found(name)),
+            SurfaceSource::Analytic(_) => None,
+        };
+        let blades = job.blade_files().into_iter();
+        Self {
+            surface,
+            wall: job.path.wall_file.as_deref().map(&found),
+            blades: blades.map(|name| (name.to_owned(), found(name))).collect(),
+        }
+    }
+
+    /// All of them, with what they are.
+    pub fn all(&self) -> impl Iterator<Item = (NamedFile, &PathBuf)> {
+        let surface = self.surface.iter().map(|path| (NamedFile::Surface, path));
+        let wall = self.wall.iter().map(|path| (NamedFile::Wall, path));
+        let blades = self.blades.iter().map(|(_, path)| (NamedFile::Blade, path));
+        surface.chain(wall).chain(blades)
+    }
 }
 
 /// The report of the results in a directory; `None` where there is no readable one.
@@ -94,26 +116,29 @@ pub struct Contents {
     pub surface: Option<(PathBuf, Vec<u8>)>,
     /// Path and content of the mesh beside it.
     pub wall: Option<(PathBuf, Vec<u8>)>,
+    /// Names in the job and contents of the surfaces of blades.
+    pub blades: Vec<(String, Vec<u8>)>,
 }
 
 impl Contents {
     /// Reads the files at these paths, or returns why one cannot be read.
-    pub fn read(
-        surface: Option<PathBuf>,
-        wall: Option<PathBuf>,
-        job_source: &[u8],
-    ) -> Result<Self, Fault> {
+    pub fn read(paths: Paths, job_source: &[u8]) -> Result<Self, Fault> {
         let read = |path: Option<PathBuf>, file| match path {
             None => Ok(None),
             Some(path) => read_named(&path, file, job_source).map(|bytes| Some((path, bytes))),
         };
-        let surface = read(surface, NamedFile::Surface)?;
-        Ok(Self { surface, wall: read(wall, NamedFile::Wall)? })
+        let surface = read(paths.surface, NamedFile::Surface)?;
+        let wall = read(paths.wall, NamedFile::Wall)?;
+        let blade = |(name, path): (String, PathBuf)| {
+            read_named(&path, NamedFile::Blade, job_source).map(|bytes| (name, bytes))
+        };
+        let blades = paths.blades.into_iter().map(blade).collect::<Result<_, _>>()?;
+        Ok(Self { surface, wall, blades })
     }
 
     /// Reads the files that a job names, relative to the job file.
     pub fn of_job(job_path: &Path, job: &Job, job_source: &[u8]) -> Result<Self, Fault> {
-        Self::read(surface_path(job_path, job), wall_path(job_path, job), job_source)
+        Self::read(Paths::of_job(job_path, job), job_source)
     }
 
     /// The contents.
@@ -121,6 +146,7 @@ impl Contents {
         Files {
             surface: self.surface.as_ref().map(|(_, bytes)| &bytes[..]),
             wall: self.wall.as_ref().map(|(_, bytes)| &bytes[..]),
+            blades: &self.blades,
         }
     }
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use evencut_core::step::{FaceMesh, SmoothFormat, StepError, StepFace, StepFile};
 use evencut_core::surface::Inspection;
+use evencut_service::blisk::{Blisk, Kind};
 use evencut_service::new_job::{self, Contents};
 use serde_json::{Value, json};
 
@@ -76,17 +77,33 @@ impl Inspect {
         let looked = file.look().map_err(|error| error.to_string())?;
         let faces = listed(&file, &looked, self.scale);
         let whole = new_job::of_faces(&looked, self.scale).ok().map(|c| c.inspection);
+        let blisk = Blisk::find(&file, &looked);
         if self.json {
             let whole = whole.as_ref().map(as_json);
-            return Ok(format!("{:#}\n", json!({ "faces": faces, "together": whole })));
+            let blisk = blisk.as_ref().map(blisk_as_json);
+            let all = json!({ "faces": faces, "together": whole, "blisk": blisk });
+            return Ok(format!("{all:#}\n"));
         }
         let mut text = table(&faces);
         if let Some(Inspection { area, bounds: (low, high), .. }) = whole {
             let [low, high] = [low, high].map(|p| format!("({:.2}, {:.2}, {:.2})", p.x, p.y, p.z));
             text += &format!("   all                     {area:.2} from {low} to {high} mm\n");
         }
+        text += &blisk.map_or(String::new(), |blisk| blisk.text());
         Ok(text)
     }
+}
+
+/// The hub and the blades; numbers of faces from 1.
+fn blisk_as_json(blisk: &Blisk) -> Value {
+    let numbers = |faces: &[usize]| faces.iter().map(|f| f + 1).collect::<Vec<usize>>();
+    let kind = |kind: &Kind| json!({ "count": kind.count, "faces": numbers(&kind.faces), "fillets": numbers(&kind.fillets) });
+    json!({
+        "hub": blisk.hub + 1,
+        "axis": blisk.axis.way.to_array(),
+        "origin_mm": blisk.axis.origin.to_array(),
+        "blades": blisk.kinds.iter().map(kind).collect::<Vec<Value>>(),
+    })
 }
 
 /// Number, kind, area and fault of every face.

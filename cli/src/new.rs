@@ -40,6 +40,9 @@ impl New {
             streams.message(&format!("error: {error}\n --> {}{hint}\n", input::shown(&job)));
             return Exit::BadJob;
         }
+        if let Some(doubt) = contents.doubt() {
+            streams.message(&format!("warning: {doubt}\n"));
+        }
         streams.message(&format!(
             "job in {job}; next: evencut plan {job}\n",
             job = input::shown(&job)

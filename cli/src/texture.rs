@@ -16,7 +16,7 @@ use evencut_service::results::texture::{
 };
 use evencut_service::stages::words;
 
-use crate::input::{Contents, recorded};
+use crate::input::{Contents, Paths, recorded};
 use crate::output::{self, ResultDirectory};
 use crate::plan::{Failed, of_output};
 use crate::progress::Progress;
@@ -240,8 +240,8 @@ impl Texture {
     ) -> Result<TextureResults, Failed> {
         let contents = match (path, &self.job) {
             (Some(_), None) => {
-                let (surface, wall) = input::files_of_results(&self.input, job);
-                Contents::read(surface, wall, source).map_err(|mut fault| {
+                let paths = Paths::of_results(&self.input, job);
+                Contents::read(paths, source).map_err(|mut fault| {
                     fault.help = vec![
                         "the job of these results is somewhere else: name it with --job".into(),
                     ];

@@ -15,7 +15,7 @@ use evencut_service::verdict::{
     Mismatch, ProgramRules, ReadPath, UP, Verdict, VerdictError, Workpiece, verdict,
 };
 
-use crate::input::Contents;
+use crate::input::{Contents, Paths};
 use crate::output::{self, ResultDirectory};
 use crate::plan::{Failed, broken, of_output};
 use crate::progress::Progress;
@@ -161,9 +161,7 @@ impl Verify {
         }
         let (file, inaccessible) = self.path_file(streams)?;
         let mut subject = match (&self.job, &self.surface) {
-            (Some(job), _) => self.of_job(job, |read| {
-                (input::surface_path(job, read), input::wall_path(job, read))
-            })?,
+            (Some(job), _) => self.of_job(job, |read| Paths::of_job(job, read))?,
             (None, Some(surface)) => self.of_mesh(surface)?,
             (None, None) => self.of_results()?,
         };
@@ -247,27 +245,22 @@ impl Verify {
                            holds the job it was made with\n";
             return Err(Failed(Exit::BadJob, message.into()));
         }
-        self.of_job(&job, |read| input::files_of_results(&self.path, read)).map_err(|failed| {
+        self.of_job(&job, |read| Paths::of_results(&self.path, read)).map_err(|failed| {
             let no_file = failed.0 == Exit::BadSurface;
             let help = "help: the job of these results is somewhere else: name it with --job\n";
             Failed(failed.0, failed.1 + if no_file { help } else { "" })
         })
     }
 
-    /// Subject from a job; `paths` returns the path of its surface file and that of the mesh beside it.
-    fn of_job(
-        &self,
-        path: &Path,
-        paths: impl Fn(&Job) -> (Option<PathBuf>, Option<PathBuf>),
-    ) -> Result<Subject, Failed> {
+    /// Subject from a job; `paths` returns the paths of the files that it names.
+    fn of_job(&self, path: &Path, paths: impl Fn(&Job) -> Paths) -> Result<Subject, Failed> {
         let failed = |exit, faults: Faults, source: &[u8]| {
             Failed(exit, faults.render(&input::name(path), source))
         };
         let source = input::read_job(path)
             .map_err(|fault| failed(Exit::BadJob, Faults(vec![fault]), b""))?;
         let job = job::read(&source).map_err(|faults| failed(Exit::BadJob, faults, &source))?.job;
-        let (surface, wall) = paths(&job);
-        let contents = Contents::read(surface, wall, &source)
+        let contents = Contents::read(paths(&job), &source)
             .map_err(|fault| failed(Exit::BadSurface, Faults(vec![fault]), &source))?;
         let (workpiece, cusp_limit) = Workpiece::of_job(&job, contents.files(), self.threads())
             .map_err(|error| Failed::file(Exit::BadSurface, error, path))?;

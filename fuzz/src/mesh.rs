@@ -53,7 +53,8 @@ fn used(soup: &TriangleSoup) {
     }
     match Inspection::new(soup.clone()) {
         Ok(inspection) => {
-            let text = Contents { inspection, faces: None, is_mesh: true }.job("part.stl");
+            let text =
+                Contents { inspection, faces: None, is_mesh: true, blisk: None }.job("part.stl");
             if let Err(faults) = job::read(text.as_bytes()) {
                 panic!("{}\n{text}", faults.render("template", text.as_bytes()));
             }

@@ -1,6 +1,7 @@
 //! Why a job was not planned: exit code, place in the job file, and hint.
 
 use evencut_core::cutter_location::LocateError;
+use evencut_core::hub::HubError;
 use evencut_core::job::Fault;
 use evencut_core::level_set::LevelSetError;
 use evencut_core::link::DeliverError;
@@ -111,6 +112,9 @@ fn of_plan(error: &PlanError) -> Failure {
         PlanError::Reach(ReachError::TooFine { .. }) => {
             bad_surface(&["cut.tolerance", "surface.steepest"], Hint::None)
         }
+        PlanError::Blade { key: "hub.splitter", .. } => bad_surface(&["hub.splitter"], Hint::None),
+        PlanError::Blade { .. } => bad_surface(&["hub.blade"], Hint::None),
+        PlanError::Hub(error) => of_hub(error),
         PlanError::Pieces { .. } => bad_surface(&["regions.method", "path.pattern"], Hint::None),
         PlanError::Flatten(_) => bad_surface(SOURCE, Hint::Inspect),
         PlanError::Rings(LevelSetError::TooFine { .. }) => {
@@ -119,6 +123,7 @@ fn of_plan(error: &PlanError) -> Failure {
         PlanError::Rings(LevelSetError::TooSmall { .. }) => {
             bad_surface(&["surface.scale", "cut.stepover", "cut.scallop"], Hint::Inspect)
         }
+        PlanError::Rings(LevelSetError::NeedsBlades) => bad_surface(&["path.pattern"], Hint::None),
         PlanError::Rings(LevelSetError::NoRoom { .. }) => limit(&["tool.diameter"]),
         PlanError::Rings(LevelSetError::NoCurve) | PlanError::CurveAway { .. } => {
             bad_surface(&["path.curve"], Hint::None)
@@ -137,6 +142,21 @@ fn of_plan(error: &PlanError) -> Failure {
         PlanError::LimitUnreachable { .. } => limit(&["force.mrr_limit", "force.relative"]),
         PlanError::Inaccessible { .. } => limit(&["cut.inaccessible", "tool.diameter"]),
         PlanError::FitsNowhere { .. } => limit(&["tool.diameter", "surface.select"]),
+    }
+}
+
+fn of_hub(error: &HubError) -> Failure {
+    match error {
+        HubError::TooNarrow { .. } | HubError::NoRoom { .. } => limit(&["tool.diameter"]),
+        HubError::TooNear { .. } | HubError::NoAxis { .. } => {
+            limit(&["tool.holder", "tool.stickout", "tool.shank_diameter", "tool.diameter"])
+        }
+        HubError::NotAround { .. } | HubError::NotAlike { .. } => {
+            bad_surface(&["hub.axis", "hub.origin", "hub.blades"], Hint::None)
+        }
+        HubError::Overlap { .. } => bad_surface(&["hub.blades", "hub.blade"], Hint::None),
+        HubError::SplitterAside { .. } => bad_surface(&["hub.splitter"], Hint::None),
+        _ => bad_surface(&["hub.blade", "hub"], Hint::None),
     }
 }
 

@@ -13,6 +13,8 @@ pub enum NamedFile {
     Surface,
     /// The mesh of what stands beside it.
     Wall,
+    /// A surface of a blade.
+    Blade,
 }
 
 impl NamedFile {
@@ -21,6 +23,7 @@ impl NamedFile {
         match self {
             Self::Surface => "surface.file",
             Self::Wall => "path.wall_file",
+            Self::Blade => "hub.blade",
         }
     }
 
@@ -29,6 +32,7 @@ impl NamedFile {
         match self {
             Self::Surface => "surface",
             Self::Wall => "walls",
+            Self::Blade => "hub",
         }
     }
 

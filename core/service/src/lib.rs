@@ -12,6 +12,7 @@
 //! Like the core it takes bytes and returns values: it opens no file, reads no clock and no environment, and prints
 //! nothing.
 
+pub mod blisk;
 pub mod compare;
 pub mod failure;
 pub mod faults;

@@ -1,8 +1,11 @@
 //! A surface file → what it holds, and a job file to start from.
 
+use crate::blisk::Blisk;
+use evencut_core::hub::HubError;
 use evencut_core::job::{Outside, SurfaceFacts, template};
 use evencut_core::mesh::{MeshFormat, TriangleSoup, read};
 use evencut_core::nurbs::{MeshOptions, NurbsError, Trim, mesh, read_json};
+use evencut_core::plan::{Design, Files, PlanError, SurfaceKeys};
 use evencut_core::step::{FaceMesh, SmoothFormat, StepError, StepFile, together};
 use evencut_core::surface::Inspection;
 
@@ -17,6 +20,37 @@ pub struct Contents {
     pub faces: Option<usize>,
     /// Whether the file holds these triangles, and nothing that is smoother.
     pub is_mesh: bool,
+    /// The hub and the blades in it, if it looks like a blisk, and the diameter of a cutter for the channels, mm.
+    pub blisk: Option<(Blisk, f64)>,
+}
+
+/// Diameters of balls that are tried for the channels of a blisk, mm.
+const DIAMETERS: [f64; 12] = [16.0, 12.0, 10.0, 8.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.5, 1.0, 0.5];
+/// Number of blades that is written where the file has only one.
+const GUESSED: usize = 10;
+
+/// The largest usual ball that passes the channels of a blisk, mm; the smallest where the channels cannot be laid out.
+fn ball_for(blisk: &Blisk, name: &str, bytes: &[u8]) -> f64 {
+    let smallest = DIAMETERS[DIAMETERS.len() - 1];
+    let mut bound = DIAMETERS[0];
+    for diameter in DIAMETERS {
+        if diameter > bound {
+            continue;
+        }
+        let job = blisk.job(name, diameter, blisk.blades().unwrap_or(GUESSED));
+        let Ok(resolved) = evencut_core::job::read(job.as_bytes()) else { return smallest };
+        let keys = SurfaceKeys::of(&resolved.job);
+        match Design::new(&keys, Files::of_surface(Some(bytes)), 1) {
+            Ok(_) => return diameter,
+            Err(PlanError::Hub(error)) => match *error {
+                HubError::TooNarrow { largest, .. } => bound = largest,
+                HubError::NoRoom { .. } => {}
+                _ => return smallest,
+            },
+            Err(_) => return smallest,
+        }
+    }
+    smallest
 }
 
 /// What a surface file holds, its lengths multiplied by `scale`. `name`: the file's, whose ending tells the format.
@@ -27,8 +61,14 @@ pub fn contents(name: &str, bytes: &[u8], scale: f64) -> Result<Contents, String
     let (soup, is_mesh) = match SmoothFormat::from_name(name) {
         Some(SmoothFormat::Json) => (nurbs_mesh(bytes).map_err(|e| e.to_string())?, false),
         Some(SmoothFormat::Step) => {
-            let looked = StepFile::read(bytes).and_then(|file| file.look());
-            return of_faces(&looked.map_err(|e| e.to_string())?, scale);
+            let file = StepFile::read(bytes).map_err(|e| e.to_string())?;
+            let looked = file.look().map_err(|e| e.to_string())?;
+            let blisk = Blisk::find(&file, &looked);
+            let blisk = blisk.map(|blisk| {
+                let diameter = ball_for(&blisk, name, bytes);
+                (blisk, diameter)
+            });
+            return Ok(Contents { blisk, ..of_faces(&looked, scale)? });
         }
         None => {
             let format = MeshFormat::from_name(name).ok_or(
@@ -37,7 +77,7 @@ pub fn contents(name: &str, bytes: &[u8], scale: f64) -> Result<Contents, String
             (read(bytes, format).map_err(|e| e.to_string())?, true)
         }
     };
-    Ok(Contents { inspection: inspected(soup, scale)?, faces: None, is_mesh })
+    Ok(Contents { inspection: inspected(soup, scale)?, faces: None, is_mesh, blisk: None })
 }
 
 /// What the faces of a STEP file hold together, as [`StepFile::look`] shows them.
@@ -51,7 +91,7 @@ pub fn of_faces(looked: &[Result<FaceMesh, StepError>], scale: f64) -> Result<Co
         Some(error) if soup.faces.is_empty() => Err(error.to_string()),
         _ => {
             let inspection = inspected(soup, scale)?;
-            Ok(Contents { inspection, faces: Some(looked.len()), is_mesh: false })
+            Ok(Contents { inspection, faces: Some(looked.len()), is_mesh: false, blisk: None })
         }
     }
 }
@@ -75,7 +115,23 @@ fn nurbs_mesh(bytes: &[u8]) -> Result<TriangleSoup, NurbsError> {
 impl Contents {
     /// A commented job file for it. `file`: the surface file's name relative to the job file.
     pub fn job(&self, file: &str) -> String {
-        template(file, &self.facts())
+        match &self.blisk {
+            Some((blisk, diameter)) => {
+                blisk.job(file, *diameter, blisk.blades().unwrap_or(GUESSED))
+            }
+            None => template(file, &self.facts()),
+        }
+    }
+
+    /// What of the job has to be corrected before it is used.
+    pub fn doubt(&self) -> Option<String> {
+        let (blisk, _) = self.blisk.as_ref()?;
+        blisk.blades().is_none().then(|| {
+            format!(
+                "the file has one blade only, so hub.blades = {GUESSED} is a guess; correct it in the job, and \
+                 tool.diameter with it"
+            )
+        })
     }
 
     /// Facts from which a job file is made.

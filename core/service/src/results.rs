@@ -3,6 +3,7 @@
 mod division;
 mod error;
 mod files;
+mod hub;
 pub mod texture;
 mod topology;
 
@@ -14,11 +15,13 @@ use evencut_core::geometry::DVec3;
 use evencut_core::job::{Boundary, FlattenMethod, ForceControl, Job, Picture, SurfaceSource};
 use evencut_core::machine::{Axes, Machine};
 use evencut_core::machine_time::machine_time;
-use evencut_core::plan::{Files, Laid, Planned, Prepared, Stage, SurfaceKeys, plan};
+use evencut_core::plan::{
+    Files, Laid, MapKind, Planned, Prepared, Stage, SurfaceKeys, plan, plan_on,
+};
 use evencut_core::post::{ProgramOptions, program};
 use evencut_core::preview::{
-    Drawn, Linked, flat_map, mrr_chart, rate_map, regions_map, residual_map, surface_view,
-    tensor_map,
+    Clearances, Drawn, FlatLines, Linked, channel_view, clearance_chart, flat_map, mrr_chart,
+    rate_map, regions_map, residual_map, surface_view, tensor_map,
 };
 use evencut_core::reach::Aside;
 use evencut_core::report::{
@@ -101,9 +104,15 @@ pub fn linked_results(
     let Watch { progress, show } = watch;
     let inputs = Inputs { job, job_file, files };
     let prepared = Prepared::new(SurfaceKeys::of(job), files, options.threads, progress)?;
-    let laid = Laid::new(&prepared, job, options.threads, progress)?;
-    show(before_delivery(job, &prepared, &laid));
-    let planned = laid.planned(progress)?;
+    let planned = match job.hub {
+        // There is no flat path to show.
+        Some(_) => plan_on(&prepared, job, options.threads, progress)?,
+        None => {
+            let laid = Laid::new(&prepared, job, options.threads, progress)?;
+            show(before_delivery(job, &prepared, &laid));
+            laid.planned(progress)?
+        }
+    };
     let written = Written::of(&inputs, &planned)?;
     let files = written.in_order(job, Vec::new()).cloned().collect();
     let linked = written.linked(job, &planned, None);
@@ -144,7 +153,11 @@ pub fn named_files<'a>(job: &'a Job, files: Files<'a>) -> Vec<Input<'a>> {
     let input = |(name, bytes): (Option<&'a str>, Option<&'a [u8]>)| {
         Some(Input { name: name?, bytes: bytes? })
     };
-    named.into_iter().filter_map(input).collect()
+    let blades = job.blade_files().into_iter().filter_map(|name| {
+        let (_, bytes) = files.blades.iter().find(|(held, _)| held == name)?;
+        Some(Input { name, bytes })
+    });
+    named.into_iter().filter_map(input).chain(blades).collect()
 }
 
 /// The data from which results are made.
@@ -266,11 +279,16 @@ impl Written {
     }
 
     fn linked(&self, job: &Job, planned: &Planned, judged: Option<&Judged>) -> Linked {
+        let path = hub::simulated(planned);
+        let surface = &planned.prepared.surface;
+        let (positions, faces) = surface.triangles();
         Linked::of(&Drawn {
-            surface: &planned.prepared.surface,
+            surface,
             chart: &planned.prepared.chart,
-            path: &planned.toolpath,
-            contacts: &self.contacts,
+            lines: &hub::lines(&planned.prepared),
+            channel: hub::scene(&planned.prepared, Facets { positions, faces: &faces }),
+            path: &path,
+            contacts: &self.contacts[..path.points.len()],
             plain: planned.plain.as_ref(),
             rest: rest(planned),
             verification: judged.map(|(verification, _)| verification),
@@ -290,10 +308,18 @@ impl Written {
         progress: &mut dyn FnMut(Stage, f64),
     ) -> Results {
         progress(Stage::Write, 0.0);
-        let measured = judged.map_or_else(Vec::new, |judged| measured(inputs.job, planned, judged));
+        let clear = judged.and_then(|_| hub::measured(inputs.job, planned, threads)).unzip();
+        let measured = judged.map_or_else(Vec::new, |judged| {
+            measured(inputs.job, planned, judged, clear.1.as_ref())
+        });
         let mut report = self.report.clone();
+        let mut findings = self.findings.clone();
+        if let (Some(hub), Some(_)) = (&mut report.hub, judged) {
+            hub.measured = clear.0;
+            findings.extend(hub.broken(inputs.job.cut.tolerance));
+        }
         report.verification = judged.map(|(verification, options)| {
-            let findings = self.findings.clone();
+            let findings = findings.clone();
             VerificationFigures::of(verification, options, Lines::Table, findings)
         });
         let mut files: Vec<OutputFile> =
@@ -344,12 +370,15 @@ fn before_delivery(job: &Job, prepared: &Prepared, laid: &Laid) -> Early {
     let path = path_on_surface(prepared, laid);
     let contacts = contacts(prepared, &path);
     let limit = rate_limit(job).filter(|_| laid.is_rated());
-    let flat = flat_map(surface, chart, &path, limit);
+    let lines = FlatLines::default();
+    let flat = flat_map(surface, chart, &lines, &path, limit);
     let view = surface_view(surface, &path, &contacts, limit);
     let file = |name: &str, svg: String| OutputFile { name: name.into(), bytes: svg.into_bytes() };
     let linked = Linked::of(&Drawn {
         surface,
         chart,
+        lines: &lines,
+        channel: None,
         path: &path,
         contacts: &contacts,
         plain: None,
@@ -405,7 +434,7 @@ pub(crate) fn judge(
     let design = Facets { positions, faces: &faces };
     let guarded = &planned.prepared.guarded;
     let rest = Facets { positions: &guarded.positions, faces: &guarded.faces };
-    let verification = verify(&planned.toolpath, design, rest, &options, progress)?;
+    let verification = verify(&hub::simulated(planned), design, rest, &options, progress)?;
     Ok((verification, options))
 }
 
@@ -464,10 +493,13 @@ fn pictures(
     contacts: &[Option<DVec3>],
     regions: Option<&DivisionFigures>,
 ) -> Vec<Drawing> {
-    let (surface, path, limit) = (&planned.prepared.surface, &planned.toolpath, rate_limit(job));
+    let (surface, limit) = (&planned.prepared.surface, rate_limit(job));
+    let path = &*hub::simulated(planned);
+    let contacts = &contacts[..path.points.len()];
     let draw = |&picture: &Picture| match picture {
         Picture::Flat => {
-            let svg = flat_map(surface, &planned.prepared.chart, path, limit);
+            let lines = hub::lines(&planned.prepared);
+            let svg = flat_map(surface, &planned.prepared.chart, &lines, path, limit);
             Some(Drawing::new(picture, "flat.svg", "Flat map", svg))
         }
         Picture::Surface => {
@@ -491,7 +523,14 @@ fn pictures(
             let svg = mrr_chart(&Profile::of(plain), &Profile::of(path), job.mrr_limit());
             Drawing::new(picture, "mrr.svg", "Removal rate along time", svg)
         }),
-        Picture::Scallop | Picture::Removal => None,
+        Picture::Channel => {
+            let (positions, faces) = surface.triangles();
+            hub::scene(&planned.prepared, Facets { positions, faces: &faces }).map(|scene| {
+                let svg = channel_view(&scene, path, contacts, limit);
+                Drawing::new(picture, "channel.svg", "Channel with tool axes", svg)
+            })
+        }
+        Picture::Scallop | Picture::Removal | Picture::Clearance => None,
     };
     job.output.pictures.iter().filter_map(draw).collect()
 }
@@ -502,8 +541,13 @@ fn rest(planned: &Planned) -> Facets<'_> {
     Facets { positions: &rest.positions, faces: &rest.faces }
 }
 
-/// The pictures of the simulation that the job requests.
-fn measured(job: &Job, planned: &Planned, (found, options): &Judged) -> Vec<Drawing> {
+/// The pictures of the simulation that the job requests; `clear`: what it found along a hub's channel.
+fn measured(
+    job: &Job,
+    planned: &Planned,
+    (found, options): &Judged,
+    clear: Option<&Clearances>,
+) -> Vec<Drawing> {
     let (positions, faces) = planned.prepared.surface.triangles();
     let design = Facets { positions, faces: &faces };
     let rest = rest(planned);
@@ -513,12 +557,19 @@ fn measured(job: &Job, planned: &Planned, (found, options): &Judged) -> Vec<Draw
             Some(Drawing::new(picture, "scallop.svg", "Measured: what is left", svg))
         }
         Picture::Removal => {
-            let svg = rate_map(design, rest, found, &planned.toolpath, options.mrr_limit);
+            let svg = rate_map(design, rest, found, &hub::simulated(planned), options.mrr_limit);
             Some(Drawing::new(picture, "removal.svg", "Measured: removal rate", svg))
         }
-        Picture::Flat | Picture::Surface | Picture::Regions | Picture::Tensor | Picture::Mrr => {
-            None
-        }
+        Picture::Clearance => clear.map(|clear| {
+            let svg = clearance_chart(clear);
+            Drawing::new(picture, "clearance.svg", "Measured: clearance along time", svg)
+        }),
+        Picture::Flat
+        | Picture::Surface
+        | Picture::Regions
+        | Picture::Tensor
+        | Picture::Mrr
+        | Picture::Channel => None,
     };
     job.output.pictures.iter().filter_map(draw).collect()
 }
@@ -611,7 +662,8 @@ fn report_on(
         warnings: warnings(job, planned, slowed.as_ref(), &delivered),
         flatten: FlattenFigures {
             method: match job.flatten {
-                _ if flattening.is_view => "view".into(),
+                _ if flattening.kind == MapKind::View => "view".into(),
+                _ if flattening.kind == MapKind::Parameters => "parameters".into(),
                 FlattenMethod::Abf => "abf".into(),
                 FlattenMethod::Bff => "bff".into(),
             },
@@ -637,6 +689,7 @@ fn report_on(
             retracts: planned.toolpath.retracts() as u64,
             even_share: planned.passes.even_share,
         },
+        hub: planned.channels.as_ref().map(|figures| hub::figures(job, planned, figures)),
         regions: division,
         tensor: planned.passes.topology.as_ref().map(topology::figures),
         stepover: StepoverFigures {

@@ -114,12 +114,12 @@ export class Engine {
   }
 
   /** Plans in a worker of its own, whose memory is given back at the end. */
-  async plan(name, source, [surface, wall], on) {
+  async plan(name, source, files, on) {
     this.cancel();
     const hand = new Hand(await this.#parts);
     this.#planning = hand;
     try {
-      return await hand.ask({ plan: { name, job: { source, surface, wall } } }, on);
+      return await hand.ask({ plan: { name, job: { source, ...files } } }, on);
     } finally {
       hand.end(CANCELLED);
       if (this.#planning === hand) this.#planning = null;
@@ -127,12 +127,12 @@ export class Engine {
   }
 
   /** The texture about a place `at` of a planned path, in a worker of its own; an earlier one gives way. */
-  async texture(source, [surface, wall], path, at) {
+  async texture(source, files, path, at) {
     this.#texture?.end(CANCELLED);
     const hand = new Hand(await this.#parts);
     this.#texture = hand;
     try {
-      return await hand.ask({ texture: { job: { source, surface, wall }, path, at } });
+      return await hand.ask({ texture: { job: { source, ...files }, path, at } });
     } finally {
       hand.end(CANCELLED);
       if (this.#texture === hand) this.#texture = null;

@@ -26,7 +26,7 @@ let run = null;
 /** The text that the shown plan was made of. */
 let planned = null;
 /** The contents of the files that it names. */
-let files = [];
+let files = {};
 
 const editor = new Editor($("editor"), engine, {
   changed(text, byUser) {
@@ -98,7 +98,7 @@ async function check() {
   checked = found;
   editor.show(found.faults);
   showFaults(found.faults);
-  showSurface(found.surface, found.wall);
+  showSurface(found.surface, found.wall, found.blades);
   const bad = found.faults.some((fault) => fault.severity === "error");
   $("plan").disabled = bad;
   document.body.dataset.checked = bad ? "bad" : "good";
@@ -135,10 +135,11 @@ function known(name) {
   return surfaces.isExample(name) ? "example" : "not here yet: drop the file on this page";
 }
 
-function showSurface(name, wall) {
+function showSurface(name, wall, blades) {
   const named = (what, file) => [make("span", {}, what), make("b", {}, file), make("span", {}, ` ${known(file)}`)];
   const said = name ? named("Surface ", name) : [make("span", {}, checked?.name ? "Surface by formula" : " ")];
   if (wall) said.push(...named(", beside it ", wall));
+  for (const blade of blades) said.push(...named(", blade ", blade));
   const { count } = surfaces;
   const forget = make("button", { type: "button", id: "forget", className: "quiet small", title: "Surfaces that you gave are kept in this browser. This removes them." },
     count === 1 ? "Forget the kept surface" : `Forget ${count} kept surfaces`);
@@ -172,7 +173,8 @@ async function plan() {
   };
   try {
     const held = async (file) => (file ? await surfaces.bytes(file) : null) ?? undefined;
-    const contents = [await held(found.surface), await held(found.wall)];
+    const contents = { surface: await held(found.surface), wall: await held(found.wall), blades: [] };
+    for (const file of found.blades) contents.blades.push([file, await held(file)]);
     if (run !== own) return;
     files = contents;
     const whole = await engine.plan(name, text, files, { progress, early });
@@ -367,7 +369,7 @@ async function surfaceAlone(meshes, open, troubles, actions, afresh) {
   const found = await check();
   const wanted = found?.surface;
   const isGiven = (file) => file && meshes.some(({ name }) => base(file) === name) && !surfaces.isExample(file);
-  if (isGiven(wanted) || isGiven(found?.wall)) return;
+  if (isGiven(wanted) || isGiven(found?.wall) || found?.blades.some(isGiven)) return;
   // A job that can be read has no other error than that its surface is not here.
   const waits = wanted ? found.faults.find((fault) => fault.severity === "error") : null;
   const [mesh] = meshes;

@@ -29,7 +29,7 @@ pub fn check(source: &str, surfaces: &[String]) -> Value {
         Err(faults) => {
             let faults: Vec<Value> =
                 faults.0.iter().map(|fault| as_json(fault, Severity::Error, source)).collect();
-            json!({ "faults": faults, "surface": null, "wall": null, "name": null })
+            json!({ "faults": faults, "surface": null, "wall": null, "blades": [], "name": null })
         }
         Ok(resolved) => {
             let surface = match &resolved.job.surface.source {
@@ -41,12 +41,21 @@ pub fn check(source: &str, surfaces: &[String]) -> Value {
             let missing = |file: NamedFile| move |name: &str| file.missing(name, source.as_bytes());
             let no_surface = surface.filter(is_missing).map(missing(NamedFile::Surface));
             let no_wall = wall.filter(is_missing).map(missing(NamedFile::Wall));
-            let missing: Vec<Fault> = no_surface.into_iter().chain(no_wall).collect();
+            let blades = resolved.job.blade_files();
+            let no_blade = blades.iter().copied().filter(is_missing).map(missing(NamedFile::Blade));
+            let missing: Vec<Fault> =
+                no_surface.into_iter().chain(no_wall).chain(no_blade).collect();
             let errors = missing.iter().map(|fault| as_json(fault, Severity::Error, source));
             let warnings =
                 resolved.warnings.0.iter().map(|f| as_json(f, Severity::Warning, source));
             let faults: Vec<Value> = errors.chain(warnings).collect();
-            json!({ "faults": faults, "surface": surface, "wall": wall, "name": resolved.job.name })
+            json!({
+                "faults": faults,
+                "surface": surface,
+                "wall": wall,
+                "blades": blades,
+                "name": resolved.job.name,
+            })
         }
     }
 }
@@ -92,7 +101,13 @@ mod tests {
         let found = check(JOB, &["a.stl".into()]);
         assert_eq!(
             found,
-            json!({ "faults": [], "surface": "a.stl", "wall": null, "name": "Größe 📏" })
+            json!({
+                "faults": [],
+                "surface": "a.stl",
+                "wall": null,
+                "blades": [],
+                "name": "Größe 📏",
+            })
         );
     }
 

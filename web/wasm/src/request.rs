@@ -4,7 +4,7 @@ use evencut_core::job::{self, Fault, Job, SurfaceSource};
 use evencut_core::plan::Files;
 use evencut_service::failure;
 use evencut_service::results::ResultsError;
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 
 use crate::fault::Failure;
 
@@ -55,6 +55,15 @@ pub struct JobFiles {
     /// The mesh beside it.
     #[serde(default, with = "serde_bytes")]
     pub wall: Option<Vec<u8>>,
+    /// The surfaces of blades, by their names in the job.
+    #[serde(default, deserialize_with = "named_bytes")]
+    pub blades: Vec<(String, Vec<u8>)>,
+}
+
+/// Pairs of a name and bytes.
+fn named_bytes<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<(String, Vec<u8>)>, D::Error> {
+    let pairs = Vec::<(String, serde_bytes::ByteBuf)>::deserialize(from)?;
+    Ok(pairs.into_iter().map(|(name, bytes)| (name, bytes.into_vec())).collect())
 }
 
 impl JobFiles {
@@ -72,7 +81,7 @@ impl JobFiles {
 
     /// The files that the job names.
     pub fn named(&self) -> Files<'_> {
-        Files { surface: self.surface.as_deref(), wall: self.wall.as_deref() }
+        Files { surface: self.surface.as_deref(), wall: self.wall.as_deref(), blades: &self.blades }
     }
 
     /// A fault, with its place in the job file.
@@ -125,10 +134,16 @@ mod tests {
         );
         assert_eq!(
             asked(json!({ "texture": {
-                "job": { "source": "name", "surface": [1], "wall": [2] }, "path": [3], "at": [4.0, 5, 6.5],
+                "job": { "source": "name", "surface": [1], "wall": [2], "blades": [["b.json", [9]]] },
+                "path": [3], "at": [4.0, 5, 6.5],
             } })),
             Request::Texture {
-                job: JobFiles { source: source(), surface: Some(vec![1]), wall: Some(vec![2]) },
+                job: JobFiles {
+                    source: source(),
+                    surface: Some(vec![1]),
+                    wall: Some(vec![2]),
+                    blades: vec![("b.json".into(), vec![9])],
+                },
                 path: vec![3],
                 at: [4.0, 5.0, 6.5],
             }

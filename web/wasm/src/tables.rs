@@ -15,6 +15,7 @@ pub fn scales(linked: &Linked, job: &Job) -> Value {
             "flat.svg": placement(&linked.flat),
             "surface.svg": placement(&linked.surface),
             "scallop.svg": linked.scallop.as_ref().map(placement),
+            "channel.svg": linked.channel.as_ref().map(placement),
             "removal.svg": linked.removal.as_ref().map(placement),
         },
         "chart": {

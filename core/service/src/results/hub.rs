@@ -1,0 +1,123 @@
+//! The channels of a hub → their figures.
+
+use evencut_core::hub::{ChannelFigures, ChannelLines};
+use evencut_core::job::Job;
+use evencut_core::plan::{Planned, Prepared};
+use evencut_core::preview::{ChannelScene, Clearances, FlatLines};
+use evencut_core::report::{HubFigures, MeasuredClearance};
+use evencut_core::surface::Part;
+use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
+use evencut_core::verify::{Facets, clearance};
+use std::borrow::Cow;
+
+/// Distances above this many wanted ones, and above the cutter's radius, are not measured.
+const FAR: f64 = 10.0;
+/// Part of the wanted distance to which the measured one is known.
+const ACCURACY: f64 = 0.02;
+
+/// The path that is simulated and drawn: of a hub that through the first channel, since the others are turned.
+pub fn simulated(planned: &Planned) -> Cow<'_, Toolpath> {
+    let points = &planned.toolpath.points;
+    match planned.channels {
+        None => Cow::Borrowed(&planned.toolpath),
+        Some(_) => {
+            let count = points.iter().take_while(|p| p.region == 0).count();
+            Cow::Owned(Toolpath { points: points[..count].to_vec() })
+        }
+    }
+}
+
+/// What is known of the channels before they are simulated.
+pub fn figures(job: &Job, planned: &Planned, figures: &ChannelFigures) -> HubFigures {
+    let [strips, equal] = figures.lengths;
+    let (per_mm, per_s) = fastest_turn(&planned.toolpath, job.tool.radius());
+    HubFigures {
+        channels: figures.channels as u64,
+        spacing: figures.spacing.name().into(),
+        strips_length_mm: strips,
+        equal_parameter_length_mm: equal,
+        map: if figures.is_harmonic { "harmonic" } else { "coons" }.into(),
+        least_jacobian: figures.least_jacobian,
+        edge_deviation_mm: figures.edge_deviation,
+        narrowest_mm: figures.narrowest.1,
+        narrowest_at_mm: figures.narrowest.0.to_array(),
+        axis_turn_deg_per_mm: per_mm,
+        axis_turn_deg_per_s: per_s,
+        clearance_mm: job.hub.as_ref().map_or(0.0, |hub| hub.clearance),
+        measured: None,
+    }
+}
+
+/// Fastest turn of the axis on passes, degrees per mm of the way of the ball's centre, and per s.
+fn fastest_turn(path: &Toolpath, radius: f64) -> (f64, f64) {
+    let turn = |w: &[PathPoint]| {
+        let centre = |p: &PathPoint| p.tip + p.axis * radius;
+        let length = centre(&w[1]).distance(centre(&w[0]));
+        let angle = w[0].axis.distance(w[1].axis).to_degrees();
+        (
+            angle / length.max(f64::MIN_POSITIVE),
+            angle / (w[1].time - w[0].time).max(f64::MIN_POSITIVE),
+        )
+    };
+    let cuts =
+        path.points.windows(2).filter(|w| w[1].kind == MoveKind::Cut && w[0].kind == MoveKind::Cut);
+    cuts.map(turn)
+        .fold((0.0, 0.0), |most, turn| (f64::max(most.0, turn.0), f64::max(most.1, turn.1)))
+}
+
+/// The lines of the channel in the flat map; none without a hub.
+pub fn lines(prepared: &Prepared) -> FlatLines {
+    prepared.channel_lines().map_or_else(FlatLines::default, |ChannelLines { edges, across }| {
+        FlatLines { edges, across }
+    })
+}
+
+/// The channel with the hub about it and its blades. `channel`: the surface that is machined.
+pub fn scene<'a>(prepared: &'a Prepared, channel: Facets<'a>) -> Option<ChannelScene<'a>> {
+    let (hub, blades) = (facets(prepared.hub_about()?), facets(prepared.passage()?.blades()));
+    Some(ChannelScene { channel, hub, blades })
+}
+
+fn facets(part: &Part) -> Facets<'_> {
+    Facets { positions: &part.positions, faces: &part.faces }
+}
+
+/// Distances of the tool from what stands beside the channel, measured on the path: in short, and along it.
+pub fn measured(
+    job: &Job,
+    planned: &Planned,
+    threads: usize,
+) -> Option<(MeasuredClearance, Clearances)> {
+    let wanted = job.hub.as_ref()?.clearance;
+    let passage = planned.prepared.passage()?;
+    let path = simulated(planned);
+    let beyond = (FAR * wanted).max(job.tool.radius());
+    let accuracy = ACCURACY * wanted;
+    let of = |part: &Part| clearance(&path, facets(part), &job.assembly, beyond, accuracy, threads);
+    // The cutter touches the hub; what is above it must not.
+    let (blades, all) = (of(passage.blades())?, of(&planned.prepared.rest)?);
+    let [cutter, _, _] = blades.by_part;
+    let [_, shank, holder] = all.by_part;
+    let cutter_mm = cutter.unwrap_or(beyond);
+    let smallest = [shank, holder].into_iter().flatten().fold(cutter_mm, f64::min);
+    let (at, part) =
+        if cutter_mm <= smallest { (blades.at, blades.part) } else { (all.at, all.part) };
+    let least = |([cutter, ..], [_, shank, holder]): (&[f64; 3], &[f64; 3])| {
+        cutter.min(*shank).min(*holder)
+    };
+    let along = Clearances {
+        time: path.points.iter().map(|p| p.time).collect(),
+        distance: blades.along.iter().zip(&all.along).map(least).collect(),
+        wanted,
+        tolerance: job.cut.tolerance,
+        beyond,
+    };
+    let figures = MeasuredClearance {
+        cutter_mm,
+        shank_mm: shank,
+        holder_mm: holder,
+        at_mm: at.to_array(),
+        part: part.name().into(),
+    };
+    Some((figures, along))
+}
