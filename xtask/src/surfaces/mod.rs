@@ -1,6 +1,7 @@
 //! The surfaces that ship with the project, each from a published definition, mm, +Z up.
 
 mod blade;
+mod blisk;
 mod crown;
 pub mod franke;
 pub mod revolved;
@@ -21,6 +22,9 @@ pub fn all() -> Result<Vec<(&'static str, Vec<u8>)>, String> {
         ("saddle-island.obj", mesh_file::obj(&saddle::patch_with_island()?)),
         ("crowned-block.stl", mesh_file::stl(&crown::block()?)),
         ("dome.json", revolved::dome()),
+        ("blisk-hub.json", blisk::hub()),
+        ("blisk-fillet.json", blisk::fillet()),
+        ("blisk-blade.json", blisk::blade_surface()),
     ])
 }
 
