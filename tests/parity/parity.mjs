@@ -30,10 +30,18 @@ function surfaceOf(job) {
   return line ? readFileSync(join(dirname(job), line[1])) : Buffer.alloc(0);
 }
 
+/** Names and contents of the surfaces of blades that a job names, one after the other. */
+function bladesOf(job) {
+  const list = readFileSync(job, "utf8").match(/^blade\s*=\s*\[([^\]]*)\]/m);
+  const names = list ? [...list[1].matchAll(/"([^"\\]+)"/g)].map((found) => found[1]) : [];
+  return names.flatMap((name) => [Buffer.from(name), readFileSync(join(dirname(job), name))]);
+}
+
 /** Name and digest of every result of core in WebAssembly. */
 async function wasm(module, job) {
   const { exports: core } = await WebAssembly.instantiate(module, {});
-  for (const bytes of [Buffer.from(basename(job)), readFileSync(job), surfaceOf(job)]) {
+  const blocks = [Buffer.from(basename(job)), readFileSync(job), surfaceOf(job), ...bladesOf(job)];
+  for (const bytes of blocks) {
     const address = core.allocate(bytes.length);
     new Uint8Array(core.memory.buffer, address, bytes.length).set(bytes);
   }

@@ -44,7 +44,10 @@ fn planned(path: &Path, threads: usize) -> (Job, Results) {
         }
         SurfaceSource::Analytic(_) => None,
     };
-    let files = Files::of_surface(file.as_deref());
+    let named =
+        |name: &str| (name.to_owned(), std::fs::read(path.parent().unwrap().join(name)).unwrap());
+    let blades: Vec<_> = job.blade_files().into_iter().map(named).collect();
+    let files = Files { blades: &blades, ..Files::of_surface(file.as_deref()) };
     let input = Input { name: "job.toml", bytes: &source };
     let results =
         results(&job, input, files, ResultsOptions { threads, verify: true }, &mut |_, _| {})

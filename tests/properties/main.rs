@@ -4,6 +4,7 @@
 mod architecture;
 mod cusps;
 mod gcode;
+mod hub;
 mod jobs;
 mod parts;
 mod regions;

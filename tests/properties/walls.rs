@@ -280,7 +280,7 @@ fn check_clamp(cutter: &Cutter) {
     job.path.boundary = Boundary::Open;
     let without = plan(&job, Files::default(), 2, &mut |_, _| {}).unwrap();
     job.path.wall_file = Some("clamp.obj".into());
-    let files = Files { surface: None, wall: Some(&clamp) };
+    let files = Files { wall: Some(&clamp), ..Files::default() };
     let plan = plan(&job, files, 2, &mut |_, _| {}).unwrap();
     let found = judged(&job, &plan, 2).unwrap();
     let v = found.verification().unwrap();

@@ -47,7 +47,12 @@ pub extern "C" fn plan() -> usize {
 }
 
 fn files(blocks: &[Vec<u8>]) -> Result<Vec<OutputFile>, String> {
-    let [name, source, surface] = blocks else { return Err("three blocks are needed".into()) };
+    let [name, source, surface, blades @ ..] = blocks else {
+        return Err("three blocks are needed, and two for each blade".into());
+    };
+    let blade =
+        |pair: &[Vec<u8>]| (String::from_utf8_lossy(&pair[0]).into_owned(), pair[1].clone());
+    let blades: Vec<(String, Vec<u8>)> = blades.chunks_exact(2).map(blade).collect();
     let name = std::str::from_utf8(name).map_err(|e| e.to_string())?;
     let job = job::read(source).map_err(|faults| faults.render(name, source))?.job;
     let surface = match &job.surface.source {
@@ -58,7 +63,7 @@ fn files(blocks: &[Vec<u8>]) -> Result<Vec<OutputFile>, String> {
     let results = results(
         &job,
         job_file,
-        Files::of_surface(surface),
+        Files { blades: &blades, ..Files::of_surface(surface) },
         ResultsOptions { threads: 1, verify: true },
         &mut |_, _| {},
     )

@@ -1,0 +1,251 @@
+//! Channels between blades: judged on cutter, shank and holder, all alike, and in a program that a machine can run.
+#![expect(
+    clippy::disallowed_methods,
+    reason = "a witness that shares no functions with the product"
+)]
+
+use std::fs;
+use std::path::Path;
+
+use evencut_core::gcode::{CheckOptions, check};
+use evencut_core::geometry::DVec3;
+use evencut_core::job::{self, Job, Post};
+use evencut_core::plan::{Files, Planned, plan};
+use evencut_core::post::{ProgramOptions, program};
+use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
+use evencut_core::verify::{Facets, clearance};
+use evencut_service::compare::judged;
+use evencut_tests::follow::{assert_follows, read_for};
+use evencut_tests::linuxcnc::{in_part, interpreted};
+use evencut_tests::{ledger, shared_data};
+
+/// Distances up to this one are told apart, mm, and how well.
+const BEYOND: f64 = 1.0;
+const ACCURACY: f64 = 0.002;
+
+/// NASA's HECC impeller: the channels between its main blades.
+const HECC: &str = "version = 1\nname = \"hecc\"\n[surface]\nfile = \"hecc_hub_sector.json\"\n[tool]\n\
+    kind = \"ball\"\ndiameter = 6.0\nstickout = 90.0\n[cut]\nscallop = 0.02\naxial_depth = 0.5\nfeed = 1200\n\
+    tolerance = 0.005\n[path]\npattern = \"hub\"\n[hub]\nblades = 15\naxis = [1, 0, 0]\n\
+    blade = [\"hecc_main_blade.json\"]\n[machine]\naxes = \"xyzac\"\n";
+
+/// A job with its files.
+struct Case {
+    name: &'static str,
+    job: Job,
+    surface: Vec<u8>,
+    blades: Vec<(String, Vec<u8>)>,
+}
+
+impl Case {
+    fn new(name: &'static str, text: &str, folder: &Path) -> Self {
+        let job = match job::read(text.as_bytes()) {
+            Ok(resolved) => resolved.job,
+            Err(faults) => panic!("{}", faults.render(name, text.as_bytes())),
+        };
+        let bytes = |file: &str| fs::read(folder.join(file)).unwrap();
+        let job::SurfaceSource::File(file) = &job.surface.source else { panic!("{name}: no file") };
+        let blades = job.blade_files().into_iter().map(|f| (f.to_owned(), bytes(f))).collect();
+        Self { name, surface: bytes(file), blades, job }
+    }
+
+    fn blisk() -> Self {
+        let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../jobs"));
+        Self::new("blisk", &fs::read_to_string(folder.join("blisk.toml")).unwrap(), folder)
+    }
+
+    fn hecc() -> Option<Self> {
+        shared_data().map(|data| Self::new("hecc", HECC, &data.join("nurbs")))
+    }
+
+    fn planned(&self, threads: usize) -> Planned {
+        let surface = Files::of_surface(Some(&self.surface));
+        let files = Files { blades: &self.blades, ..surface };
+        plan(&self.job, files, threads, &mut |_, _| {})
+            .unwrap_or_else(|error| panic!("{}: {error}", self.name))
+    }
+
+    fn wanted(&self) -> f64 {
+        self.job.hub.as_ref().unwrap().clearance
+    }
+
+    /// Smallest distance of cutter, shank and holder on a path: of all of them from the blades, of what is above the cutter
+    /// from the hub, too.
+    fn clearance(&self, planned: &Planned, points: &[PathPoint]) -> f64 {
+        let path = Toolpath { points: points.to_vec() };
+        let of = |part: &evencut_core::surface::Part| {
+            let facets = Facets { positions: &part.positions, faces: &part.faces };
+            clearance(&path, facets, &self.job.assembly, BEYOND, ACCURACY, 2).unwrap()
+        };
+        let blades = of(planned.prepared.passage().unwrap().blades());
+        let [_, shank, holder] = of(&planned.prepared.rest).by_part;
+        [shank, holder].into_iter().flatten().fold(blades.smallest, f64::min)
+    }
+
+    /// What holds of all channels of a hub.
+    fn assert_kept(&self) {
+        let name = self.name;
+        let planned = self.planned(2);
+        let points = &planned.toolpath.points;
+        let figures = judged(&self.job, &planned, 2).unwrap();
+        let v = figures.report.verification.as_ref().unwrap();
+        assert!(v.passed, "{name}: {:?}", v.broken);
+        assert_eq!(v.untouched_mm2, 0.0, "{name}");
+        assert!(planned.lifted.is_empty(), "{name}");
+        let hub = self.job.hub.as_ref().unwrap();
+        let found = planned.channels.unwrap();
+        assert_eq!(found.channels, hub.blades as usize, "{name}");
+        assert!(found.least_jacobian > 0.0, "{name}: {}", found.least_jacobian);
+        // No retract within a channel.
+        for channel in 0..hub.blades {
+            let kinds = points.iter().filter(|p| p.region == channel).map(|p| p.kind);
+            let flying: Vec<bool> = kinds.map(|k| k == MoveKind::Rapid).collect();
+            let lands = flying.windows(2).filter(|w| w[0] && !w[1]).count();
+            assert!(flying[0] && lands == 1, "{name}: channel {channel} is left {lands} times");
+        }
+        let first: Vec<PathPoint> = points.iter().take_while(|p| p.region == 0).copied().collect();
+        let measured = self.clearance(&planned, &first);
+        let asked = format!("at least {} mm", self.wanted());
+        ledger(&format!("hub, clearance, {name}"), &asked, &format!("{measured:.3} mm"));
+        assert!(measured >= self.wanted() - self.job.cut.tolerance, "{name}: {measured}");
+        let ([strips, equal], floor) = (found.lengths, found.length_floor);
+        let over = 100.0 * (strips / floor - 1.0);
+        ledger(&format!("hub, length over floor, {name}"), "5 %", &format!("{over:.1} %"));
+        assert!(strips <= equal, "{name}: {strips} of {equal} mm");
+        // Along either side at most a pass more than the area needs.
+        let outermost = |w: &&[PathPoint]| w[1].pass == 0 && w[1].kind == MoveKind::Cut;
+        let pass: f64 =
+            first.windows(2).filter(outermost).map(|w| w[0].tip.distance(w[1].tip)).sum();
+        assert!(strips > 0.99 * floor && strips < 1.05 * floor + 2.0 * pass, "{name}: {over} %");
+        self.assert_turned(points, &first);
+        let again = self.planned(1);
+        assert_eq!(again.toolpath, planned.toolpath, "{name}: threads change the path");
+    }
+
+    /// Every channel is the first one turned about the axis.
+    fn assert_turned(&self, points: &[PathPoint], first: &[PathPoint]) {
+        let hub = self.job.hub.as_ref().unwrap();
+        let turned = |v: DVec3, angle: f64| {
+            let along = hub.axis * hub.axis.dot(v);
+            let across = v - along;
+            let (s, c) = angle.sin_cos();
+            along + across * c + hub.axis.cross(across) * s
+        };
+        let own = |all: &[PathPoint]| {
+            all.iter().filter(|p| p.kind != MoveKind::Rapid).copied().collect::<Vec<_>>()
+        };
+        let first = own(first);
+        let pitch = std::f64::consts::TAU / f64::from(hub.blades);
+        let off = |sign: f64| {
+            let mut most = 0.0_f64;
+            for channel in 1..hub.blades {
+                let here: Vec<PathPoint> =
+                    points.iter().filter(|p| p.region == channel).copied().collect();
+                let here = own(&here);
+                assert_eq!(here.len(), first.len(), "{}: channel {channel}", self.name);
+                let angle = sign * pitch * f64::from(channel);
+                for (a, b) in first.iter().zip(&here) {
+                    let tip = hub.origin + turned(a.tip - hub.origin, angle);
+                    most = most.max(tip.distance(b.tip));
+                    most = most.max(turned(a.axis, angle).distance(b.axis));
+                }
+            }
+            most
+        };
+        let most = off(1.0).min(off(-1.0));
+        assert!(most < 1e-8, "{}: {most} mm beside the first channel", self.name);
+    }
+
+    fn options(&self, planned: &Planned) -> ProgramOptions {
+        ProgramOptions {
+            post: Post::LinuxCnc,
+            name: self.name.into(),
+            machine: self.job.machine,
+            rapid_plane: planned.rapid_plane,
+            tool: self.job.tool,
+            tool_number: 1,
+            spindle: self.job.cut.spindle,
+            tolerance: self.job.cut.tolerance,
+        }
+    }
+}
+
+#[test]
+fn the_channels_of_an_axial_blisk_are_machined_within_their_limits() {
+    Case::blisk().assert_kept();
+}
+
+#[test]
+fn the_channels_of_an_impeller_are_machined_within_their_limits() {
+    if let Some(case) = Case::hecc() {
+        case.assert_kept();
+    }
+}
+
+/// The program of all channels turns the tables no faster than they can, and LinuxCNC's interpreter follows the path.
+#[test]
+fn programs_of_channels_run_on_the_machine() {
+    let case = Case::blisk();
+    let planned = case.planned(2);
+    let options = case.options(&planned);
+    let text = program(&planned.toolpath, &options).unwrap().text;
+    let read = read_for(&options.machine, &text);
+    let limits = CheckOptions {
+        clearance_plane: Some(planned.rapid_plane),
+        travel: options.machine.travel,
+        max_feed: Some(options.machine.max_feed),
+        ..CheckOptions::default()
+    };
+    assert_eq!(check(&read, &limits), []);
+    let mut at = read.machine[0].rotary;
+    let mut fastest = 0.0_f64;
+    for (i, m) in read.moves.iter().enumerate() {
+        let Some(end) = read.points_of(i).last() else { continue };
+        let to = read.machine[end].rotary;
+        let turn = (0..2).map(|k| (to[k] - at[k]).abs()).fold(0.0, f64::max);
+        if !m.rapid && turn > 0.0 {
+            fastest = fastest.max(turn / m.duration);
+        }
+        at = to;
+    }
+    assert!(fastest <= 1.001 * options.machine.max_rotary_speed, "{fastest} rad/s");
+    let Some(moves) = interpreted(&text, "hub") else { return };
+    let moves = moves.unwrap_or_else(|message| panic!("LinuxCNC rejects it: {message}"));
+    let met: Vec<(bool, DVec3, DVec3)> =
+        moves.iter().map(|&(rapid, p)| (rapid, in_part(p).0, in_part(p).1)).collect();
+    let radius = case.job.tool.radius();
+    let tolerance = case.job.cut.tolerance;
+    // The first block only lifts; X and Y are not yet known.
+    assert_follows(&planned.toolpath, &met[1..], planned.rapid_plane, tolerance, radius);
+}
+
+/// With the same centres, and axes along the normals of the hub or leaning over from them, the tool runs into blades, and the
+/// judge sees it.
+#[test]
+fn without_its_axes_the_path_collides() {
+    let cases = [Some(Case::blisk()), Case::hecc()];
+    for case in cases.into_iter().flatten() {
+        let planned = case.planned(2);
+        let radius = case.job.tool.radius();
+        let hub = case.job.hub.as_ref().unwrap();
+        let first = || planned.toolpath.points.iter().take_while(|p| p.region == 0);
+        let with = |lean: f64| {
+            let turned = |p: &PathPoint| {
+                let around = hub.axis.cross(p.tip - hub.origin).normalize();
+                let axis = (p.normal + around * lean).normalize();
+                PathPoint { tip: p.tip + (p.axis - axis) * radius, axis, ..*p }
+            };
+            let cuts = first().filter(|p| p.kind == MoveKind::Cut);
+            case.clearance(&planned, &cuts.map(turned).collect::<Vec<PathPoint>>())
+        };
+        // Blades that stand straight up from their hub are cleared along its normals.
+        let found = [0.0, 1.0].map(with);
+        println!("{}: {found:.3?} mm with other axes", case.name);
+        let smallest = found[0].min(found[1]);
+        assert!(
+            smallest < case.wanted() - 2.0 * case.job.cut.tolerance,
+            "{}: {found:?}",
+            case.name
+        );
+    }
+}
