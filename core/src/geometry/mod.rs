@@ -21,6 +21,13 @@ pub fn any_perpendicular(n: DVec3) -> DVec3 {
     n.cross(helper).normalize()
 }
 
+/// Distance of `p` from the straight line from `a` to `b`, which ends there.
+pub fn distance_to_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
+    let (way, square) = (b - a, a.distance_squared(b));
+    let part = if square > 0.0 { ((p - a).dot(way) / square).clamp(0.0, 1.0) } else { 0.0 };
+    p.distance(a + way * part)
+}
+
 /// Barycentric coordinates of the point of triangle `a b c` nearest to `p`.
 ///
 /// # Source
