@@ -197,11 +197,16 @@ mod tests {
     fn fits_a_screen() {
         let mut report = samples::report();
         report.warnings = vec![report.warnings[0].clone(); 9];
-        let text = report.summary();
-        // A hub's own line stands where others have those of regions.
-        assert!(text.lines().count() <= 39);
-        assert!(text.lines().all(|line| line.chars().count() <= 104));
-        assert!(text.contains("and 6 more"));
+        // Hubs are not divided into regions.
+        let (mut divided, mut hub) = (report.clone(), report.clone());
+        divided.hub = None;
+        (hub.regions, hub.tensor) = (None, None);
+        for report in [divided, hub] {
+            let text = report.summary();
+            assert!(text.lines().count() <= 38);
+            assert!(text.lines().all(|line| line.chars().count() <= 104));
+            assert!(text.contains("and 6 more"));
+        }
         report.warnings.truncate(2);
         assert!(report.summary().contains("note: texture: the window is narrow"));
     }
