@@ -61,6 +61,8 @@ pub struct ClearanceFigures {
     pub move_index: usize,
     /// The smallest distance of cutter, shank and holder, mm; `None` where the assembly has no such part.
     pub by_part: [Option<f64>; 3],
+    /// Place on the facets that is nearest to each of them; if nothing is, that nearest to the first tip.
+    pub at_by_part: [DVec3; 3],
     /// The smallest distances of cutter, shank and holder on the move that ends at each path point, mm; at the first
     /// point, there. A part that the assembly does not have has the distance up to which it was looked for.
     pub along: Vec<[f64; 3]>,
@@ -81,12 +83,14 @@ pub fn clearance(
     let survey = Survey::new(path, facets, assembly, beyond, accuracy)?;
     let starts: Vec<usize> = (0..path.points.len()).step_by(CHUNK).collect();
     let chunks = parallel::map(threads, &starts, |&from| survey.chunk(&path.points, from));
+    let first = nearest(path.points[0].tip, facets)?;
     let mut figures = ClearanceFigures {
         smallest: survey.beyond,
         part: AssemblyPart::Cutter,
-        at: nearest(path.points[0].tip, facets)?,
+        at: first,
         move_index: 0,
         by_part: PARTS.map(|p| survey.solids.iter().any(|s| s.0 == p).then_some(survey.beyond)),
+        at_by_part: [first; 3],
         along: Vec::with_capacity(path.points.len()),
     };
     for (i, of_move) in chunks.iter().flatten().enumerate() {
@@ -95,6 +99,9 @@ pub fn clearance(
             let Some(known) = known else { continue };
             let distance = known.distance();
             least[k] = least[k].min(distance);
+            if let (true, Some(at)) = (figures.by_part[k].is_some_and(|d| distance < d), known.at) {
+                figures.at_by_part[k] = at;
+            }
             figures.by_part[k] = figures.by_part[k].map(|d| d.min(distance));
             if let (true, Some(at)) = (distance < figures.smallest, known.at) {
                 figures.smallest = distance;
@@ -590,6 +597,7 @@ mod tests {
         assert_eq!(figures.part, AssemblyPart::Shank);
         assert!((figures.at.x - 9.0).abs() < 1e-6 && (figures.at.z - 30.0).abs() < 1e-6);
         is_at_most(figures.by_part[1].unwrap(), truth);
+        assert_eq!(figures.at_by_part[1], figures.at);
         // The cutter ends 18 below.
         is_at_most(figures.by_part[0].unwrap(), DVec2::new(6.0, 18.0).length());
     }

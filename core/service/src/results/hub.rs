@@ -6,6 +6,7 @@ use evencut_core::plan::{Planned, Prepared};
 use evencut_core::preview::{ChannelScene, Clearances, FlatLines};
 use evencut_core::report::{HubFigures, MeasuredClearance};
 use evencut_core::surface::Part;
+use evencut_core::tool::AssemblyPart;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
 use evencut_core::verify::{Facets, clearance};
 use std::borrow::Cow;
@@ -99,9 +100,17 @@ pub fn measured(
     let [cutter, _, _] = blades.by_part;
     let [_, shank, holder] = all.by_part;
     let cutter_mm = cutter.unwrap_or(beyond);
-    let smallest = [shank, holder].into_iter().flatten().fold(cutter_mm, f64::min);
-    let (at, part) =
-        if cutter_mm <= smallest { (blades.at, blades.part) } else { (all.at, all.part) };
+    let [of_cutter, ..] = blades.at_by_part;
+    let [_, of_shank, of_holder] = all.at_by_part;
+    let mut nearest = (cutter_mm, of_cutter, AssemblyPart::Cutter);
+    for (distance, at, part) in
+        [(shank, of_shank, AssemblyPart::Shank), (holder, of_holder, AssemblyPart::Holder)]
+    {
+        if let Some(distance) = distance.filter(|d| *d < nearest.0) {
+            nearest = (distance, at, part);
+        }
+    }
+    let (_, at, part) = nearest;
     let least = |([cutter, ..], [_, shank, holder]): (&[f64; 3], &[f64; 3])| {
         cutter.min(*shank).min(*holder)
     };
