@@ -8,7 +8,7 @@ use clap::Args;
 use evencut_core::job::{self, Faults, Job, Pattern};
 use evencut_core::plan::{PlanError, Prepared, Stage, SurfaceKeys, plan_on};
 use evencut_service::compare::{
-    RegionVariant, Row, Variant, judged, texture, to_csv, to_svg, to_text,
+    RegionVariant, Row, Variant, control, judged, texture, to_csv, to_svg, to_text,
 };
 use evencut_service::failure;
 use evencut_service::results::ResultsError;
@@ -52,6 +52,10 @@ pub struct Compare {
         conflicts_with_all = ["patterns", "regions"]
     )]
     feeds_per_tooth: Vec<f64>,
+    /// Compare how limits on the cut are kept: by a slower feed, by trochoids, by whichever is the fastest within all
+    /// limits; beside plain passes, at the full feed and slowed throughout
+    #[arg(long, conflicts_with_all = ["patterns", "regions", "tilts", "feeds_per_tooth", "svg"])]
+    control: bool,
     /// Number of threads [default: 1, so that computing times can be compared]
     #[arg(long, value_name = "N")]
     threads: Option<std::num::NonZeroUsize>,
@@ -85,8 +89,10 @@ impl Compare {
             Ok((rows, exit)) => {
                 let title = self.job.file_stem().unwrap_or_default().to_string_lossy();
                 streams.data(&match (self.csv, self.svg) {
+                    (true, _) if self.control => control::to_csv(&rows),
                     (true, _) => to_csv(&rows),
                     (_, true) => to_svg(&title, &rows),
+                    _ if self.control => control::to_text(&rows),
                     _ => to_text(&rows),
                 });
                 exit
@@ -217,7 +223,7 @@ impl Compare {
         let (source, job, contents) = self.read()?;
         let prepared = self.prepared(&job, &contents, &source)?;
         let (mut rows, mut exits) = (Vec::new(), Vec::new());
-        for variant in self.variants() {
+        for variant in self.variants(&job) {
             streams.message(&format!("planning {}\n", variant.name()));
             let (row, exit) = self.row(&prepared, &job, variant, &source);
             rows.push(row);
@@ -226,7 +232,10 @@ impl Compare {
         Ok((rows, of_all(&exits)))
     }
 
-    fn variants(&self) -> Vec<Variant> {
+    fn variants(&self, job: &Job) -> Vec<Variant> {
+        if self.control {
+            return control::controls(job).into_iter().map(Variant::Control).collect();
+        }
         match (&self.regions, &self.patterns[..]) {
             (Some(some), _) if !some.is_empty() => {
                 some.iter().map(|&r| Variant::Regions(r)).collect()

@@ -304,6 +304,7 @@ impl Verify {
             scallop: None,
             tolerance: 0.005,
             mrr_limit: None,
+            load: None,
             spacing: tool.radius() / SAMPLES_PER_RADIUS,
             up: UP,
             inaccessible: Vec::new(),

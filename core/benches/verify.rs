@@ -62,6 +62,7 @@ fn judge(c: &mut Criterion) {
             scallop: Some(0.03),
             tolerance: 0.005,
             mrr_limit: None,
+            load: None,
             spacing: 0.15,
             up: DVec3::Z,
             inaccessible: Vec::new(),

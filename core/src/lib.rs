@@ -13,6 +13,7 @@ pub mod parallel;
 pub mod units;
 
 pub mod footprint;
+pub mod load;
 pub mod machine;
 mod strips;
 pub mod tool;

@@ -123,9 +123,19 @@ fn drawn_job(draw: &mut Draw) -> String {
     if axes == "xyzac" {
         text += &format!("lead = {lead}\n");
     }
-    text += &match draw.below(3) {
+    text += &match draw.below(5) {
         0 => format!("[force]\nmrr_limit = {}\n", draw.between(10.0, 5000.0) / inch),
         1 => format!("[force]\nrelative = {}\n", draw.between(1.0, 3.0)),
+        2 => {
+            let power = draw.between(10.0, 900.0);
+            format!("[force]\npower = {power}\n[material]\ngroup = \"S\"\n")
+        }
+        3 => format!(
+            "[force]\ncutting_force = {}\nmax_engagement = 180.0\nmin_chip = {}\n[material]\nkc11 = {}\n",
+            draw.between(10.0, 900.0),
+            1e-5 / inch,
+            draw.between(300.0, 3000.0)
+        ),
         _ => String::new(),
     };
     text += &format!(

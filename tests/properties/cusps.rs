@@ -163,7 +163,7 @@ fn a_lofty_limit_changes_no_tilted_flat_path() {
     job.cut.lead = 5.0f64.to_radians();
     let length = |control, limit: f64| {
         let mut job = job.clone();
-        (job.force.control, job.force.limit) = (control, MrrLimit::Relative(limit));
+        (job.force.control, job.force.limit) = (control, Some(MrrLimit::Relative(limit)));
         let figures = measured_as_is("bump", &job);
         check_kept("bump", &figures);
         figures.report.delivered.length_mm.total

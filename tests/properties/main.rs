@@ -8,6 +8,7 @@ mod hub;
 mod jobs;
 mod parts;
 mod regions;
+mod steady_load;
 mod tensor;
 mod texture;
 mod walls;

@@ -2,8 +2,9 @@
 //! side by side.
 //!
 //! All rows have the job's surface, cutter, limit and machine in common. The removal rate is not limited: paths are
-//! compared by their length and by the cusps that they leave.
+//! compared by their length and by the cusps that they leave. [`control`] compares how limits on the cut are kept.
 
+pub mod control;
 pub mod texture;
 
 use crate::results::{ResultsError, judge, report};
@@ -28,6 +29,8 @@ pub enum Variant {
     Pattern(Pattern),
     /// The division into regions.
     Regions(RegionVariant),
+    /// What is done where a limit on the cut would be exceeded.
+    Control(ForceControl),
 }
 
 /// A division into regions.
@@ -68,14 +71,16 @@ impl Variant {
         match self {
             Self::Pattern(pattern) => pattern.name(),
             Self::Regions(regions) => regions.name(),
+            Self::Control(control) => control.name(),
         }
     }
 
-    /// The job with this variation, and without a limit on the rate.
+    /// The job with this variation; patterns and divisions without a limit on the rate.
     pub fn of(self, job: &Job) -> Job {
         match self {
             Self::Pattern(pattern) => with_pattern(job, pattern),
             Self::Regions(regions) => with_regions(job, regions),
+            Self::Control(control) => control::with_control(job, control),
         }
     }
 }

@@ -139,7 +139,13 @@ fn of_plan(error: &PlanError) -> Failure {
         }
         PlanError::Deliver(DeliverError::Outside(_))
         | PlanError::Deliver(DeliverError::Locate(LocateError::NotFinite { .. })) => BUG,
-        PlanError::LimitUnreachable { .. } => limit(&["force.mrr_limit", "force.relative"]),
+        PlanError::LimitUnreachable { .. } => {
+            limit(&["force.mrr_limit", "force.relative", "force.power", "force.cutting_force"])
+        }
+        PlanError::TooThick { engaged, most, .. } if engaged > most => {
+            limit(&["force.max_engagement"])
+        }
+        PlanError::TooThick { .. } => limit(&["force.min_chip"]),
         PlanError::Inaccessible { .. } => limit(&["cut.inaccessible", "tool.diameter"]),
         PlanError::FitsNowhere { .. } => limit(&["tool.diameter", "surface.select"]),
     }

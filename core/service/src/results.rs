@@ -10,9 +10,13 @@ mod topology;
 pub use error::ResultsError;
 pub use files::{Input, OutputFile};
 
+use core::f64::consts::PI;
 use evencut_core::gcode::{self, GcodeError};
 use evencut_core::geometry::DVec3;
-use evencut_core::job::{Boundary, FlattenMethod, ForceControl, Job, Picture, SurfaceSource};
+use evencut_core::job::{
+    Boundary, FlattenMethod, ForceControl, Job, MinChip, Picture, SurfaceSource,
+};
+use evencut_core::load::LoadLimits;
 use evencut_core::machine::{Axes, Machine};
 use evencut_core::machine_time::machine_time;
 use evencut_core::plan::{
@@ -33,7 +37,7 @@ use evencut_core::surface;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
 use evencut_core::units::per_minute;
 use evencut_core::verify::{
-    Facets, Rise, Sphere, Verification, VerifyError, VerifyOptions, Walls, verify,
+    Facets, LoadOptions, Rise, Sphere, Verification, VerifyError, VerifyOptions, Walls, verify,
 };
 use texture::{TextureResults, texture_on};
 
@@ -289,7 +293,7 @@ impl Written {
             channel: hub::scene(&planned.prepared, Facets { positions, faces: &faces }),
             path: &path,
             contacts: &self.contacts[..path.points.len()],
-            plain: planned.plain.as_ref(),
+            plain: planned.plain.as_ref().map(|plain| &plain.at_full_feed),
             rest: rest(planned),
             verification: judged.map(|(verification, _)| verification),
             limit: rate_limit(job),
@@ -447,16 +451,31 @@ pub fn verify_options(job: &Job, cusp_limit: f64, threads: usize) -> VerifyOptio
         length: job.cutter_length(),
         depth: job.cut.axial_depth,
         tells_rate: limits_rate,
+        load: limits_rate.then(|| load_options(job)),
         allowance: job.cut.allowance,
         scallop: Some(cusp_limit),
         tolerance: job.cut.tolerance,
-        mrr_limit: limits_rate.then(|| job.mrr_limit()),
+        mrr_limit: job.force.limit.filter(|_| limits_rate).map(|_| job.mrr_limit()),
         spacing: of_radius.min(job.nominal_side_step() / SAMPLES_PER_STEP),
         up: DVec3::Z,
         inaccessible: Vec::new(),
         bridges: Vec::new(),
         walls: (job.path.boundary == Boundary::Wall).then(|| walls(job)),
         threads,
+    }
+}
+
+/// The teeth of a job's cutter, and what may be asked of them.
+fn load_options(job: &Job) -> LoadOptions {
+    let bounds = job.bounds();
+    LoadOptions {
+        flutes: job.flutes,
+        spindle: job.cut.spindle,
+        material: job.force.material.map(|m| (m.kc11, m.mc)),
+        most_engaged: (bounds.most_engaged < PI).then_some(bounds.most_engaged),
+        least_per_tooth: (bounds.least_per_tooth > 0.0).then_some(bounds.least_per_tooth),
+        most_power: job.force.power,
+        most_force: job.force.cutting_force,
     }
 }
 
@@ -520,7 +539,8 @@ fn pictures(
             Drawing::new(picture, "tensor.svg", "Best feed directions", svg)
         }),
         Picture::Mrr => planned.plain.as_ref().map(|plain| {
-            let svg = mrr_chart(&Profile::of(plain), &Profile::of(path), job.mrr_limit());
+            let before = Profile::of(&plain.at_full_feed);
+            let svg = mrr_chart(&before, &Profile::of(path), job.mrr_limit());
             Drawing::new(picture, "mrr.svg", "Removal rate along time", svg)
         }),
         Picture::Channel => {
@@ -616,22 +636,24 @@ fn report_on(
     inputs: Vec<FileRecord>,
     contacts: &[Option<DVec3>],
 ) -> Report {
-    let limit = job.mrr_limit();
+    let (limit, load) = (job.mrr_limit(), job.bounds());
     let surface = &planned.prepared.surface;
     let (flattening, quality) = (planned.prepared.flattening, &planned.prepared.quality);
     let figures = |path: &Toolpath, feed: f64| {
         let time = machine_time(path, &job.tool, &job.machine, job.cut.tolerance);
         let mut by_kind = ByKind::default();
         MoveKind::ALL.iter().for_each(|&kind| by_kind.add(kind, time.limited[kind]));
-        let rate = planned.plain.is_some().then(|| RateFigures::of(path, limit));
-        PathFigures::of(path, feed, by_kind, rate)
+        let rate = || RateFigures::of(path, &load, job.force.material);
+        PathFigures::of(path, feed, by_kind, planned.plain.is_some().then(rate))
     };
-    let plain = planned.plain.as_ref().map(|path| figures(path, job.cut.feed));
-    let slowed = planned.plain.as_ref().map(|path| {
-        let peak = RateFigures::of(path, limit).peak_over_limit;
-        let factor = (1.0 / peak).min(1.0);
+    let plain = planned.plain.as_ref().map(|plain| figures(&plain.at_full_feed, job.cut.feed));
+    let slowed = planned.plain.as_ref().map(|plain| {
+        let path = &plain.at_full_feed;
+        let factor = slowest_of(path, &load, job.cut.feed) / job.cut.feed;
         figures(&slowed(path, factor, job), job.cut.feed * factor)
     });
+    let locally = planned.plain.as_ref().and_then(|plain| plain.slowed.as_ref());
+    let slowed_locally = locally.map(|path| figures(path, job.cut.feed));
     let lengths = lengths_of_passes(planned, contacts);
     let length: f64 = lengths.iter().sum();
     let division =
@@ -659,7 +681,7 @@ fn report_on(
             set_aside: planned.prepared.aside.as_ref().map(set_aside),
         },
         repairs: repairs(planned),
-        warnings: warnings(job, planned, slowed.as_ref(), &delivered),
+        warnings: warnings(job, planned, slowed_locally.as_ref(), &delivered),
         flatten: FlattenFigures {
             method: match job.flatten {
                 _ if flattening.kind == MapKind::View => "view".into(),
@@ -697,18 +719,26 @@ fn report_on(
             over_radius: job.nominal_side_step() / job.tool.radius(),
         },
         force: ForceFigures {
-            control: match job.force.control {
-                ForceControl::Off => "off".into(),
-                ForceControl::Trochoid => "trochoid".into(),
-                ForceControl::Feed => "feed".into(),
-            },
+            control: job.force.control.name().into(),
             limit_mm3_per_min: per_minute(limit),
             straight_pass_mm3_per_min: per_minute(job.nominal_mrr()),
-            over_limit_intervals: planned.plain.as_ref().map(|path| intervals_above(path, limit)),
+            max_engagement_deg: (load.most_engaged < PI).then(|| load.most_engaged.to_degrees()),
+            min_chip_mm: (load.least_per_tooth > 0.0).then_some(load.least_per_tooth),
+            preferred_chip_mm: match job.force.min_chip {
+                MinChip::Wish(chip) if job.force.control == ForceControl::Fastest => Some(chip),
+                _ => None,
+            },
+            power_w: job.force.power,
+            cutting_force_n: job.force.cutting_force,
+            over_limit_intervals: planned
+                .plain
+                .as_ref()
+                .map(|plain| intervals_above(&plain.at_full_feed, &load)),
             trochoid_loops: planned.passes.loops as u64,
         },
         plain,
         slowed,
+        slowed_locally,
         delivered,
         coverage: coverage(planned),
         gouge: GougeFigures { lifted: lifted(planned) },
@@ -731,9 +761,15 @@ fn slowed(plain: &Toolpath, factor: f64, job: &Job) -> Toolpath {
     path
 }
 
-/// Number of runs of moves above the limit, ignoring rounding.
-fn intervals_above(path: &Toolpath, limit: f64) -> u64 {
-    let above = |p: &PathPoint| p.mrr > limit * (1.0 + 1e-9);
+/// The one feed at which every section of a path keeps the limits on rate and power, mm/s, `full` at most.
+fn slowest_of(path: &Toolpath, load: &LoadLimits, full: f64) -> f64 {
+    let cuts = path.points.iter().filter(|p| p.mrr > 0.0 && p.feed > 0.0);
+    cuts.map(|p| load.feed(p.mrr / p.feed) * full / p.feed).fold(full, f64::min)
+}
+
+/// Number of runs of moves above the limits on rate and power, ignoring rounding.
+fn intervals_above(path: &Toolpath, load: &LoadLimits) -> u64 {
+    let above = |p: &PathPoint| p.feed > 0.0 && load.share(p.mrr / p.feed, p.feed) > 1.0 + 1e-9;
     let starts = |w: &&[PathPoint]| above(&w[1]) && !above(&w[0]);
     path.points.windows(2).filter(starts).count() as u64
 }
@@ -909,8 +945,8 @@ fn warn_of_force(
     if let Some(rate) = delivered.rate.filter(|rate| rate.peak_over_limit > 1.0) {
         out.push(warning(
             "force",
-            format!("the removal rate reaches {:.2} of the limit", rate.peak_over_limit),
-            "set force.control to \"trochoid\" or \"feed\"",
+            format!("the load reaches {:.2} of its limit", rate.peak_over_limit),
+            "set force.control to \"fastest\" or \"feed\"",
         ));
     }
     let slow =
@@ -925,16 +961,25 @@ fn warn_of_force(
             "raise force.relative or force.mrr_limit",
         ));
     }
-    if let Some(slowed) = slowed
+    if let Some(slowed) = slowed.filter(|slowed| keeps_bounds(slowed, job))
         && planned.passes.loops > 0
         && delivered.machine_time_s.total > 1.01 * slowed.machine_time_s.total
     {
         let message = format!(
-            "plain passes at one reduced feed, without trochoids, would take {:.0} s instead of {:.0} s",
+            "plain passes, slowed where it takes that, keep all limits and would take {:.0} s instead of {:.0} s",
             slowed.machine_time_s.total, delivered.machine_time_s.total
         );
-        out.push(warning("force", message, "try force.control = \"feed\""));
+        out.push(warning("force", message, "try force.control = \"fastest\" or \"feed\""));
     }
+}
+
+/// Whether a path keeps the job's limits on engagement and feed per tooth.
+fn keeps_bounds(path: &PathFigures, job: &Job) -> bool {
+    let bounds = job.bounds();
+    path.rate.is_some_and(|rate| {
+        rate.engagement_deg <= bounds.most_engaged.to_degrees() + 1e-6
+            && rate.feed_per_tooth_mm >= bounds.least_per_tooth
+    })
 }
 
 /// Rotary tables that make the path last much longer.

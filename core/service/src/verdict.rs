@@ -12,7 +12,7 @@ use evencut_core::report::{
 };
 use evencut_core::surface::{Part, Warning};
 use evencut_core::toolpath::{CsvError, MoveKind, Toolpath};
-use evencut_core::verify::{Facets, VerifyError, VerifyOptions, verify};
+use evencut_core::verify::{Facets, LoadOptions, VerifyError, VerifyOptions, verify};
 use thiserror::Error;
 
 /// Millimetres in an inch, and the factor by which a ratio may differ from it: a path is larger than its surface by
@@ -293,7 +293,11 @@ pub fn verdict(
     progress: &mut dyn FnMut(f64),
 ) -> Result<Verdict, VerdictError> {
     let (design, rest) = (workpiece.design(), workpiece.rest());
-    let options = &VerifyOptions { bridges: workpiece.bridges.clone(), ..options.clone() };
+    let load = match read.lines {
+        Some(_) => options.load.map(LoadOptions::of_program),
+        None => options.load,
+    };
+    let options = &VerifyOptions { bridges: workpiece.bridges.clone(), load, ..options.clone() };
     let verification = verify(&read.path, design, rest, options, progress)?;
     let findings = read.findings.iter().map(ToString::to_string).collect();
     let report = VerificationReport {

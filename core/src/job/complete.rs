@@ -2,7 +2,7 @@
 
 use super::cut::{Cut, Stepover};
 use super::fault::Faults;
-use super::force::{Force, MrrLimit, TrochoidOptions};
+use super::force::{Force, MinChip, MrrLimit, TrochoidOptions};
 use super::hub::HubOptions;
 use super::output::OutputOptions;
 use super::path::PathOptions;
@@ -10,6 +10,7 @@ use super::regions::RegionOptions;
 use super::surface::{FlattenMethod, SurfaceOptions};
 use super::texture::TextureOptions;
 use crate::footprint::Footprint;
+use crate::load::{LoadLimits, Teeth};
 use crate::machine::{Axes, Machine};
 use crate::tool::{Assembly, Tool};
 
@@ -38,7 +39,7 @@ pub struct Job {
     pub path: PathOptions,
     /// The blades of a blisk, with the pattern `hub`.
     pub hub: Option<HubOptions>,
-    /// Limit on the material removal rate.
+    /// Limits on the cut.
     pub force: Force,
     /// Trochoid options.
     pub trochoid: TrochoidOptions,
@@ -96,11 +97,50 @@ impl Job {
         }
     }
 
-    /// The limit on the material removal rate, mm³/s.
+    /// The limit on the material removal rate, mm³/s; where power or force are limited instead, the rate at which a
+    /// straight pass at the full feed has that power.
     pub fn mrr_limit(&self) -> f64 {
-        match self.force.limit {
-            MrrLimit::Absolute(limit) => limit,
-            MrrLimit::Relative(factor) => factor * self.nominal_mrr(),
+        match (self.force.limit, self.load().power) {
+            (Some(MrrLimit::Absolute(limit)), _) => limit,
+            (Some(MrrLimit::Relative(factor)), _) => factor * self.nominal_mrr(),
+            (None, Some((power, material))) => {
+                let (section, feed) = (self.nominal_mrr() / self.cut.feed, self.cut.feed);
+                power * section * feed / material.power(&self.teeth(), section, feed)
+            }
+            (None, None) => f64::INFINITY,
+        }
+    }
+
+    /// The cutter as a disc with teeth.
+    pub fn teeth(&self) -> Teeth {
+        Teeth::of(&self.tool, self.cut.axial_depth, self.flutes, self.cut.spindle)
+    }
+
+    /// The limits on the cut that the job itself gives: a feed per tooth that is only preferred is none.
+    pub fn bounds(&self) -> LoadLimits {
+        let least_per_tooth = match self.force.min_chip {
+            MinChip::Limit(least) => least,
+            MinChip::Wish(_) => 0.0,
+        };
+        LoadLimits { least_per_tooth, ..self.load() }
+    }
+
+    /// The limits on the cut by which it is planned.
+    pub fn load(&self) -> LoadLimits {
+        let (teeth, force) = (self.teeth(), &self.force);
+        let by_force = force.cutting_force.map(|newtons| newtons * teeth.speed);
+        let by_power = force.power.map(|watts| 1e3 * watts);
+        let power = by_force.into_iter().chain(by_power).reduce(f64::min);
+        LoadLimits {
+            teeth,
+            rate: match force.limit {
+                Some(MrrLimit::Absolute(limit)) => limit,
+                Some(MrrLimit::Relative(factor)) => factor * self.nominal_mrr(),
+                None => f64::INFINITY,
+            },
+            power: power.zip(force.material),
+            least_per_tooth: force.min_chip.value(),
+            most_engaged: force.max_engagement,
         }
     }
 }

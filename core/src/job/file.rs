@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::cut::{CutDirection, Inaccessible};
-use super::force::{FeedComponent, ForceControl};
+use super::force::{FeedComponent, ForceControl, MaterialGroup};
 use super::hub::{BladeSurface, HubChannels, HubPasses};
 use super::output::Picture;
 use super::path::{Boundary, FirstPass, Links, Parameter, Pattern, RingOrder, StartKey, Traverse};
@@ -63,11 +63,15 @@ pub struct JobFile {
     /// The blades of a blisk, with `path.pattern = "hub"`: the surface is its hub.
     #[serde(default, skip_serializing_if = "is_default")]
     pub hub: HubTable,
-    /// The limit on the material removal rate, which stands for the cutting force as long as there is no model of that:
-    /// at most one of `mrr_limit` and `relative`.
+    /// Limits on the cut: on the material removal rate, at most one of `mrr_limit` and `relative`; on power and force,
+    /// which need a `[material]`; on feed per tooth and engagement. They are measured over windows of a fifth of the
+    /// cutter radius.
     #[serde(default)]
     pub force: ForceTable,
-    /// Trochoids, used with `force.control = "trochoid"`.
+    /// What is cut, for limits on power and force: a `group`, or `kc11` and `mc`.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub material: MaterialTable,
+    /// Trochoids, used with `force.control = "fastest"` or `"trochoid"`.
     #[serde(default)]
     pub trochoid: TrochoidTable,
     /// The machine and its limits.
@@ -481,14 +485,43 @@ pub struct ForceTable {
     pub mrr_limit: Option<f64>,
     /// Largest material removal rate, as a multiple of that of a straight pass at the nominal side
     /// step: side step × axial depth × feed.
-    #[schemars(extend("x-default" = "1.5 where `mrr_limit` is not given", "minimum" = 0.01, "maximum" = 1000.0))]
+    #[schemars(extend("x-default" = "1.5 where no limit on rate, power or force is given", "minimum" = 0.01, "maximum" = 1000.0))]
     pub relative: Option<f64>,
-    /// What is done where the limit would be exceeded.
-    #[schemars(extend("x-default" = "trochoid for pattern contour, else off"))]
+    /// Largest power of the cut, at the spindle's nose.
+    #[schemars(extend("x-unit" = "W", "x-default" = "no limit", "minimum" = 1e-3, "maximum" = 1e6))]
+    pub power: Option<f64>,
+    /// Largest mean cutting force: the power over the cutting speed at the mean radius of the cutter's engaged part.
+    #[schemars(extend("x-unit" = "N", "x-default" = "no limit", "minimum" = 1e-3, "maximum" = 1e6))]
+    pub cutting_force: Option<f64>,
+    /// Smallest feed per tooth, below which teeth rub instead of cutting; links and ramps may be slower.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "no limit; with `control = \"fastest\"`, trochoids are preferred below 0.03 % of the tool diameter", "exclusiveMinimum" = 0.0, "maximum" = 10.0))]
+    pub min_chip: Option<f64>,
+    /// Largest angle over which the cutter may be engaged, for its heat and wear: 180 in a slot; it is that of a disc that
+    /// takes the same volume. Links and ramps may exceed it.
+    #[schemars(extend("x-unit" = "deg", "x-default" = "no limit", "minimum" = 1.0, "maximum" = 180.0))]
+    pub max_engagement: Option<f64>,
+    /// What is done where a limit would be exceeded.
+    #[schemars(extend("x-default" = "fastest for pattern contour, else off"))]
     pub control: Option<ForceControl>,
     /// Which feed component the removal rate is formed with.
     #[schemars(extend("default" = "mean"))]
     pub vfc: Option<FeedComponent>,
+}
+
+/// `[material]`.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialTable {
+    /// Group by ISO 513: steel, stainless steel, cast iron, non-ferrous metals, heat-resistant alloys and titanium,
+    /// hardened steel. The hardest of the group counts, so that limits hold for all of it.
+    #[schemars(extend("x-default" = "given by `kc11`"))]
+    pub group: Option<MaterialGroup>,
+    /// Specific cutting force at a chip of 1 mm by 1 mm.
+    #[schemars(extend("x-unit" = "N/mm²", "x-default" = "that of `group`", "minimum" = 10.0, "maximum" = 1e5))]
+    pub kc11: Option<f64>,
+    /// Its exponent: the force falls with the chip thickness to the power of `-mc`.
+    #[schemars(extend("x-default" = "that of `group`, else 0.25", "minimum" = 0.0, "maximum" = 0.6))]
+    pub mc: Option<f64>,
 }
 
 /// `[trochoid]`.

@@ -33,7 +33,9 @@ pub use completion::{
 pub use cut::{Cut, CutDirection, Inaccessible, Stepover};
 pub use fault::{Fault, Faults, Severity, line_and_column};
 pub use file::JobFile;
-pub use force::{FeedComponent, Force, ForceControl, MrrLimit, TrochoidOptions};
+pub use force::{
+    FeedComponent, Force, ForceControl, MaterialGroup, MinChip, MrrLimit, TrochoidOptions,
+};
 pub use hub::{BladeSurface, HubChannels, HubOptions, HubPasses};
 pub use output::{OutputOptions, Picture, Post};
 pub use path::{

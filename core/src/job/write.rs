@@ -5,10 +5,10 @@ use super::cut::{Cut, Stepover};
 use super::file::{
     AnalyticTable, ComponentKey, ComponentRule, CutTable, DistortionTable, FaceKey, FaceRule,
     FlattenTable, ForceTable, GcodeTable, HolderTable, HubTable, JobFile, MachineTable,
-    OutputTable, PathTable, PostKey, RegionsTable, SelectTable, SurfaceTable, TensorTable,
-    TextureTable, ToolTable, TravelTable, TrochoidTable, Units, VERSION,
+    MaterialTable, OutputTable, PathTable, PostKey, RegionsTable, SelectTable, SurfaceTable,
+    TensorTable, TextureTable, ToolTable, TravelTable, TrochoidTable, Units, VERSION,
 };
-use super::force::MrrLimit;
+use super::force::{MinChip, MrrLimit};
 use super::hub::HubOptions;
 use super::output::Post;
 use super::path::{Boundary, PathOptions, Start, StartKey};
@@ -17,8 +17,10 @@ use super::resolve::{is_step, uses};
 use super::surface::{AnalyticOptions, Component, Faces, Selection, SurfaceOptions, SurfaceSource};
 use super::texture::TextureOptions;
 use super::units::{to_degrees, to_per_minute};
+use crate::load::Material;
 use crate::machine::Machine;
 use crate::tool::AssemblyPart;
+use core::f64::consts::PI;
 
 impl Job {
     /// The job as a job file, in mm, mm/min, degrees, with every default written out.
@@ -45,6 +47,7 @@ impl Job {
             path: path_table(&self.path),
             hub: self.hub.as_ref().map(hub_table).unwrap_or_default(),
             force: self.force_table(),
+            material: self.force.material.map(material_table).unwrap_or_default(),
             trochoid: TrochoidTable {
                 max_step: Some(self.trochoid.max_step),
                 min_radius: Some(self.trochoid.min_radius),
@@ -89,12 +92,26 @@ impl Job {
     }
 
     fn force_table(&self) -> ForceTable {
-        let (mrr_limit, relative) = match self.force.limit {
-            MrrLimit::Absolute(limit) => (Some(to_per_minute(limit)), None),
-            MrrLimit::Relative(factor) => (None, Some(factor)),
+        let force = &self.force;
+        let (mrr_limit, relative) = match force.limit {
+            Some(MrrLimit::Absolute(limit)) => (Some(to_per_minute(limit)), None),
+            Some(MrrLimit::Relative(factor)) => (None, Some(factor)),
+            None => (None, None),
         };
-        let (control, vfc) = (Some(self.force.control), Some(self.force.vfc));
-        ForceTable { mrr_limit, relative, control, vfc }
+        let min_chip = match force.min_chip {
+            MinChip::Limit(least) => Some(least),
+            MinChip::Wish(_) => None,
+        };
+        ForceTable {
+            mrr_limit,
+            relative,
+            power: force.power,
+            cutting_force: force.cutting_force,
+            min_chip,
+            max_engagement: (force.max_engagement < PI).then(|| to_degrees(force.max_engagement)),
+            control: Some(force.control),
+            vfc: Some(force.vfc),
+        }
     }
 
     fn output_table(&self) -> OutputTable {
@@ -216,6 +233,10 @@ fn select_table(select: &Selection) -> SelectTable {
             Component::Index(index) => ComponentKey::Index(index),
         }),
     }
+}
+
+fn material_table(material: Material) -> MaterialTable {
+    MaterialTable { group: None, kc11: Some(material.kc11), mc: Some(material.mc) }
 }
 
 fn cut_table(cut: &Cut) -> CutTable {

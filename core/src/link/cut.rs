@@ -29,7 +29,7 @@ pub struct CutOptions {
     pub links: Links,
     /// What is done where the limit is exceeded.
     pub control: ForceControl,
-    /// Loops for [`ForceControl::Trochoid`].
+    /// Loops, where these are inserted.
     pub loops: Loops,
 }
 
@@ -172,7 +172,7 @@ impl PassTask<'_> {
         };
         // Branches keep the limit by their feed: loops on them would cut nothing.
         let over: Vec<bool> = course.moves.iter().map(above).collect();
-        if self.options.control != ForceControl::Trochoid || !over.contains(&true) {
+        if !self.options.control.takes_trochoids() || !over.contains(&true) {
             simulation.keep();
             return 0;
         }

@@ -1,7 +1,7 @@
-//! Where simulated plain passes remove more than the limit.
+//! Where simulated plain passes cut more than may be cut at once.
 //!
 //! The disc model in the plane that places trochoids knows the removal rate only roughly; where plain passes keep to
-//! the limit in the simulation, no trochoids are needed.
+//! the limits in the simulation, no trochoids are needed.
 
 use crate::flat_path::Terrain;
 use crate::geometry::DVec2;
@@ -23,14 +23,14 @@ pub struct Excess {
 }
 
 impl Excess {
-    /// The places of a path's cutting moves that remove more than `limit`, mm³/s, and all within `radius`, mm, of
-    /// them.
-    pub fn of(path: &Toolpath, limit: f64, radius: f64, terrain: &dyn Terrain) -> Self {
+    /// The places of a path's cutting moves that remove more than `section`, mm³ per mm of travel, and all within
+    /// `radius`, mm, of them.
+    pub fn of(path: &Toolpath, section: f64, radius: f64, terrain: &dyn Terrain) -> Self {
         let mut places = Vec::new();
         for pair in path.points.windows(2) {
             let [before, here] = [&pair[0], &pair[1]];
             let (Some(from), Some(to)) = (before.flat, here.flat) else { continue };
-            if here.kind != MoveKind::Cut || here.mrr <= limit * (1.0 + ROUNDING) {
+            if here.kind != MoveKind::Cut || here.mrr <= section * here.feed * (1.0 + ROUNDING) {
                 continue;
             }
             let Some(scale) = terrain.scale(to).or_else(|| terrain.scale(from)) else { continue };

@@ -11,7 +11,7 @@ use crate::link::{DeliverOptions, Delivered, Deliverer};
 use crate::machine::Axes;
 use crate::machine_time::fill_time;
 use crate::removal::{
-    self, Access, Columns, Coverage, Cutter, Feeds, Layer, Limit, TooSlow, rated,
+    self, Access, Columns, Coverage, Cutter, Feeds, Layer, Limit, Removed, TooSlow, rated,
 };
 use crate::rest::{Places, Rest, RestOptions};
 use crate::strips::CuspBudget;
@@ -22,6 +22,15 @@ use core::cell::OnceCell;
 
 /// Fraction of the stock's depth above which the remaining material counts as untouched.
 const TOUCHED: f64 = 0.98;
+
+/// The path of the plain passes, for comparison.
+#[derive(Clone, Debug)]
+pub struct Plain {
+    /// At the full feed, but for links.
+    pub at_full_feed: Toolpath,
+    /// Slowed wherever rate or power exceed their limits; `None` where that would be too slow.
+    pub slowed: Option<Toolpath>,
+}
 
 /// A delivered path, and what it leaves.
 pub struct Finished {
@@ -51,13 +60,17 @@ impl Delivery<'_> {
 
     /// The plain passes with their true removal rates, for comparison with the path; `None` where the rates are not
     /// needed.
-    pub fn plain(&self, flat: &[FlatPoint]) -> Result<Option<Toolpath>, PlanError> {
+    pub fn plain(&self, flat: &[FlatPoint]) -> Result<Option<Plain>, PlanError> {
         if self.job.force.control == ForceControl::Off {
             return Ok(None);
         }
         let walls = self.deliverer.obstacles.without_part();
         let path = Deliverer { obstacles: &walls, ..self.deliverer }.path(flat, None, |_| {})?;
-        Ok(Some(self.rated(&path.toolpath, Feeds::LinksLimited)?))
+        let removed = self.removed(&path.toolpath);
+        let at_full_feed = self.rated(&path.toolpath, &removed, Feeds::LinksLimited)?;
+        // Where it would be too slow it is no alternative.
+        let slowed = self.rated(&path.toolpath, &removed, Feeds::Limited).ok();
+        Ok(Some(Plain { at_full_feed, slowed }))
     }
 
     /// The path.
@@ -85,7 +98,7 @@ impl Delivery<'_> {
         coverage.inaccessible_places.extend(rest.into_inaccessible());
         let toolpath = match self.job.force.control {
             ForceControl::Off => toolpath,
-            _ => self.rated(&toolpath, Feeds::Limited)?,
+            _ => self.rated(&toolpath, &self.removed(&toolpath), Feeds::Limited)?,
         };
         Ok(Finished { toolpath, lifted, coverage })
     }
@@ -153,14 +166,23 @@ impl Delivery<'_> {
         }
     }
 
+    /// What a path truly removes.
+    fn removed(&self, path: &Toolpath) -> Removed {
+        let options = &self.deliverer.options;
+        let cutter = Cutter { tool: self.job.tool, length: options.pass.reach };
+        self.columns().cut(path, cutter, self.layer(), options.threads)
+    }
+
     /// The path with its true removal rates and the resulting feeds.
-    fn rated(&self, path: &Toolpath, feeds: fn(Limit) -> Feeds) -> Result<Toolpath, PlanError> {
+    fn rated(
+        &self,
+        path: &Toolpath,
+        removed: &Removed,
+        feeds: fn(Limit) -> Feeds,
+    ) -> Result<Toolpath, PlanError> {
         let job = self.job;
-        let cutter = Cutter { tool: job.tool, length: self.deliverer.options.pass.reach };
-        let removed =
-            self.columns().cut(path, cutter, self.layer(), self.deliverer.options.threads);
         let limit = Limit {
-            rate: job.mrr_limit(),
+            load: job.load(),
             feed: job.cut.feed,
             return_feed: job.trochoid.return_feed,
             slowest: SLOWEST,
@@ -172,7 +194,7 @@ impl Delivery<'_> {
             limit: job.mrr_limit(),
         };
         let mut path =
-            rated(path, &removed, feeds(limit), job.tool.radius()).map_err(unreachable)?;
+            rated(path, removed, feeds(limit), job.tool.radius()).map_err(unreachable)?;
         fill_time(&mut path, &job.tool, &job.machine);
         Ok(path)
     }

@@ -139,6 +139,26 @@ pub enum PlanError {
         /// The limit, mm³/s.
         limit: f64,
     },
+    /// The cutter is engaged too far, or would have to go too slowly.
+    #[error(
+        "force: near ({:.3}, {:.3}, {:.3}) mm {}; no trochoids that this job allows take less there: raise that limit, \
+         or reduce cut.axial_depth, or cut.scallop or cut.stepover, or trochoid.min_radius{}",
+        place.x, place.y, place.z,
+        thickness(*engaged, *most, *per_tooth, *least),
+        if *least > 0.0 { ", or raise the limit on rate, power or force" } else { "" }
+    )]
+    TooThick {
+        /// Where, mm.
+        place: DVec3,
+        /// Angle of engagement there, rad.
+        engaged: f64,
+        /// Its limit, rad.
+        most: f64,
+        /// Feed per tooth there, mm.
+        per_tooth: f64,
+        /// Its limit, mm.
+        least: f64,
+    },
     /// The cutter does not fit and the job does not allow lifting it.
     #[error(
         "cutter: it does not fit near ({:.3}, {:.3}, {:.3}) mm, where it would have to be lifted by {raise:.3} mm \
@@ -167,6 +187,19 @@ pub enum PlanError {
         /// Raise there, mm.
         raise: f64,
     },
+}
+
+/// Which of the limits on engagement and feed per tooth is broken.
+fn thickness(engaged: f64, most: f64, per_tooth: f64, least: f64) -> String {
+    if engaged > most {
+        format!(
+            "the cutter is engaged over {:.1} degrees, more than force.max_engagement, {:.1}",
+            engaged.to_degrees(),
+            most.to_degrees()
+        )
+    } else {
+        format!("the feed is {per_tooth:.5} mm per tooth, less than force.min_chip, {least:.5}")
+    }
 }
 
 /// The message of an error without its subject.

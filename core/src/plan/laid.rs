@@ -1,6 +1,6 @@
 //! A prepared surface → regions, passes on each, their order, and the path over them in the flat plane.
 
-use super::delivery::{Delivery, deliver_options, rapid_plane, walls};
+use super::delivery::{Delivery, Plain, deliver_options, rapid_plane, walls};
 use super::error::PlanError;
 use super::plane::{FlatCut, Plane, centring};
 use super::prepared::Prepared;
@@ -9,7 +9,7 @@ use crate::cutter_location::{Obstacles, ToolAxis};
 use crate::flat_path::FlatPoint;
 use crate::flatten::{FlattenError, Locator};
 use crate::geometry::DVec3;
-use crate::job::{Boundary, Division, Job, Start};
+use crate::job::{Boundary, Division, ForceControl, Job, Start};
 use crate::level_set::{PassMesh, StripMetric};
 use crate::lift::Lift;
 use crate::link::{DeliverOptions, Deliverer};
@@ -17,10 +17,9 @@ use crate::outline::Outline;
 use crate::pattern;
 use crate::regions::tensor::{self, Topology};
 use crate::regions::{self, Layout, LayoutOptions, RegionMesh, Regions, Undivided};
-use crate::removal::Columns;
+use crate::removal::{CLOSEST, Columns};
 use crate::strips::{CuspBudget, Strips};
 use crate::surface::Surface;
-use crate::toolpath::Toolpath;
 use crate::walls::Clearance;
 use core::cell::OnceCell;
 use std::sync::Arc;
@@ -39,7 +38,7 @@ pub struct Laid<'a> {
     pub(super) ground: Ground<'a>,
     pub(super) flat: FlatCut,
     /// The path of the plain passes, where the removal rate is limited.
-    pub(super) plain: Option<Toolpath>,
+    pub(super) plain: Option<Plain>,
 }
 
 /// The passes of a job on a prepared surface, and what they must keep clear of.
@@ -181,21 +180,41 @@ impl<'a> Ground<'a> {
     }
 
     /// The flat path, and that of the plain passes on the part where the removal rate is limited. Plain passes that
-    /// keep to the limit are the path themselves.
+    /// keep to the limits are the path themselves.
     fn cut(
         &self,
         plane: &Plane,
         delivery: &Delivery,
         progress: &mut dyn FnMut(f64),
-    ) -> Result<(FlatCut, Option<Toolpath>), PlanError> {
+    ) -> Result<(FlatCut, Option<Plain>), PlanError> {
         let laid = plane.laid(&self.order);
         let plain = delivery.plain(&laid.points)?;
-        let excess = plain.as_ref().filter(|_| plane.is_walked()).map(|path| plane.excess(path));
-        let cut = match excess.filter(|excess| !excess.is_empty()) {
-            Some(excess) => plane.cut(&self.order, &excess, progress),
-            None => laid,
+        let cut = plain.as_ref().and_then(|plain| self.cut_within(plane, plain, 1.0, progress));
+        Ok((cut.unwrap_or(laid), plain))
+    }
+
+    /// The flat path of passes that, plain and at the full feed, would break a limit: with trochoids wherever more would
+    /// be cut at once than may be, whose loops cut a `share` of that at most; `None` where plain passes break none.
+    pub fn cut_within(
+        &self,
+        plane: &Plane,
+        plain: &Plain,
+        share: f64,
+        progress: &mut dyn FnMut(f64),
+    ) -> Option<FlatCut> {
+        let job = self.job;
+        let load = job.load();
+        let at_full_feed = load.at_full_feed(job.cut.feed);
+        let most = match job.force.control {
+            ForceControl::Off | ForceControl::Feed => at_full_feed,
+            ForceControl::Trochoid => at_full_feed.min(load.thickest(CLOSEST)),
+            ForceControl::Fastest => load.thickest(CLOSEST),
         };
-        Ok((cut, plain))
+        let path = &plain.at_full_feed;
+        let is_plain = !plane.is_walked()
+            || plane.excess(path, at_full_feed.min(load.thickest(CLOSEST))).is_empty();
+        let cut = || plane.cut(&self.order, (&plane.excess(path, most), share * most), progress);
+        (!is_plain).then(cut)
     }
 }
 

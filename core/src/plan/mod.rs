@@ -19,6 +19,7 @@ mod stage;
 
 use crate::job::Job;
 pub use crate::strips::CuspBudget;
+pub use delivery::Plain;
 pub use design::Design;
 pub use error::PlanError;
 pub use laid::Laid;

@@ -68,14 +68,19 @@ impl<'a> Plane<'a> {
         FlatCut { points, loops: 0, is_rated: false }
     }
 
-    /// Where a path of plain passes removes too much.
-    pub fn excess(&self, plain: &Toolpath) -> Excess {
-        let job = self.job;
-        Excess::of(plain, job.mrr_limit(), job.tool.radius(), &self.terrain())
+    /// Where a path of plain passes cuts more than a section, mm³ per mm of travel.
+    pub fn excess(&self, plain: &Toolpath, section: f64) -> Excess {
+        Excess::of(plain, section, self.job.tool.radius(), &self.terrain())
     }
 
-    /// The passes as the disc cuts them, with trochoids near `excess`.
-    pub fn cut(&self, order: &[usize], excess: &Excess, progress: &mut dyn FnMut(f64)) -> FlatCut {
+    /// The passes as the disc cuts them, with trochoids near `excess`: their loops cut no more than a `section`, mm³ per
+    /// mm of travel.
+    pub fn cut(
+        &self,
+        order: &[usize],
+        (excess, section): (&Excess, f64),
+        progress: &mut dyn FnMut(f64),
+    ) -> FlatCut {
         let job = self.job;
         let cutting = Cutting {
             // The disc that takes as much of the layer as the cutter, but covers the side step.
@@ -86,7 +91,7 @@ impl<'a> Plane<'a> {
             depth: job.cut.axial_depth,
             feed: job.cut.feed,
             vfc: job.force.vfc,
-            limit: job.mrr_limit(),
+            limit: section * job.cut.feed,
         };
         let options = CutOptions {
             order: job.path.order,

@@ -1,23 +1,29 @@
 //! A path in the flat plane → the path of the cutter, and what is known about it.
 
-use super::delivery::Finished;
+use super::delivery::{Delivery, Finished, Plain};
 use super::error::PlanError;
 use super::laid::{Ground, Laid};
+use super::plane::{FlatCut, Plane};
 use super::prepared::Prepared;
 use super::stage::Stage;
 use crate::cutter_location::LiftedSpan;
 use crate::geometry::DVec3;
 use crate::hub::ChannelFigures;
-use crate::job::Job;
+use crate::job::{ForceControl, Job};
 use crate::level_set::ClosingReport;
 use crate::machine_time::fill_time;
 use crate::mesh::{FaceId, VertexId};
 use crate::regions::tensor::Topology;
 use crate::regions::{self, Divided, Layout};
-use crate::removal::Coverage;
+use crate::removal::{Coverage, beyond};
 use crate::strips::CuspBudget;
 use crate::toolpath::Toolpath;
 use std::sync::Arc;
+
+/// How often trochoids that cut too much at once are laid again.
+const ROUNDS: usize = 4;
+/// By what factor they cut less each time.
+const SMALLER: f64 = 0.85;
 
 /// A plan and what is known about it.
 #[derive(Debug)]
@@ -31,7 +37,7 @@ pub struct Planned {
     /// The delivered path.
     pub toolpath: Toolpath,
     /// The path of the plain passes, where the removal rate is limited.
-    pub plain: Option<Toolpath>,
+    pub plain: Option<Plain>,
     /// Height of the rapids, mm.
     pub rapid_plane: f64,
     /// Where the cutter had to be lifted.
@@ -84,9 +90,10 @@ impl Laid<'_> {
     pub fn planned(self, progress: &mut dyn FnMut(Stage, f64)) -> Result<Planned, PlanError> {
         let Self { ground, flat, plain } = self;
         progress(Stage::Locate, 0.0);
-        let Finished { mut toolpath, lifted, coverage, .. } = ground.on(|_, delivery| {
-            delivery.finished(&flat.points, &mut |p| progress(Stage::Locate, p))
+        let (flat, finished) = ground.on(|plane, delivery| {
+            within_bounds(&ground, (plane, delivery), flat, plain.as_ref(), progress)
         })?;
+        let Finished { mut toolpath, lifted, coverage } = finished;
         let job = ground.job;
         fill_time(&mut toolpath, &job.tool, &job.machine);
         Ok(Planned {
@@ -101,6 +108,43 @@ impl Laid<'_> {
             channels: None,
             passes: Passes::of(ground, flat.loops),
         })
+    }
+}
+
+/// The finished path. Where trochoids turn out to cut more at once than may be, since the real cutter is no disc, they
+/// are laid again with smaller bites.
+///
+/// # Errors
+/// [`PlanError::TooThick`] where that does not help.
+fn within_bounds(
+    ground: &Ground,
+    (plane, delivery): (&Plane, &Delivery),
+    mut flat: FlatCut,
+    plain: Option<&Plain>,
+    progress: &mut dyn FnMut(Stage, f64),
+) -> Result<(FlatCut, Finished), PlanError> {
+    let (job, bounds) = (ground.job, ground.job.bounds());
+    let (mut share, mut rounds) = (1.0, 0);
+    loop {
+        let finished = delivery.finished(&flat.points, &mut |p| progress(Stage::Locate, p))?;
+        let limits = (job.force.control != ForceControl::Off).then_some(&bounds);
+        let Some(beyond) = limits.and_then(|bounds| beyond(&finished.toolpath, bounds)) else {
+            return Ok((flat, finished));
+        };
+        share *= SMALLER;
+        let again = plain
+            .filter(|_| flat.loops > 0 && rounds < ROUNDS)
+            .and_then(|plain| ground.cut_within(plane, plain, share, &mut |_| {}));
+        let Some(smaller) = again else {
+            return Err(PlanError::TooThick {
+                place: beyond.place,
+                engaged: bounds.teeth.engaged(beyond.section),
+                most: bounds.most_engaged,
+                per_tooth: bounds.teeth.per_tooth(beyond.feed),
+                least: bounds.least_per_tooth,
+            });
+        };
+        (flat, rounds) = (smaller, rounds + 1);
     }
 }
 

@@ -442,6 +442,7 @@ mod tests {
             scallop: Some(0.03),
             tolerance: TOLERANCE,
             mrr_limit: None,
+            load: None,
             spacing: 0.2,
             up: DVec3::Z,
             inaccessible: Vec::new(),

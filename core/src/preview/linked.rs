@@ -296,6 +296,7 @@ mod tests {
             scallop: Some(0.03),
             tolerance: 0.005,
             mrr_limit: Some(samples::LIMIT),
+            load: None,
             spacing: 0.5,
             up: DVec3::Z,
             inaccessible: Vec::new(),

@@ -7,8 +7,8 @@
 //! move with one feed and nearly one rate are joined.
 
 use super::sweep::{Piece, Removed};
-use crate::engagement::AIM;
 use crate::geometry::DVec3;
+use crate::load::LoadLimits;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use std::ops::Range;
 
@@ -20,16 +20,25 @@ const LENGTHS: [f64; 3] = [1.0, 4.0 / 3.0, 5.0 / 3.0];
 /// Reduced feeds come from the ladder `nominal * RUNG^n`, so that the program is not full of feed
 /// words. Smaller: fewer words, more time lost.
 const RUNG: f64 = 0.97;
+/// Feeds aim at this fraction of the limits: another simulation, with other samples and windows, finds up to a
+/// hundredth more.
+const AIM: f64 = 0.98;
 /// Pieces whose rates differ by less than this fraction of the limit are joined.
 const SAME: f64 = 0.05;
 /// Pieces of a move shorter than this many cutter radii are joined.
 const SHORTEST: f64 = 0.1;
 
-/// The limit and the feeds to start from.
+/// Feeds come as close as this to the fastest that keeps the limits.
+pub const CLOSEST: f64 = RUNG * AIM;
+
+/// Part of a limit on section or feed per tooth that rounding may take.
+const PLAY: f64 = 0.005;
+
+/// The limits and the feeds to start from.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Limit {
-    /// Limit on the removal rate, mm³/s.
-    pub rate: f64,
+    /// Limits on the cut.
+    pub load: LoadLimits,
     /// Nominal feed on the surface, mm/s.
     pub feed: f64,
     /// Nominal feed of trochoid returns, mm/s.
@@ -88,7 +97,8 @@ pub fn rated(
         .map(|i| if followed[i] { on_ladder(nominal[i], per_mm[i], limit) } else { nominal[i] })
         .collect();
     let rate = window_rates(&removed.pieces, &travel, &feed, &runs, WINDOW * radius);
-    let same = SAME * limit.rate;
+    let full = limit.load.at_full_feed(limit.feed).min(limit.load.teeth.slot());
+    let same = SAME * full * limit.feed;
     let mut out = Toolpath { points: Vec::with_capacity(path.points.len()) };
     out.points.extend(path.points.first());
     for i in 1..path.points.len() {
@@ -238,10 +248,10 @@ fn window_rates(
     rates
 }
 
-/// The largest rung of the ladder at which `per_mm` mm³ per mm keep to the limit.
+/// The largest rung of the ladder at which `per_mm` mm³ per mm keep to the limits.
 fn on_ladder(nominal: f64, per_mm: f64, limit: Limit) -> f64 {
     let mut feed = nominal;
-    let highest = limit.rate * AIM / per_mm;
+    let highest = limit.load.feed(per_mm) * AIM;
     while feed > highest && feed > limit.slowest * nominal {
         feed *= RUNG;
     }
@@ -255,7 +265,7 @@ fn refuse_too_slow(
     nominal: &[f64],
     limit: Limit,
 ) -> Result<(), TooSlow> {
-    let part = |i: usize| limit.rate / (per_mm[i] * nominal[i]);
+    let part = |i: usize| limit.load.feed(per_mm[i]) / nominal[i];
     let Some(worst) = (0..per_mm.len()).min_by(|&a, &b| part(a).total_cmp(&part(b))) else {
         return Ok(());
     };
@@ -266,8 +276,39 @@ fn refuse_too_slow(
     Err(TooSlow {
         place: path.points[point.min(path.points.len() - 1)].tip,
         rate: per_mm[worst] * nominal[worst],
-        feed: limit.rate / per_mm[worst],
+        feed: limit.load.feed(per_mm[worst]),
     })
+}
+
+/// A place where the cutter is engaged over too large an angle, or goes too slowly.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Beyond {
+    /// The tip there, mm.
+    pub place: DVec3,
+    /// Section of the cut, mm².
+    pub section: f64,
+    /// The feed there, mm/s.
+    pub feed: f64,
+}
+
+/// Where a path whose points tell their rates cuts too thickly or too slowly, at its worst. Links and ramps may.
+pub fn beyond(path: &Toolpath, load: &LoadLimits) -> Option<Beyond> {
+    let most = load.teeth.section(load.most_engaged) * (1.0 + PLAY);
+    let least = load.least_per_tooth * load.teeth.rate * (1.0 - PLAY);
+    let is_engaged = load.most_engaged < core::f64::consts::PI;
+    let mut worst: Option<(f64, Beyond)> = None;
+    for p in &path.points {
+        if !matches!(p.kind, MoveKind::Cut | MoveKind::Trochoid) || p.mrr <= 0.0 || p.feed <= 0.0 {
+            continue;
+        }
+        let section = p.mrr / p.feed;
+        let by_angle = if is_engaged { section / most } else { 0.0 };
+        let excess = by_angle.max(least / p.feed);
+        if excess > 1.0 && worst.is_none_or(|(w, _)| excess > w) {
+            worst = Some((excess, Beyond { place: p.tip, section, feed: p.feed }));
+        }
+    }
+    worst.map(|(_, beyond)| beyond)
 }
 
 /// A part of a move with one feed and one rate.
@@ -314,6 +355,7 @@ fn point_on(a: &PathPoint, b: &PathPoint, piece: &Joined) -> PathPoint {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::load::Teeth;
 
     fn pieces(volumes: &[f64], length: f64) -> Vec<Piece> {
         volumes.iter().map(|&volume| Piece { end: 1.0, length, volume }).collect()
@@ -326,7 +368,15 @@ mod tests {
         let all = pieces(&volumes, 0.1);
         let travel = running(all.iter().map(|p| p.length));
         let per_mm = worst_windows(&all, &travel, std::slice::from_ref(&(0..all.len())), 0.75);
-        let limit = Limit { rate: 100.0, feed: 40.0, return_feed: 40.0, slowest: 1e-3 };
+        let teeth = Teeth { radius: 5.0, depth: 100.0, edge: 100.0, rate: 1.0, speed: 1.0 };
+        let load = LoadLimits {
+            teeth,
+            rate: 100.0,
+            power: None,
+            least_per_tooth: 0.0,
+            most_engaged: core::f64::consts::PI,
+        };
+        let limit = Limit { load, feed: 40.0, return_feed: 40.0, slowest: 1e-3 };
         let feed: Vec<f64> = per_mm.iter().map(|&q| on_ladder(40.0, q, limit)).collect();
         let rate = window_rates(&all, &travel, &feed, std::slice::from_ref(&(0..all.len())), 0.75);
         let peak = rate.iter().copied().fold(0.0, f64::max);

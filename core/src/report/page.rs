@@ -112,8 +112,9 @@ fn texture(html: &mut String, report: &Report) {
 fn comparison_table(html: &mut String, report: &Report) {
     html.push_str(match report.plain {
         Some(_) => {
-            "<h2>Plain, slowed, delivered</h2>\n<p>Plain: the passes at the nominal feed. Slowed: the \
-             same at the one feed that respects the limit.</p>\n"
+            "<h2>Plain passes and what is delivered</h2>\n<p>Plain: the passes at the full feed. Slowed \
+             throughout: the same at the one feed that keeps the limits on rate, power and force. Slowed locally: \
+             only where one of them would be exceeded.</p>\n"
         }
         None => "<h2>Delivered path</h2>\n",
     });

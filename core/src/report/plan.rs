@@ -48,6 +48,9 @@ pub struct Report {
     pub plain: Option<PathFigures>,
     /// The plain passes at the one feed that respects the limit; null where it is not controlled.
     pub slowed: Option<PathFigures>,
+    /// The plain passes, slowed only where a limit would be exceeded; null where that is not controlled, or where it
+    /// would be too slow.
+    pub slowed_locally: Option<PathFigures>,
     /// The path that is delivered.
     pub delivered: PathFigures,
     /// What the cutter reaches.
@@ -189,12 +192,23 @@ pub struct StepoverFigures {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct ForceFigures {
-    /// off, trochoid or feed.
+    /// off, fastest, trochoid or feed.
     pub control: String,
-    /// Limit of the removal rate, mm³/min.
+    /// Limit of the removal rate, mm³/min; where power or force are limited instead, the rate of a straight pass at the
+    /// full feed that has that power.
     pub limit_mm3_per_min: f64,
     /// Removal rate of a straight pass at the nominal side step, mm³/min.
     pub straight_pass_mm3_per_min: f64,
+    /// Limit on the angle of engagement, degrees; null where there is none.
+    pub max_engagement_deg: Option<f64>,
+    /// Limit on the feed per tooth, mm; null where there is none.
+    pub min_chip_mm: Option<f64>,
+    /// Feed per tooth below which trochoids are preferred, mm; null where they are not, or where there is a limit.
+    pub preferred_chip_mm: Option<f64>,
+    /// Limit on the power, W; null where there is none.
+    pub power_w: Option<f64>,
+    /// Limit on the mean cutting force, N; null where there is none.
+    pub cutting_force_n: Option<f64>,
     /// Intervals of the plain passes above the limit; null where the rate is not controlled.
     pub over_limit_intervals: Option<u64>,
     /// Trochoid loops in the delivered path.

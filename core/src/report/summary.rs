@@ -7,6 +7,10 @@ use std::fmt::Write;
 /// Warnings shown; the report itself has all.
 const WARNINGS: usize = 4;
 
+/// Rows of the comparison that only the page has.
+const IN_THE_REPORT: [&str; 4] =
+    ["feed, mm/min", "peak, mm³/min", "mean cut, mm³/min", "time, min:s"];
+
 /// Compact, aligned text: what was planned, how the three paths compare, what to mind.
 pub fn summary(report: &Report) -> String {
     let mut text = String::new();
@@ -17,8 +21,9 @@ pub fn summary(report: &Report) -> String {
     }
     text.push('\n');
     let headings = compared(report).into_iter().map(|(name, _)| name.to_owned()).collect();
-    for (label, values) in core::iter::once(("", headings)).chain(comparison(report)) {
-        let values: String = values.iter().map(|value| format!("{value:>12}")).collect();
+    let rows = comparison(report).into_iter().filter(|(label, _)| !IN_THE_REPORT.contains(label));
+    for (label, values) in core::iter::once(("", headings)).chain(rows) {
+        let values: String = values.iter().map(|value| format!("{value:>18}")).collect();
         let _ = writeln!(text, "  {label:<22}{values}");
     }
     if let Some(verification) = &report.verification {
@@ -116,11 +121,21 @@ fn limit(report: &Report) -> String {
     let Some(intervals) = f.over_limit_intervals else {
         return "the removal rate is not limited (force.control = \"off\")".into();
     };
+    let further = [
+        f.power_w.map(|w| format!(", {w:.0} W")),
+        f.cutting_force_n.map(|n| format!(", {n:.0} N")),
+        f.max_engagement_deg.map(|d| format!(", {d:.0}°")),
+        f.min_chip_mm.map(|c| format!(", {c:.4} mm/tooth")),
+    ];
+    let further: String = further.into_iter().flatten().collect();
+    let above = match &further[..] {
+        "" => format!(", {} above it", counted(intervals, "interval")),
+        _ => String::new(),
+    };
     format!(
-        "{:.0} mm³/min ({ratio:.2} x straight pass), {} above it, {}",
+        "{:.0} mm³/min ({ratio:.2} x straight pass){further}{above}; {}",
         f.limit_mm3_per_min,
-        counted(intervals, "interval"),
-        counted(f.trochoid_loops, "trochoid loop"),
+        counted(f.trochoid_loops, "loop"),
     )
 }
 
@@ -133,10 +148,15 @@ fn counted(count: u64, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { plural })
 }
 
-/// Headings of the paths that are compared: plain, slowed and delivered, or the last alone.
+/// Headings of the paths that are compared: plain passes, these slowed throughout and where it takes that, and what is
+/// delivered; or the last alone.
 pub fn compared(report: &Report) -> Vec<(&'static str, &PathFigures)> {
-    let (plain, slowed) = (report.plain.as_ref(), report.slowed.as_ref());
-    let all = [("plain", plain), ("slowed", slowed), ("delivered", Some(&report.delivered))];
+    let all = [
+        ("plain", report.plain.as_ref()),
+        ("slowed throughout", report.slowed.as_ref()),
+        ("slowed locally", report.slowed_locally.as_ref()),
+        ("delivered", Some(&report.delivered)),
+    ];
     all.into_iter().filter_map(|(name, path)| Some((name, path?))).collect()
 }
 
@@ -153,6 +173,9 @@ pub fn comparison(report: &Report) -> Vec<(&'static str, Vec<String>)> {
         ("peak, mm³/min", rate(|r| format!("{:.0}", r.peak_mm3_per_min))),
         ("mean cut, mm³/min", rate(|r| format!("{:.0}", r.mean_mm3_per_min))),
         ("variation", rate(|r| format!("{:.3}", r.variation))),
+        ("0.8 to 1 of the limit", rate(|r| format!("{:.0} %", 100.0 * r.near_limit))),
+        ("engaged over, degrees", rate(|r| format!("{:.0}", r.engagement_deg))),
+        ("least mm per tooth", rate(|r| format!("{:.4}", r.feed_per_tooth_mm))),
     ];
     rows.extend(rates.into_iter().filter_map(|(label, values)| Some((label, values?))));
     rows.extend([
@@ -219,7 +242,7 @@ mod tests {
             .skip_while(|l| !l.contains("delivered"))
             .take_while(|l| !l.is_empty())
             .collect();
-        assert_eq!(rows.len(), 9);
-        assert!(rows.iter().all(|r| r.chars().count() == 60));
+        assert_eq!(rows.len(), 8);
+        assert!(rows.iter().all(|r| r.chars().count() == 96));
     }
 }

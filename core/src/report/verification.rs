@@ -5,7 +5,8 @@ use super::record::{FileRecord, Versions};
 use crate::geometry::DVec3;
 use crate::units::per_minute;
 use crate::verify::{
-    Band, Broken, Crests, Fault, Spot, Verification, VerifyOptions, WallFigures, Window,
+    Band, Broken, Crests, Fault, Load, LoadOptions, Quantity, Spot, Verification, VerifyOptions,
+    WallFigures, Window, Worst,
 };
 use serde::Serialize;
 use std::fmt::Write;
@@ -65,6 +66,8 @@ pub struct VerificationFigures {
     pub rest_height_mm: f64,
     /// Measured removal rate; null where the depth of the stock is not known.
     pub mrr: Option<MrrFigures>,
+    /// What was asked of the cutter at worst; null where the depth of the stock or the teeth are not known.
+    pub load: Option<LoadFigures>,
     /// Number of rapids that touch stock or part.
     pub rapids_in_stock: u64,
     /// The first of them.
@@ -219,6 +222,65 @@ pub struct MrrFigures {
     pub largest_difference_at_mm: Option<[f64; 3]>,
 }
 
+/// What was asked of the cutter at worst, over the same windows.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct LoadFigures {
+    /// Largest angle of engagement on passes and loops, degrees, of a disc that takes the same volume.
+    pub engagement_deg: f64,
+    /// Its limit, degrees; null where there is none.
+    pub engagement_limit_deg: Option<f64>,
+    /// Smallest feed per tooth where passes and loops cut, mm.
+    pub feed_per_tooth_mm: f64,
+    /// Its limit, mm; null where there is none.
+    pub feed_per_tooth_limit_mm: Option<f64>,
+    /// Largest power, W; null where the material is not known.
+    pub power_w: Option<f64>,
+    /// Its limit, W; null where there is none.
+    pub power_limit_w: Option<f64>,
+    /// Largest mean cutting force, N; null where the material is not known.
+    pub force_n: Option<f64>,
+    /// Its limit, N; null where there is none.
+    pub force_limit_n: Option<f64>,
+}
+
+impl LoadFigures {
+    fn of(load: &Load, options: &LoadOptions) -> Self {
+        let value = |worst: Worst| worst.map(|(value, _)| value);
+        Self {
+            engagement_deg: value(load.engaged).unwrap_or(0.0).to_degrees(),
+            engagement_limit_deg: options.most_engaged.map(f64::to_degrees),
+            feed_per_tooth_mm: value(load.per_tooth).unwrap_or(0.0),
+            feed_per_tooth_limit_mm: options.least_per_tooth,
+            power_w: value(load.power),
+            power_limit_w: options.most_power,
+            force_n: value(load.force),
+            force_limit_n: options.most_force,
+        }
+    }
+
+    /// On one line.
+    fn line(&self) -> String {
+        let of = |limit: Option<String>| limit.map_or_else(String::new, |l| format!(" of {l}"));
+        let mut line = format!(
+            "engaged over {:.0}{}°, {:.4} mm per tooth or more{}",
+            self.engagement_deg,
+            of(self.engagement_limit_deg.map(|l| format!("{l:.0}"))),
+            self.feed_per_tooth_mm,
+            self.feed_per_tooth_limit_mm.map_or_else(String::new, |l| format!(" ({l:.4} asked)")),
+        );
+        if let (Some(power), Some(force)) = (self.power_w, self.force_n) {
+            let _ = write!(
+                line,
+                ", {power:.0}{} W, {force:.0}{} N",
+                of(self.power_limit_w.map(|l| format!("{l:.0}"))),
+                of(self.force_limit_n.map(|l| format!("{l:.0}"))),
+            );
+        }
+        line
+    }
+}
+
 /// A move that may not be.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -301,6 +363,7 @@ impl VerificationFigures {
             rest_mm2: f.inaccessible.above,
             rest_height_mm: if f.inaccessible.above > 0.0 { f.inaccessible.largest } else { 0.0 },
             mrr: mrr(verification, options, &lines),
+            load: verification.load.zip(options.load).map(|(l, o)| LoadFigures::of(&l, &o)),
             rapids_in_stock: f.rapids.len() as u64,
             rapids: faults(&f.rapids),
             moves_without_feed: f.without_feed.len() as u64,
@@ -314,7 +377,8 @@ impl VerificationFigures {
         let walls = self.walls.as_ref().map(|walls| ("walls", self.walls_line(walls)));
         let first = [("scallop", self.scallop_line()), ("gouge", self.gouge_line())];
         let last = [("reach", self.reach_line()), ("rate", self.rate_line())];
-        first.into_iter().chain(walls).chain(last).collect()
+        let load = self.load.as_ref().map(|load| ("load", load.line()));
+        first.into_iter().chain(walls).chain(last).chain(load).collect()
     }
 
     fn scallop_line(&self) -> String {
@@ -672,6 +736,25 @@ fn described(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String 
             at(worst.place),
             line(worst.of)
         ),
+        Broken::Load { quantity, value, limit, at: window } => {
+            let what = match quantity {
+                Quantity::Engagement => format!(
+                    "the cutter is engaged over {:.1} degrees, allowed are {:.1},",
+                    value.to_degrees(),
+                    limit.to_degrees()
+                ),
+                Quantity::FeedPerTooth => {
+                    format!("feed of {value:.5} mm per tooth, at least {limit:.5} are asked,")
+                }
+                Quantity::Power => {
+                    format!("power of {value:.1} W, {:.3} of the limit,", value / limit)
+                }
+                Quantity::Force => {
+                    format!("cutting force of {value:.1} N, {:.3} of the limit,", value / limit)
+                }
+            };
+            format!("{what} at {}{}", at(window.place), line(window.of))
+        }
         Broken::Rapid { count, worst } => format!(
             "{} through stock or part, {} µm deep at {}{}",
             counted(*count, "rapid"),

@@ -90,8 +90,8 @@ fn metrics(
 fn widest(job: &Job) -> f64 {
     match job.force.control {
         ForceControl::Off => f64::INFINITY,
-        ForceControl::Trochoid | ForceControl::Feed => {
-            let allowed = job.mrr_limit() / (job.cut.axial_depth * job.cut.feed);
+        ForceControl::Trochoid | ForceControl::Feed | ForceControl::Fastest => {
+            let allowed = job.load().at_full_feed(job.cut.feed) / job.cut.axial_depth;
             (SHARE_OF_LIMIT * allowed).max(job.nominal_side_step())
         }
     }

@@ -111,6 +111,14 @@ impl Tool {
         (b * round + segment + self.radius * (depth - round)) / depth
     }
 
+    /// Length of the profile from the tip up to a depth, without the flat bottom, mm: how much of the cutting edge is in a
+    /// layer of that depth, the helix apart.
+    pub fn edge_length(&self, depth: f64) -> f64 {
+        let r = self.corner_radius;
+        let round = if r > 0.0 { r * acos_clamped(1.0 - depth.min(r) / r) } else { 0.0 };
+        round + (depth - r).max(0.0)
+    }
+
     /// Effective curvature across the feed for a lead whose sine is `sin_lead`, 1/mm.
     ///
     /// `1 / (r_c + (R - r_c) / sin lead)`; a flat end at lead 0 gives 0.
@@ -147,5 +155,14 @@ mod tests {
         }
         assert_eq!(Tool::new(5.0, 0.0).unwrap().mean_radius(2.0), 5.0);
         assert_eq!(Tool::new(5.0, 2.0).unwrap().mean_radius(0.0), 3.0);
+    }
+
+    #[test]
+    fn the_edge_is_a_quarter_circle_and_what_is_above_it() {
+        let quarter = core::f64::consts::FRAC_PI_2;
+        let bull = Tool::new(5.0, 2.0).unwrap();
+        assert!((bull.edge_length(2.0) - 2.0 * quarter).abs() < 1e-12);
+        assert!((bull.edge_length(3.5) - 2.0 * quarter - 1.5).abs() < 1e-12);
+        assert_eq!(Tool::new(5.0, 0.0).unwrap().edge_length(1.5), 1.5);
     }
 }

@@ -1,5 +1,6 @@
 //! Figures of the samples: scallops, gouges, untouched area, and which limits are broken.
 
+use super::load::{Load, LoadOptions, Worst};
 use super::options::VerifyOptions;
 use super::outcome::Outcome;
 use super::rate::{Rate, Window};
@@ -133,6 +134,19 @@ pub struct Figures {
     pub broken: Vec<Broken>,
 }
 
+/// What is asked of a cutter besides the removal rate.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Angle of engagement, rad.
+    Engagement,
+    /// Feed per tooth, mm: the smallest.
+    FeedPerTooth,
+    /// Power, W.
+    Power,
+    /// Mean cutting force, N.
+    Force,
+}
+
 /// A limit that is broken, or the lack of anything to verify.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub enum Broken {
@@ -178,6 +192,17 @@ pub enum Broken {
         /// Limit, mm³/s.
         limit: f64,
     },
+    /// Too much is asked of the cutter.
+    Load {
+        /// What.
+        quantity: Quantity,
+        /// The worst value, in the quantity's unit.
+        value: f64,
+        /// Its limit.
+        limit: f64,
+        /// The window.
+        at: Window,
+    },
     /// Rapids touch stock.
     Rapid {
         /// How many.
@@ -211,7 +236,7 @@ impl Figures {
         found: Found,
         walls: Option<WallFigures>,
         touches: &[Touch],
-        rate: &Rate,
+        (rate, load): (&Rate, Option<&Load>),
         spacing: f64,
         options: &VerifyOptions,
     ) -> Self {
@@ -267,11 +292,11 @@ impl Figures {
         };
         let of_inaccessible = samples.iter().filter(|s| s.machined && s.inaccessible);
         of_inaccessible.for_each(|s| figures.inaccessible.add(s, limit));
-        figures.broken = figures.broken(rate, options);
+        figures.broken = figures.broken((rate, load), options);
         figures
     }
 
-    fn broken(&self, rate: &Rate, options: &VerifyOptions) -> Vec<Broken> {
+    fn broken(&self, (rate, load): (&Rate, Option<&Load>), options: &VerifyOptions) -> Vec<Broken> {
         let scallop = self.largest.zip(options.scallop).and_then(|(worst, limit)| {
             (worst.height > limit + options.tolerance).then_some(Broken::Scallop { worst, limit })
         });
@@ -298,8 +323,54 @@ impl Figures {
         let rapid = deepest.map(|worst| Broken::Rapid { count: self.rapids.len(), worst });
         let first = self.without_feed.first().copied();
         let no_feed = first.map(|first| Broken::NoFeed { count: self.without_feed.len(), first });
-        let all = [nowhere, scallop, gouge, wall, untouched, mrr, rapid, no_feed];
-        all.into_iter().flatten().collect()
+        let loads = load.zip(options.load).map(|(load, limits)| overloads(load, limits));
+        let first = [nowhere, scallop, gouge, wall, untouched, mrr];
+        let last = [rapid, no_feed];
+        first
+            .into_iter()
+            .flatten()
+            .chain(loads.into_iter().flatten())
+            .chain(last.into_iter().flatten())
+            .collect()
+    }
+}
+
+/// The limits on the load that are broken.
+fn overloads(load: &Load, limits: LoadOptions) -> Vec<Broken> {
+    let above = |worst: Worst, limit: Option<f64>, quantity: Quantity| {
+        let ((value, at), limit) = worst.zip(limit)?;
+        (quantity.share(value, limit) > quantity.noise()).then_some(Broken::Load {
+            quantity,
+            value,
+            limit,
+            at,
+        })
+    };
+    let all = [
+        above(load.engaged, limits.most_engaged, Quantity::Engagement),
+        above(load.per_tooth, limits.least_per_tooth, Quantity::FeedPerTooth),
+        above(load.power, limits.most_power, Quantity::Power),
+        above(load.force, limits.most_force, Quantity::Force),
+    ];
+    all.into_iter().flatten().collect()
+}
+
+impl Quantity {
+    /// A value as a multiple of its limit; of the volume removed, for an angle.
+    fn share(self, value: f64, limit: f64) -> f64 {
+        match self {
+            Self::Engagement => (1.0 - math::cos(value)) / (1.0 - math::cos(limit)),
+            Self::FeedPerTooth => limit / value,
+            Self::Power | Self::Force => value / limit,
+        }
+    }
+
+    /// From which multiple on the limit is broken. The feed is known without scatter, but for rounding.
+    fn noise(self) -> f64 {
+        match self {
+            Self::FeedPerTooth => 1.01,
+            Self::Engagement | Self::Power | Self::Force => MRR_NOISE,
+        }
     }
 }
 

@@ -5,6 +5,7 @@
 //! - *Untouched*: where no move reached the stock.
 //! - *Wall*: material that stands outside the boundary of the machined surface and must stay, if the job has walls; a
 //!   cut into it is measured by its depth.
+//! - *Load*: engagement, feed per tooth, power and force, from the same windows.
 //! - *Removal rate*: volume removed from the columns of stock over the samples, in cutting order, divided by the time
 //!   of a window of travel.
 //!
@@ -28,6 +29,7 @@ mod crests;
 mod excused;
 mod figures;
 mod lanes;
+mod load;
 mod material;
 mod motion;
 mod options;
@@ -42,7 +44,8 @@ mod walls;
 
 pub use clearance::{ClearanceFigures, clearance};
 pub use crests::Crests;
-pub use figures::{Band, Broken, Fault, Figures, MRR_NOISE, Spot, WallFigures};
+pub use figures::{Band, Broken, Fault, Figures, MRR_NOISE, Quantity, Spot, WallFigures};
+pub use load::{Load, LoadOptions, Worst};
 pub use options::{Sphere, VerifyOptions};
 pub use outcome::Outcome;
 pub use rate::{Rate, Window};
@@ -55,6 +58,7 @@ use crate::toolpath::{MoveKind, Toolpath};
 use body::Body;
 use excused::Excused;
 use figures::{DEEPEST, DEEPEST_IN_WALL};
+use load::Gauge;
 use material::{Material, Swept};
 use motion::Motion;
 use peaks::{Search, Sought};
@@ -123,6 +127,8 @@ pub struct Verification {
     pub crests: Crests,
     /// The removal rate.
     pub rate: Rate,
+    /// What was asked of the cutter, where its teeth are known.
+    pub load: Option<Load>,
     /// The samples, for pictures.
     pub samples: Vec<Outcome>,
 }
@@ -166,7 +172,14 @@ pub fn verify(
     }
     let on_walls = on_walls(path, (design, rest), &motion, &body, spacing, options);
     let removed = summed(&swept);
-    let rate = rate::measure(path, &motion, &removed, options.tool.radius());
+    let gauge = |load| Gauge::new(path, &options.tool, options.depth, load);
+    let mut gauge = options.load.map(gauge);
+    let rate = rate::measure(path, &motion, &removed, options.tool.radius(), &mut |window| {
+        if let Some(gauge) = &mut gauge {
+            gauge.measure(window);
+        }
+    });
+    let load = gauge.map(|gauge| gauge.load).filter(|_| options.tells_rate);
     let touches = touches(swept.iter().chain(&on_walls));
     let outcomes = outcomes(&swept, &outline.walled, options);
     let walled = &outline.walled;
@@ -187,7 +200,8 @@ pub fn verify(
     further.extend([&scallops, &gouges].into_iter().flat_map(|found| &found.peaks));
     let found = figures::Found { samples: &samples, further: &further, highest: scallops.highest };
     let walls = WallFigures::of(&on_walls, options);
-    let figures = figures::Figures::of(path, found, walls, &touches, &rate, spacing, options);
+    let measured = (&rate, load.as_ref());
+    let figures = figures::Figures::of(path, found, walls, &touches, measured, spacing, options);
     let survey = crests::Survey {
         path,
         motion: &motion,
@@ -197,7 +211,7 @@ pub fn verify(
     };
     let crests = survey.crests(design, &samples, options.threads);
     progress(1.0);
-    Ok(Verification { figures, crests, rate, samples })
+    Ok(Verification { figures, crests, rate, load, samples })
 }
 
 /// The swept walls after the sweep.

@@ -1,5 +1,6 @@
 //! Options of the verification.
 
+use super::load::LoadOptions;
 use super::walls::Walls;
 use crate::geometry::DVec3;
 use crate::tool::Tool;
@@ -23,6 +24,8 @@ pub struct VerifyOptions {
     pub tolerance: f64,
     /// Limit on the removal rate, mm³/s.
     pub mrr_limit: Option<f64>,
+    /// The cutter's teeth and what may be asked of them, where they are known.
+    pub load: Option<LoadOptions>,
     /// Distance between samples, mm.
     pub spacing: f64,
     /// The direction from which slopes are counted, unit.

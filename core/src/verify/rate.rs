@@ -16,6 +16,8 @@ pub struct Window {
     pub place: DVec3,
     /// Index of the move in its middle; that move ends at the next point of the path.
     pub of: u32,
+    /// Distance travelled, mm.
+    pub travel: f64,
     /// Measured rate, mm³/s.
     pub measured: f64,
     /// Rate that the path states, mm³/s.
@@ -50,18 +52,25 @@ struct Slice {
     predicted: f64,
 }
 
-/// The rate from the volume that each step removed, in order of steps.
-pub fn measure(path: &Toolpath, motion: &Motion, removed: &[(u64, f64)], radius: f64) -> Rate {
+/// The rate from the volume that each step removed, in order of steps. `every` is called with the windows that start at
+/// every step.
+pub fn measure(
+    path: &Toolpath,
+    motion: &Motion,
+    removed: &[(u64, f64)],
+    radius: f64,
+    every: &mut dyn FnMut(Window),
+) -> Rate {
     // Steps are half as long but for rounding.
     let window = WINDOW * radius * (1.0 - 1e-9);
     let mut rate = Rate { volume: removed.iter().map(|r| r.1).sum(), ..Rate::default() };
     for run in runs(path, motion, removed) {
-        let peak = highest(&run, window, motion);
-        if let Some(peak) = peak
-            && rate.peak.is_none_or(|p| peak.measured > p.measured)
-        {
-            rate.peak = Some(peak);
-        }
+        each_window(&run, window, motion, &mut |w| {
+            if rate.peak.is_none_or(|p| w.measured > p.measured) {
+                rate.peak = Some(w);
+            }
+            every(w);
+        });
         rate.windows.extend(consecutive(&run, window, motion));
     }
     let (mut squares, mut time) = (0.0, 0.0);
@@ -111,9 +120,8 @@ fn runs(path: &Toolpath, motion: &Motion, removed: &[(u64, f64)]) -> Vec<Vec<Sli
     runs
 }
 
-/// The highest mean over windows that start at each slice; a run shorter than a window is one.
-fn highest(run: &[Slice], window: f64, motion: &Motion) -> Option<Window> {
-    let mut best: Option<Window> = None;
+/// Calls `each` with the windows that start at each slice; a run shorter than a window is one.
+fn each_window(run: &[Slice], window: f64, motion: &Motion, each: &mut dyn FnMut(Window)) {
     let (mut end, mut sum) = (0, Sum::default());
     for start in 0..run.len() {
         while end < run.len() && sum.travel < window {
@@ -129,12 +137,11 @@ fn highest(run: &[Slice], window: f64, motion: &Motion) -> Option<Window> {
             if last.travel > 0.0 { (sum.travel - window).max(0.0) / last.travel } else { 0.0 };
         let mut part = sum;
         part.add(last, -beyond);
-        if part.time > 0.0 && best.is_none_or(|b| part.volume / part.time > b.measured) {
-            best = Some(part.window(run, start, end, motion));
+        if part.time > 0.0 {
+            each(part.window(run, start, end, motion));
         }
         sum.add(&run[start], -1.0);
     }
-    best
 }
 
 fn consecutive(run: &[Slice], window: f64, motion: &Motion) -> Vec<Window> {
@@ -173,6 +180,7 @@ impl Sum {
             time: [from, from + self.time],
             place: motion.moves()[middle.of as usize].at(middle.end).tip,
             of: middle.of,
+            travel: self.travel,
             measured: self.volume.max(0.0) / self.time,
             predicted: self.predicted / self.time,
         }

@@ -83,6 +83,7 @@ fn options(radius: f64, corner: f64) -> VerifyOptions {
         scallop: None,
         tolerance: 0.002,
         mrr_limit: None,
+        load: None,
         spacing: 0.1,
         up: DVec3::Z,
         inaccessible: Vec::new(),

@@ -249,7 +249,7 @@ fn path(r: &mut Random, text: &mut String, diameter: f64) -> String {
         let _ = write!(about, " {method}");
     }
     let control = match pattern {
-        "contour" => r.of(&["off", "feed", "trochoid"]),
+        "contour" => r.of(&["off", "feed", "trochoid", "fastest"]),
         _ => r.of(&["off", "off", "feed"]),
     };
     let _ = writeln!(text, "[force]\ncontrol = \"{control}\"");

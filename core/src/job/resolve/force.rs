@@ -1,37 +1,122 @@
-//! The limit on the removal rate, and what is done where it would be exceeded.
+//! Limits on the cut, and what is done where they would be exceeded.
 
 use super::resolver::Resolver;
-use crate::job::force::{FeedComponent, Force, ForceControl, MrrLimit};
+use crate::job::complete::Job;
+use crate::job::cut::Cut;
+use crate::job::force::{FeedComponent, Force, ForceControl, MinChip, MrrLimit};
 use crate::job::path::Pattern;
+use crate::job::units::radians;
+use crate::load::Material;
+use crate::tool::Tool;
 use crate::units::per_second;
+use core::f64::consts::PI;
+
+/// Feed per tooth below which trochoids are preferred, tool diameters: a third of the radius of a carbide cutter's edge,
+/// which is about a thousandth of its diameter. Chips form from 0.14 to 0.43 of that radius on (Cheng et al., Int. J.
+/// Adv. Manuf. Technol. 97 (2018), 3119).
+const THIN_CHIP: f64 = 3e-4;
+/// The same as a share of the full feed per tooth, at most.
+const MOST_THIN: f64 = 0.5;
+/// Exponent of the chip thickness where only `kc11` is given.
+const USUAL_MC: f64 = 0.25;
+/// Keys that limit what is removed in a time.
+const LIMITS: [&str; 4] = ["mrr_limit", "relative", "power", "cutting_force"];
 
 impl Resolver<'_> {
-    pub(super) fn force(&mut self) -> Force {
+    pub(super) fn force(&mut self, tool: Option<Tool>, cut: Option<&Cut>) -> Force {
         let table = &self.file.force;
         if self.places.has("force.mrr_limit") && self.places.has("force.relative") {
             let message = format!("given beside {}", self.named("force.mrr_limit"));
             self.fault("force.relative", message, "keep one of the two");
         }
+        let control = self.control();
+        let cubic = self.unit * self.unit * self.unit;
+        let is_limited = LIMITS.iter().any(|key| self.places.has(&format!("force.{key}")));
+        Force {
+            limit: match (table.mrr_limit, table.relative) {
+                (Some(limit), _) => Some(MrrLimit::Absolute(per_second(limit * cubic))),
+                (None, Some(factor)) => Some(MrrLimit::Relative(factor)),
+                (None, None) => (!is_limited).then_some(MrrLimit::Relative(1.5)),
+            },
+            power: table.power,
+            cutting_force: table.cutting_force,
+            material: self.material(),
+            min_chip: self.min_chip(tool, cut),
+            max_engagement: self.max_engagement(control),
+            control,
+            vfc: table.vfc.unwrap_or(FeedComponent::Mean),
+        }
+    }
+
+    fn control(&mut self) -> ForceControl {
         let pattern = self.file.path.pattern.unwrap_or(Pattern::Contour);
         let default = match pattern.takes_trochoids() {
-            true => ForceControl::Trochoid,
+            true => ForceControl::Fastest,
             false => ForceControl::Off,
         };
-        let control = table.control.unwrap_or(default);
-        if control == ForceControl::Trochoid && !pattern.takes_trochoids() {
+        let control = self.file.force.control.unwrap_or(default);
+        if control.takes_trochoids() && !pattern.takes_trochoids() {
             let message =
                 format!("trochoids are possible in contour passes only, not {:?}", pattern.name());
             let help = "give `control = \"feed\"` or `\"off\"`, or `pattern = \"contour\"`";
             self.fault("force.control", message, help);
         }
-        let cubic = self.unit * self.unit * self.unit;
-        Force {
-            limit: match table.mrr_limit {
-                Some(limit) => MrrLimit::Absolute(per_second(limit * cubic)),
-                None => MrrLimit::Relative(table.relative.unwrap_or(1.5)),
-            },
-            control,
-            vfc: table.vfc.unwrap_or(FeedComponent::Mean),
+        control
+    }
+
+    /// What is cut; power and force cannot be limited without it.
+    fn material(&mut self) -> Option<Material> {
+        let table = &self.file.material;
+        for key in ["force.power", "force.cutting_force"] {
+            if self.places.has(key) && table.group.is_none() && table.kc11.is_none() {
+                let help = "name it: `[material]` with `group = \"P\"`, or with `kc11` and `mc`";
+                self.fault(key, "depends on what is cut, which the job does not say", help);
+            }
         }
+        if table.mc.is_some() && table.group.is_none() && table.kc11.is_none() {
+            self.fault("material.mc", "given without `kc11`", "give `kc11`, or a `group` instead");
+        }
+        let of_group = table.group.map(|group| group.hardest());
+        let kc11 = table.kc11.or(of_group.map(|m| m.kc11))?;
+        Some(Material { kc11, mc: table.mc.or(of_group.map(|m| m.mc)).unwrap_or(USUAL_MC) })
+    }
+
+    fn min_chip(&mut self, tool: Option<Tool>, cut: Option<&Cut>) -> MinChip {
+        let flutes = f64::from(self.file.tool.flutes.unwrap_or(4));
+        let full = cut.map_or(f64::INFINITY, |cut| cut.feed / (cut.spindle * flutes));
+        let Some(least) = self.file.force.min_chip.map(|chip| chip * self.unit) else {
+            let diameter = tool.map_or(0.0, |tool| 2.0 * tool.radius());
+            return MinChip::Wish((THIN_CHIP * diameter).min(MOST_THIN * full));
+        };
+        if least >= full {
+            let message = format!("the full feed is only {} per tooth", self.show(full));
+            let help = "give less, a higher `cut.feed` or a lower `cut.spindle`";
+            self.fault("force.min_chip", message, help);
+        }
+        MinChip::Limit(least)
+    }
+
+    /// What straight passes engage, they engage everywhere.
+    pub(super) fn check_engagement(&mut self, job: &Job) {
+        let teeth = job.teeth();
+        let straight = teeth.engaged(job.nominal_side_step() * job.cut.axial_depth);
+        if job.force.max_engagement < straight {
+            let message = format!(
+                "a straight pass engages the cutter over {:.1} degrees",
+                straight.to_degrees()
+            );
+            let help = "give more, or a smaller `cut.stepover` or `cut.scallop`";
+            self.fault("force.max_engagement", message, help);
+        }
+    }
+
+    fn max_engagement(&mut self, control: ForceControl) -> f64 {
+        let Some(degrees) = self.file.force.max_engagement else { return PI };
+        if !control.takes_trochoids() {
+            let message = "a slower feed engages the cutter no less";
+            let help = "give `control = \"fastest\"` or `\"trochoid\"`, which contour passes take";
+            self.fault("force.max_engagement", message, help);
+        }
+        radians(degrees)
     }
 }

@@ -63,7 +63,7 @@ impl Resolver<'_> {
         let machine = self.machine();
         let cut = self.cut(tool, &machine);
         let trochoid = self.trochoid(tool, &machine);
-        let force = self.force();
+        let force = self.force(tool, cut.as_ref());
         let file = self.file;
         let (surface, tool) = (surface?, tool?);
         let regions = self.regions(tool);
@@ -97,6 +97,7 @@ impl Resolver<'_> {
         }
         job.texture = self.texture(&job);
         self.check_blend(&job);
+        self.check_engagement(&job);
         self.add_warnings(&job);
         Some(job)
     }

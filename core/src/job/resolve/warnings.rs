@@ -34,8 +34,10 @@ impl Resolver<'_> {
         let (limit, straight) = (per_minute(job.mrr_limit()), per_minute(job.nominal_mrr()));
         if limit < straight && job.force.control != ForceControl::Off {
             let key = match job.force.limit {
-                MrrLimit::Absolute(_) => "force.mrr_limit",
-                MrrLimit::Relative(_) => "force.relative",
+                Some(MrrLimit::Absolute(_)) => "force.mrr_limit",
+                Some(MrrLimit::Relative(_)) => "force.relative",
+                None if job.force.power.is_some() => "force.power",
+                None => "force.cutting_force",
             };
             let message = format!(
                 "a straight pass removes {straight:.1} mm³/min, above the limit of {limit:.1} mm³/min"

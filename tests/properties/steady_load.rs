@@ -1,0 +1,148 @@
+//! How limits on the cut are kept: never slower than by slowing alone, and by trochoids where slowing breaks a limit.
+
+use evencut_core::job::{self, ForceControl, Job, SurfaceSource};
+use evencut_core::plan::{Files, PlanError, Prepared, SurfaceKeys, plan_on};
+use evencut_core::report::Report;
+use evencut_core::verify::{Facets, verify};
+use evencut_service::compare::judged;
+use evencut_service::results::verify_options;
+use evencut_tests::ledger;
+use std::path::Path;
+use std::sync::Arc;
+
+fn read(name: &str, text: &str) -> Job {
+    match job::read(text.as_bytes()) {
+        Ok(resolved) => resolved.job,
+        Err(faults) => panic!("{}", faults.render(name, text.as_bytes())),
+    }
+}
+
+fn prepared(job: &Job) -> Arc<Prepared> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../jobs");
+    let file = match &job.surface.source {
+        SurfaceSource::File(name) => Some(std::fs::read(folder.join(name)).unwrap()),
+        SurfaceSource::Analytic(_) => None,
+    };
+    let files = Files::of_surface(file.as_deref());
+    Prepared::new(SurfaceKeys::of(job), files, 2, &mut |_, _| {}).unwrap()
+}
+
+fn shipped(name: &str) -> Job {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../jobs/{name}.toml"));
+    read(name, &std::fs::read_to_string(path).unwrap())
+}
+
+/// A square pocket of 30 mm, 2 mm deep, whose first ring is a slot along the wall.
+fn pocket(force: &str) -> Job {
+    let text = format!(
+        "version = 1\nname = \"pocket\"\n[surface.analytic]\nkind = \"plane\"\nsize = 30.0\n[tool]\nkind = \"flat\"\n\
+         diameter = 6.0\nflutes = 3\n[cut]\nstepover = 1.2\naxial_depth = 2.0\nfeed = 900.0\nspindle = 6000.0\n\
+         tolerance = 0.01\n[path]\npattern = \"contour\"\nboundary = \"wall\"\n[force]\nrelative = 1.5\n{force}"
+    );
+    read("pocket", &text)
+}
+
+/// The judged report of a job on its surface.
+fn report(prepared: &Arc<Prepared>, job: &Job) -> Report {
+    let planned = plan_on(prepared, job, 2, &mut |_, _| {}).unwrap();
+    judged(job, &planned, 2).unwrap().report
+}
+
+fn assert_fastest(name: &str) {
+    let job = shipped(name);
+    let prepared = prepared(&job);
+    let with = |control| {
+        let mut job = job.clone();
+        job.force.control = control;
+        job.force.max_engagement = std::f64::consts::PI;
+        report(&prepared, &job)
+    };
+    let controls = [ForceControl::Fastest, ForceControl::Feed, ForceControl::Trochoid];
+    let [fastest, feed, trochoid] = controls.map(with);
+    let time = |r: &Report| r.delivered.machine_time_s.total;
+    let (plain, slowed) = (fastest.plain.as_ref().unwrap(), fastest.slowed.as_ref().unwrap());
+    let throughout = slowed.machine_time_s.total;
+    let others = time(&feed).min(time(&trochoid));
+    let asked = format!("{others:.0} s");
+    ledger(&format!("steady load, time of {name}"), &asked, &format!("{:.0} s", time(&fastest)));
+    assert!(time(&fastest) <= others, "{name}: {} s, not {others}", time(&fastest));
+    assert!(time(&fastest) <= 0.7 * throughout, "{name}: {} of {throughout} s", time(&fastest));
+    let varies = |path: &evencut_core::report::PathFigures| path.rate.unwrap().variation;
+    assert!(varies(&fastest.delivered) <= varies(plain), "{name}");
+    for report in [&fastest, &feed, &trochoid] {
+        let verification = report.verification.as_ref().unwrap();
+        let peak = verification.mrr.as_ref().and_then(|mrr| mrr.peak_over_limit).unwrap();
+        let (name, control) = (&report.job, &report.force.control);
+        ledger(
+            &format!("steady load, judged peak of {name}, {control}"),
+            "1.00",
+            &format!("{peak:.3}"),
+        );
+        assert!(verification.passed && peak <= 1.0, "{name}, {control}: {peak}");
+    }
+}
+
+#[test]
+fn the_fastest_control_is_no_slower_than_any_other() {
+    assert_fastest("island");
+}
+
+#[test]
+#[ignore = "long"]
+fn the_fastest_control_is_no_slower_than_any_other_on_larger_jobs() {
+    for name in ["mould", "hull"] {
+        assert_fastest(name);
+    }
+}
+
+/// In the slot along the wall the limit on the rate would take less than the feed per tooth asked.
+#[test]
+fn trochoids_keep_limits_that_a_slower_feed_breaks() {
+    for limit in ["max_engagement = 100.0", "min_chip = 0.03"] {
+        let job = pocket(&format!("control = \"fastest\"\n{limit}\n"));
+        let prepared = prepared(&job);
+        let made = report(&prepared, &job);
+        let verification = made.verification.as_ref().unwrap();
+        assert!(verification.passed, "{limit}: {:?}", verification.broken);
+        assert!(made.force.trochoid_loops > 10, "{limit}: {}", made.force.trochoid_loops);
+        let load = verification.load.as_ref().unwrap();
+        let rate = verification.mrr.as_ref().and_then(|mrr| mrr.peak_over_limit).unwrap();
+        assert!(rate <= 1.0, "{limit}: {rate}");
+        let most = load.engagement_limit_deg.unwrap_or(180.0);
+        assert!(load.engagement_deg <= most + 2.0, "{limit}: {} of {most}", load.engagement_deg);
+        // The simulation sees it where the limit is broken: without the limit the plan breaks it.
+        let free = pocket("control = \"feed\"\n");
+        let planned = plan_on(&prepared, &free, 2, &mut |_, _| {}).unwrap();
+        let options = verify_options(&job, planned.cusps.limit, 2);
+        let (positions, faces) = planned.prepared.surface.triangles();
+        let (design, rest) =
+            (Facets { positions, faces: &faces }, Facets { positions: &[], faces: &[] });
+        let found = verify(&planned.toolpath, design, rest, &options, &mut |_| {}).unwrap();
+        assert!(!found.figures.broken.is_empty(), "{limit}: slowing keeps it");
+    }
+    let job = pocket("control = \"feed\"\nmin_chip = 0.03\n");
+    let refused = plan_on(&prepared(&job), &job, 2, &mut |_, _| {});
+    assert!(matches!(refused, Err(PlanError::TooThick { .. })), "{:?}", refused.err());
+}
+
+/// Power and force are kept, and their limit is what slows the cutter down.
+#[test]
+fn limits_on_power_and_force_are_kept() {
+    let material = "control = \"feed\"\n[material]\ngroup = \"P\"\n";
+    let free = pocket(material);
+    let prepared = prepared(&free);
+    let load = |job: &Job| {
+        let made = report(&prepared, job);
+        let verification = made.verification.unwrap();
+        assert!(verification.passed, "{:?}", verification.broken);
+        verification.load.unwrap()
+    };
+    let without = load(&free);
+    let (power, force) = (without.power_w.unwrap(), without.force_n.unwrap());
+    for key in ["power", "cutting_force"] {
+        let limit = 0.6 * if key == "power" { power } else { force };
+        let found = load(&pocket(&format!("{key} = {limit:.3}\n{material}")));
+        let value = if key == "power" { found.power_w } else { found.force_n }.unwrap();
+        assert!(value <= limit && value > 0.9 * limit, "{key}: {value} of {limit}");
+    }
+}
