@@ -16,12 +16,16 @@ use crate::trochoid::{self, BranchRef, Corridor, Loops, Span};
 /// Over-engaged stretches closer than this, as a fraction of the cutter radius, are merged.
 const JOIN: f64 = 1.0;
 /// Over-engaged stretches are extended by this fraction of the cutter radius at both ends.
-const WIDEN: f64 = 0.25;
+const WIDEN: f64 = 0.5;
 /// A link on the surface that would have to be slower than this fraction of the feed is not used.
 const SLOWEST_LINK: f64 = 0.05;
 
-/// The disc is not taken to remove more than the cutter by more than this.
+/// Least true removal rate over that of the disc. Lower: where a slot is shallow on one side only, loops, which cut in
+/// front, are slowed; higher: more loops.
 const LEAST_SHARE: f64 = 0.5;
+
+/// How many levels rings are apart between which loops run.
+const NEIGHBOURS: core::ops::Range<f64> = 0.75..1.5;
 
 /// How rings are cut and joined.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -255,17 +259,16 @@ impl PassTask<'_> {
     /// What is beside the ring; `per_mm`: flat mm per mm.
     fn corridor(&self, per_mm: f64) -> Corridor {
         let Self { rings, precedence, index, .. } = *self;
-        let beside = match self.has_cleared_side {
-            true => precedence.before(index),
-            false => precedence.after(index),
-        };
+        // Passes between two levels only close gaps.
+        let apart = |i: &usize| (rings[*i].level - rings[index].level).abs();
+        let beside = (0..rings.len()).filter(|i| NEIGHBOURS.contains(&apart(i)));
         // No ring that begins in uncut stock may be cut by the loops of another.
         let begins = |&i: &usize| !self.has_cleared_side && precedence.before(i).is_empty();
         let bounds = (0..rings.len()).filter(|i| *i == index || begins(i));
         let sides = |i: usize| sides(&rings[i]);
         Corridor::new(
             bounds.flat_map(sides),
-            beside.iter().copied().flat_map(sides),
+            beside.flat_map(sides),
             2.0 * self.options.loops.radius * per_mm,
         )
     }

@@ -1,14 +1,18 @@
 //! Variable-radius trochoids: loops that cut over-engaged stretches of a ring in thin bites.
 //!
-//! - *Guide*: the curve the loop centres run along, beside the ring.
-//! - *Corridor*: the free space on the side of the guide; its half width is the loop radius.
+//! - *Corridor*: the free space between the ring and what is beside it: the next ring, the other side of the same ring,
+//!   another wall.
+//! - *Guide*: the medial line of the corridor, on which the loop centres run; the inscribed circle is the loop.
 //! - *Bite*: the step from one loop to the next; chosen so that the loop's peak removal rate,
 //!   measured against the stock, is just below the limit.
+//! - *Share*: the rate of the real cutter over that of the disc, known from the plain passes.
 //!
-//! 1. At each place of the ring the largest loop that touches the ring and stays in the corridor.
-//! 2. One revolution while the centre moves one bite and the radius changes linearly,
-//!    `C(t) = O(t) + R(t) (cos, sin)`, starting at the back, where everything is cleared.
-//! 3. The bite from the closed form for the first try, then corrected by measurement.
+//! 1. At each place of the ring the inscribed circle that touches it there.
+//! 2. The cutting part of one revolution while the centre moves one bite and the radius changes linearly,
+//!    `C(t) = O(t) + R(t) (cos, sin)`. The rest of it cuts nothing: a chord leads to where the next cut begins. Where
+//!    the ring is run again anyway, a loop ends before its cut is thin.
+//! 3. The bite from the closed form for the first try, then corrected by measurement. A loop that would cut nothing
+//!    is not made: into a corner loops go in only, though the ring beside them goes in and out.
 //!
 //! Source: "Trajectory planning for constant-force milling of freeform surfaces based on conformal mapping",
 //! a Chinese patent application: trochoids of variable radius.
@@ -38,6 +42,9 @@ const LARGEST: f64 = 2.0;
 /// Where the ring is run again a loop is left when its cut falls below this fraction of its peak. Higher: the ring
 /// takes more; lower: loops end with thin bites.
 const THIN: f64 = 0.35;
+/// Where the ring is run again loops have this fraction of the radius of the inscribed circle: a path that touches two
+/// walls in turn would be led into the corner between them.
+const SHY: f64 = 0.97;
 /// A cut begins this many turns before the one of the loop before did.
 const LEAD_IN: f64 = 0.05;
 /// The last loops of a stretch, up to this number, are evened out.
@@ -218,6 +225,8 @@ struct Guide {
     arc: Vec<f64>,
     length: f64,
     start_disc: f64,
+    /// Least radius of a loop, flat mm.
+    smallest: f64,
 }
 
 impl Guide {
@@ -232,8 +241,12 @@ impl Guide {
             let heading = (after - before).normalize_or_zero();
             // With the stock on the right of the move, `hand` +1, its side is the clockwise one.
             let side = -heading.perp() * (loops.hand * span.toward);
-            let station = largest_loop(simulation, ring[i].0, side, span.corridor, loops);
-            stations.push(Station { share: ring[i].1, ..station });
+            let mut station = largest_loop(simulation, ring[i].0, side, span.corridor, loops);
+            station.share = ring[i].1;
+            if span.is_run_again {
+                station.radius *= SHY;
+            }
+            stations.push(station);
         }
         let mut arc = vec![0.0];
         for w in stations.windows(2) {
@@ -242,7 +255,8 @@ impl Guide {
             arc.push(arc[arc.len() - 1] + step);
         }
         let length = arc[arc.len() - 1];
-        Self { stations, arc, length, start_disc: disc }
+        let smallest = loops.smallest * disc / simulation.cutting.radius;
+        Self { stations, arc, length, start_disc: disc, smallest }
     }
 
     /// Where along the guide the branches of its stretch leave, and from which point.
@@ -289,8 +303,9 @@ impl Guide {
     fn go(&self, simulation: &mut Simulation, (from, until): (f64, f64), to: DVec2) {
         if !is_clear_way(simulation, to) {
             let (first, last) = (self.segment(from).0, self.segment(until).0);
-            let centers = self.stations[first..=last].iter().map(|s| s.center);
-            centers.for_each(|c| simulation.cut_limited(c, MoveKind::Trochoid));
+            // Where there is hardly room the centres lie on the rim of what may be cut.
+            let wide = self.stations[first..=last].iter().filter(|s| s.radius >= self.smallest);
+            wide.for_each(|s| simulation.cut_limited(s.center, MoveKind::Trochoid));
         }
         simulation.cut_limited(to, MoveKind::Trochoid);
     }
@@ -363,6 +378,11 @@ fn is_inside(simulation: &Simulation, p: DVec2) -> bool {
 fn is_clear_way(simulation: &Simulation, to: DVec2) -> bool {
     let (from, way) = (simulation.at(), to - simulation.at());
     let Some(feed) = way.try_normalize() else { return true };
+    // Along the rim of what may be cut it would leave that by a rounding error.
+    let middle = simulation.terrain.room(from + 0.5 * way);
+    if !middle.is_some_and(|room| room >= ROOM_SLACK) {
+        return false;
+    }
     let steps = (way.length() / (CLEAR_SPACING * simulation.disc(from))).ceil().max(1.0) as usize;
     simulation.terrain.joins(from, to)
         && (0..=steps).all(|i| {
