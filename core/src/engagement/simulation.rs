@@ -182,6 +182,11 @@ impl<'a> Simulation<'a> {
         self.heading = None;
     }
 
+    /// From now on the cutter faces a flat direction; with `None` the one in which it moves.
+    pub fn face(&mut self, heading: Option<DVec2>) {
+        self.heading = heading;
+    }
+
     /// Moves at a height through stock whose removal rate at that feed is known, mm³/s.
     pub fn descend(&mut self, to: DVec2, height: f64, mrr: f64, feed: f64) {
         let (from, r0) = (self.at, self.disc(self.at));

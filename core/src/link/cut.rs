@@ -4,21 +4,28 @@
 //! simulation of plain passes, is it undone and cut again with trochoids on the stretches that exceed it.
 
 use super::group::{Group, LONGEST_LINK, SLANT, oriented};
-use super::order::Sequence;
+use super::order::{Precedence, Sequence};
 use crate::engagement::Simulation;
 use crate::flat_path::FlatPoint;
 use crate::geometry::DVec2;
 use crate::job::{ForceControl, Links, RingOrder};
 use crate::level_set::{Branch, Pass};
 use crate::toolpath::MoveKind;
-use crate::trochoid::{self, BranchRef, Loops, Span};
+use crate::trochoid::{self, BranchRef, Corridor, Loops, Span};
 
 /// Over-engaged stretches closer than this, as a fraction of the cutter radius, are merged.
 const JOIN: f64 = 1.0;
 /// Over-engaged stretches are extended by this fraction of the cutter radius at both ends.
-const WIDEN: f64 = 0.25;
+const WIDEN: f64 = 0.5;
 /// A link on the surface that would have to be slower than this fraction of the feed is not used.
 const SLOWEST_LINK: f64 = 0.05;
+
+/// Least true removal rate over that of the disc. Lower: where a slot is shallow on one side only, loops, which cut in
+/// front, are slowed; higher: more loops.
+const LEAST_SHARE: f64 = 0.5;
+
+/// How many levels rings are apart between which loops run.
+const NEIGHBOURS: core::ops::Range<f64> = 0.75..1.5;
 
 /// How rings are cut and joined.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -33,13 +40,13 @@ pub struct CutOptions {
     pub loops: Loops,
 }
 
-/// Cuts the rings of all groups, one group after the other. `is_above`: whether plain passes truly exceed the limit
-/// near a flat place; `progress` is called with the fraction done. Returns the number of trochoid loops.
+/// Cuts the rings of all groups, one group after the other. `truth`: the rate that plain passes truly have near a flat
+/// place, mm³/s, where that exceeds the limit; `progress` is called with the fraction done. Returns the number of trochoid loops.
 pub fn cut_passes(
     simulation: &mut Simulation,
     groups: &[Group],
     options: &CutOptions,
-    is_above: &dyn Fn(DVec2) -> bool,
+    truth: &dyn Fn(DVec2) -> Option<f64>,
     mut progress: impl FnMut(f64),
 ) -> usize {
     let mut loops = 0;
@@ -47,7 +54,7 @@ pub fn cut_passes(
     let mut done = 0;
     for (region, group) in (0..).zip(groups) {
         simulation.begin_region(region);
-        cut_group(simulation, group, (options, is_above), &mut loops, || {
+        cut_group(simulation, group, (options, truth), &mut loops, || {
             done += 1;
             progress(done as f64 / all as f64);
         });
@@ -59,7 +66,7 @@ pub fn cut_passes(
 fn cut_group(
     simulation: &mut Simulation,
     Group { passes: rings, precedence }: &Group,
-    (options, is_above): (&CutOptions, &dyn Fn(DVec2) -> bool),
+    (options, truth): (&CutOptions, &dyn Fn(DVec2) -> Option<f64>),
     loops: &mut usize,
     mut on_ring: impl FnMut(),
 ) {
@@ -77,7 +84,10 @@ fn cut_group(
     while let Some(index) = sequence.next_nearest(last, |r| distance(simulation, r)) {
         let task = PassTask {
             options,
-            is_above,
+            truth,
+            rings,
+            precedence,
+            index,
             has_cleared_side: !precedence.before(index).is_empty(),
             is_last: precedence.after(index).is_empty(),
         };
@@ -98,10 +108,10 @@ struct Course<'a> {
 
 impl Course<'_> {
     /// Turned so that it does not begin inside an over-engaged stretch, unless all of it is one.
-    fn begun_outside(self, over: &[bool]) -> (Self, Vec<bool>) {
+    fn begun_outside(self, over: &[Option<f64>]) -> (Self, Vec<Option<f64>>) {
         let n = self.moves.len();
-        let first_clear = over.iter().position(|o| !o).unwrap_or(0);
-        if first_clear == 0 || !over[n - 1] {
+        let first_clear = over.iter().position(Option::is_none).unwrap_or(0);
+        if first_clear == 0 || over[n - 1].is_none() {
             return (self, over.to_vec());
         }
         let turn = |i: usize| (i + first_clear) % n;
@@ -136,7 +146,11 @@ impl Course<'_> {
 /// One ring to be cut.
 struct PassTask<'a> {
     options: &'a CutOptions,
-    is_above: &'a dyn Fn(DVec2) -> bool,
+    truth: &'a dyn Fn(DVec2) -> Option<f64>,
+    /// All rings of the group, and which of them it is.
+    rings: &'a [Pass],
+    precedence: &'a Precedence,
+    index: usize,
     has_cleared_side: bool,
     is_last: bool,
 }
@@ -167,12 +181,16 @@ impl PassTask<'_> {
             }
         }
         let limit = simulation.cutting.limit;
-        let above = |m: &FlatPoint| {
-            rate_at_nominal(m, simulation) > limit * (1.0 + 1e-9) && (self.is_above)(m.at)
+        let share = |m: &FlatPoint| {
+            let rate = rate_at_nominal(m, simulation);
+            let is_above = rate > limit * (1.0 + 1e-9);
+            let truth = is_above.then(|| (self.truth)(m.at)).flatten()?;
+            Some((truth / rate).clamp(LEAST_SHARE, 1.0))
         };
         // Branches keep the limit by their feed: loops on them would cut nothing.
-        let over: Vec<bool> = course.moves.iter().map(above).collect();
-        if !self.options.control.takes_trochoids() || !over.contains(&true) {
+        let over: Vec<Option<f64>> = course.moves.iter().map(share).collect();
+        let is_over = over.iter().any(Option::is_some);
+        if !self.options.control.takes_trochoids() || !is_over {
             simulation.keep();
             return 0;
         }
@@ -185,12 +203,14 @@ impl PassTask<'_> {
         &self,
         simulation: &mut Simulation,
         course: Course,
-        over: &[bool],
+        over: &[Option<f64>],
     ) -> usize {
         let (course, over) = course.begun_outside(over);
         let moves = &course.moves;
         let stretches = stretches(moves, &over, simulation.cutting.radius);
         let toward = if self.has_cleared_side { -1.0 } else { 1.0 };
+        let is_run_again = !self.has_cleared_side || self.is_last;
+        let corridor = self.corridor(simulation.disc(course.start) / simulation.cutting.radius);
         let mut at = course.start;
         let mut arrived = false;
         let mut count = 0;
@@ -199,11 +219,20 @@ impl PassTask<'_> {
             let points: Vec<DVec2> = core::iter::once(at).chain(ends).collect();
             let loops = &self.options.loops;
             if stretch.over {
+                let branches = &course.branches(stretch);
+                let shares = shares(&over[stretch.moves.clone()]);
+                let span = Span {
+                    points: &points,
+                    branches,
+                    corridor: &corridor,
+                    toward,
+                    shares: &shares,
+                    is_run_again,
+                };
                 if !arrived {
-                    self.reach_loop(simulation, &points, toward);
+                    self.reach_loop(simulation, &span);
                 }
-                let span = Span { points: &points, branches: &course.branches(stretch) };
-                count += trochoid::clear_span(simulation, &span, loops, toward);
+                count += trochoid::clear_span(simulation, &span, loops);
             } else {
                 if !arrived {
                     self.reach(simulation, at);
@@ -220,24 +249,41 @@ impl PassTask<'_> {
             arrived = true;
             at = points[points.len() - 1];
         }
-        if !self.has_cleared_side || self.is_last {
+        if is_run_again {
             let last = stretches.iter().rposition(|s| s.over).map_or(0, |i| stretches[i].moves.end);
             moves[..last].iter().for_each(|m| simulation.cut_limited(m.at, MoveKind::Cut));
         }
         count
     }
 
+    /// What is beside the ring; `per_mm`: flat mm per mm.
+    fn corridor(&self, per_mm: f64) -> Corridor {
+        let Self { rings, precedence, index, .. } = *self;
+        // Passes between two levels only close gaps.
+        let apart = |i: &usize| (rings[*i].level - rings[index].level).abs();
+        let beside = (0..rings.len()).filter(|i| NEIGHBOURS.contains(&apart(i)));
+        // No ring that begins in uncut stock may be cut by the loops of another.
+        let begins = |&i: &usize| !self.has_cleared_side && precedence.before(i).is_empty();
+        let bounds = (0..rings.len()).filter(|i| *i == index || begins(i));
+        let sides = |i: usize| sides(&rings[i]);
+        Corridor::new(
+            bounds.flat_map(sides),
+            beside.flat_map(sides),
+            2.0 * self.options.loops.radius * per_mm,
+        )
+    }
+
     /// Goes to where the first loop of a span starts.
-    fn reach_loop(&self, simulation: &mut Simulation, span: &[DVec2], toward: f64) {
+    fn reach_loop(&self, simulation: &mut Simulation, span: &Span) {
         let loops = &self.options.loops;
-        let (back, center, radius) = trochoid::entry(simulation, span, loops, toward);
+        let (back, center, radius) = trochoid::entry(simulation, span, loops);
         if radius > 0.0 && !simulation.is_clear(back) && !self.can_link(simulation, back) {
             if simulation.has_begun() {
                 simulation.arrive(back, simulation.cutting.depth, MoveKind::Rapid);
             }
             trochoid::enter(simulation, back, center, loops);
         } else {
-            self.reach(simulation, if radius > 0.0 { back } else { span[0] });
+            self.reach(simulation, if radius > 0.0 { back } else { span.points[0] });
         }
     }
 
@@ -302,6 +348,23 @@ fn helix_place(simulation: &Simulation, to: DVec2, loops: &Loops) -> (DVec2, DVe
     (to, to + inward * r)
 }
 
+/// Per point of a stretch the share of its moves, where that is not known the one of the move before or after.
+fn shares(over: &[Option<f64>]) -> Vec<f64> {
+    let first = over.iter().copied().flatten().next().unwrap_or(1.0);
+    let mut shares = vec![first];
+    for share in over {
+        shares.push(share.unwrap_or(shares[shares.len() - 1]));
+    }
+    shares
+}
+
+/// The sides of a ring.
+fn sides(ring: &Pass) -> impl Iterator<Item = [DVec2; 2]> + '_ {
+    let points = &ring.points;
+    let closing = points.last().copied().zip(points.first().copied()).map(|(a, b)| [a, b]);
+    points.windows(2).map(|w| [w[0], w[1]]).chain(closing)
+}
+
 /// The removal rate a move would have at the nominal feed.
 fn rate_at_nominal(m: &FlatPoint, simulation: &Simulation) -> f64 {
     if m.feed > 0.0 { m.mrr * simulation.cutting.feed / m.feed } else { m.mrr }
@@ -333,8 +396,8 @@ struct Stretch {
 }
 
 /// Over-engaged runs, joined and widened, and the plain runs between them.
-fn stretches(moves: &[FlatPoint], over: &[bool], radius: f64) -> Vec<Stretch> {
-    let mut flags = over.to_vec();
+fn stretches(moves: &[FlatPoint], over: &[Option<f64>], radius: f64) -> Vec<Stretch> {
+    let mut flags: Vec<bool> = over.iter().map(Option::is_some).collect();
     widen(&mut flags, moves, WIDEN * radius);
     join(&mut flags, moves, JOIN * radius);
     let mut out: Vec<Stretch> = Vec::new();

@@ -13,13 +13,22 @@ const SPACING: f64 = 0.5;
 /// Allowance for rounding above the limit.
 const ROUNDING: f64 = 1e-9;
 
+/// A place of a move above the limit.
+#[derive(Copy, Clone, Debug)]
+struct Above {
+    at: DVec2,
+    /// How far it reaches, flat mm.
+    reach: f64,
+    /// Removal rate, mm³/s.
+    rate: f64,
+}
+
 /// Flat places of moves above the limit.
 #[derive(Clone, Debug)]
 pub struct Excess {
     /// Side of a cell: no place reaches farther, flat mm.
     cell: f64,
-    /// Places and how far they reach.
-    cells: BTreeMap<[i64; 2], Vec<(DVec2, f64)>>,
+    cells: BTreeMap<[i64; 2], Vec<Above>>,
 }
 
 impl Excess {
@@ -37,12 +46,12 @@ impl Excess {
             let reach = radius / scale;
             let steps = (from.distance(to) / (SPACING * reach)).ceil().clamp(1.0, 1e4) as u32;
             let at = |i: u32| from.lerp(to, f64::from(i) / f64::from(steps));
-            places.extend((0..=steps).map(|i| (at(i), reach)));
+            places.extend((0..=steps).map(|i| Above { at: at(i), reach, rate: here.mrr }));
         }
-        let cell = places.iter().fold(f64::MIN_POSITIVE, |most: f64, (_, reach)| most.max(*reach));
-        let mut cells: BTreeMap<[i64; 2], Vec<(DVec2, f64)>> = BTreeMap::new();
+        let cell = places.iter().fold(f64::MIN_POSITIVE, |most: f64, p| most.max(p.reach));
+        let mut cells: BTreeMap<[i64; 2], Vec<Above>> = BTreeMap::new();
         for place in places {
-            cells.entry(cell_of(place.0, cell)).or_default().push(place);
+            cells.entry(cell_of(place.at, cell)).or_default().push(place);
         }
         Self { cell, cells }
     }
@@ -52,12 +61,13 @@ impl Excess {
         self.cells.is_empty()
     }
 
-    /// Whether a flat place is within the radius of one.
-    pub fn is_near(&self, at: DVec2) -> bool {
+    /// The rate of the nearest one that reaches a flat place, mm³/s.
+    pub fn rate_near(&self, at: DVec2) -> Option<f64> {
         let [x, y] = cell_of(at, self.cell);
         let around = (-1..=1).flat_map(|i| (-1..=1).map(move |j| [x + i, y + j]));
-        let mut places = around.filter_map(|cell| self.cells.get(&cell)).flatten();
-        places.any(|(place, reach)| place.distance(at) <= *reach)
+        let places = around.filter_map(|cell| self.cells.get(&cell)).flatten();
+        let near = places.map(|p| (p.at.distance(at), p)).filter(|(d, p)| *d <= p.reach);
+        near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, p)| p.rate)
     }
 }
 
@@ -114,9 +124,9 @@ mod tests {
             (62.9, 0.0, true),
             (63.1, 0.0, false),
         ] {
-            assert_eq!(excess.is_near(DVec2::new(x, y)), is_near, "({x}, {y})");
+            assert_eq!(excess.rate_near(DVec2::new(x, y)), is_near.then_some(1.1), "({x}, {y})");
         }
         let none = Excess::of(&Toolpath::default(), 1.0, 6.0, &Plane);
-        assert!(none.is_empty() && !none.is_near(DVec2::ZERO) && !excess.is_empty());
+        assert!(none.is_empty() && none.rate_near(DVec2::ZERO).is_none() && !excess.is_empty());
     }
 }

@@ -99,6 +99,7 @@ impl<'a> Plane<'a> {
             control: job.force.control,
             loops: Loops {
                 radius: (0.5 * job.nominal_side_step()).max(job.trochoid.min_radius),
+                least: job.trochoid.min_radius,
                 smallest: (0.5 * job.trochoid.min_radius).min(0.25 * job.nominal_side_step()),
                 max_bite: job.trochoid.max_step,
                 return_feed: job.trochoid.return_feed,
@@ -111,8 +112,8 @@ impl<'a> Plane<'a> {
         };
         let terrain = self.terrain();
         let mut simulation = Simulation::new(cutting, &terrain, Stock::new(self.region));
-        let is_above = |at| excess.is_near(at);
-        let loops = cut_passes(&mut simulation, &self.groups(order), &options, &is_above, progress);
+        let truth = |at| excess.rate_near(at);
+        let loops = cut_passes(&mut simulation, &self.groups(order), &options, &truth, progress);
         FlatCut { points: at_nominal_feeds(simulation.finish().0, job), loops, is_rated: true }
     }
 }

@@ -53,16 +53,16 @@ impl Plate {
     }
 
     fn run(&self, control: ForceControl, limit: f64, hand: f64) -> (Vec<FlatPoint>, Stock, usize) {
-        self.run_above(control, limit, hand, &|_| true)
+        self.run_above(control, limit, hand, &|_| Some(f64::INFINITY))
     }
 
-    /// `is_above`: whether plain passes exceed the limit.
+    /// `truth`: the true rate of plain passes where it exceeds the limit.
     fn run_above(
         &self,
         control: ForceControl,
         limit: f64,
         hand: f64,
-        is_above: &dyn Fn(DVec2) -> bool,
+        truth: &dyn Fn(DVec2) -> Option<f64>,
     ) -> (Vec<FlatPoint>, Stock, usize) {
         let mut outline = self.corners(0.0);
         outline.reverse();
@@ -76,6 +76,7 @@ impl Plate {
         };
         let loops = Loops {
             radius: 0.5 * self.step,
+            least: 0.1,
             smallest: 0.1,
             max_bite: 2.0,
             return_feed: 50.0,
@@ -89,7 +90,7 @@ impl Plate {
         let mut simulation = Simulation::new(cutting, self, stock);
         let loops = {
             let group = Group { passes: &rings, precedence: &precedence };
-            cut_passes(&mut simulation, &[group], &options, is_above, |_| {})
+            cut_passes(&mut simulation, &[group], &options, truth, |_| {})
         };
         let (points, stock) = simulation.finish();
         (points, stock, loops)
@@ -142,17 +143,17 @@ fn feed_control_keeps_the_limit_and_the_geometry() {
 #[test]
 fn trochoids_are_only_where_plain_passes_exceed_the_limit() {
     let limit = 1.5 * 1.5 * 0.5 * 20.0;
-    let run = |is_above: &dyn Fn(DVec2) -> bool| {
-        PLATE.run_above(ForceControl::Trochoid, limit, 1.0, is_above)
+    let run = |truth: &dyn Fn(DVec2) -> Option<f64>| {
+        PLATE.run_above(ForceControl::Trochoid, limit, 1.0, truth)
     };
     let loops = |points: &[FlatPoint]| {
         points.iter().filter(|p| p.kind == MoveKind::Trochoid).map(|p| p.at.x).collect::<Vec<_>>()
     };
-    let (points, stock, count) = run(&|_| false);
+    let (points, stock, count) = run(&|_| None);
     assert!(count == 0 && loops(&points).is_empty());
     assert!(peak(&points) <= limit && left_inside(&stock, &PLATE) == 0.0);
     let middle = 0.5 * PLATE.side;
-    let (points, stock, count) = run(&|at| at.x > middle);
+    let (points, stock, count) = run(&|at: DVec2| (at.x > middle).then_some(f64::INFINITY));
     assert!(count > 0 && loops(&points).iter().all(|x| *x > middle - 2.0 * PLATE.radius));
     assert!(peak(&points) <= limit && left_inside(&stock, &PLATE) == 0.0);
 }
