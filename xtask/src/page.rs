@@ -87,7 +87,7 @@ fn optimise(project: &Path, plain: &Path, small: &Path) -> Result<(), String> {
     let optimise = project.join("web/node_modules/binaryen/bin/wasm-opt");
     let mut node = Command::new("node");
     node.arg(optimise)
-        .args(["-O2", "--enable-simd", "--enable-bulk-memory", "--enable-bulk-memory-opt"])
+        .args(["-O1", "--enable-simd", "--enable-bulk-memory", "--enable-bulk-memory-opt"])
         .args(["--enable-nontrapping-float-to-int", "--enable-sign-ext"])
         .args(["--enable-mutable-globals", "--enable-reference-types", "--enable-multivalue"])
         .arg("--strip-debug")
