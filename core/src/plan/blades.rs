@@ -13,7 +13,7 @@ use crate::surface::{Built, Part, build_parametric, placement};
 /// How long the sides of triangles may be of what is not machined, square roots of the area.
 const LONGEST: f64 = 0.25;
 /// Share of the clearance by which triangles of blades may be off.
-const OF_CLEARANCE: f64 = 0.1;
+const OF_CLEARANCE: f64 = 0.05;
 /// Share of the tolerance by which lines between points of a blade's bounds may be off them: cubics through the points
 /// are far nearer.
 const OF_TOLERANCE: f64 = 0.25;
