@@ -7,6 +7,7 @@ use super::edge::{edge_along, edge_on_hub};
 use super::error::HubError;
 use super::layout::{ALIKE, Edges, Layout, Part};
 use super::path::{Leg, Order, Route, Shortened, Station};
+use super::sides::Flanks;
 use super::spline::ParameterCurve;
 use super::strips::{Line, Measured, Strip, ways};
 use super::wheel::Wheel;
@@ -64,7 +65,9 @@ impl Blade {
     /// Its edge on the hub: the bounds of its faces that lie on the hub, if they make one, else what its surfaces have
     /// in common with the hub.
     fn edge(&self, wheel: &Wheel, tolerance: f64) -> Result<ParameterCurve, HubError> {
-        let edge = match edge_along(&wheel.hub, &self.bounds, tolerance)? {
+        // Bounds of what is not the foot may make rings on the hub, too.
+        let has_flanks = |edge: &ParameterCurve| Flanks::new(wheel, edge, false).is_ok();
+        let edge = match edge_along(&wheel.hub, &self.bounds, tolerance)?.filter(has_flanks) {
             Some(edge) => edge,
             None => edge_on_hub(&wheel.hub, &self.surfaces, tolerance)?,
         };
