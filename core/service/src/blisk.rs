@@ -5,9 +5,11 @@
 //!   are a *group*; groups that meet the same face of the body are blades, and that face is the hub.
 //! - *Kind*: blades that are one another turned about the axis; the largest are main blades, others splitters.
 
-use evencut_core::geometry::{DMat3, DVec2, DVec3};
+use evencut_core::geometry::math::atan2;
+use evencut_core::geometry::{DMat3, DVec2, DVec3, any_perpendicular};
 use evencut_core::nurbs::NurbsSurface;
 use evencut_core::step::{FaceMesh, StepError, StepFile};
+use std::f64::consts::TAU;
 use std::fmt::Write;
 
 /// Deviations from a surface of revolution, and distances of corners that are one, as parts of the sizes.
@@ -17,6 +19,8 @@ const SAME: f64 = 1e-5;
 const ON_HUB: f64 = 5e-4;
 /// Differences of the extents of blades that are alike, as a part of the largest.
 const ALIKE: f64 = 0.04;
+/// By how much blades at the distance of two of them may miss a whole turn, as a part of it.
+const EVEN: f64 = 0.02;
 /// Part of the largest group's extent below which a group is a splinter.
 const SPLINTER: f64 = 0.1;
 /// Distance of the middle of a flat face from the axis, as a part of its radius, below which it lies around the axis.
@@ -44,6 +48,8 @@ pub struct Kind {
     pub fillets: Vec<usize>,
     /// Number of such blades in the file.
     pub count: usize,
+    /// Number that stand around the axis as far apart as the nearest two of them.
+    pub around: usize,
 }
 
 /// A blisk, or as much of it as a file holds.
@@ -192,15 +198,22 @@ impl Blisk {
             let faces: Vec<usize> = first.faces.iter().copied().filter(is_seen).collect();
             let is_fillet = |i: &usize| mesh(*i).is_some_and(|m| continues(surface, m, near));
             let fillets = faces.iter().copied().filter(is_fillet).collect();
-            (!faces.is_empty()).then_some(Kind { faces, fillets, count: alike.len() })
+            let (count, around) = (alike.len(), around(&alike, &axis));
+            (!faces.is_empty()).then_some(Kind { faces, fillets, count, around })
         });
         let kinds: Vec<Kind> = kinds.collect();
         (!kinds.is_empty()).then(|| Self { hub, area: area(hub), axis, kinds })
     }
 
-    /// Number of main blades, if the file has more than one.
+    /// Number of main blades, if the file has more than one: as many as stand around as far apart as the nearest two.
     pub fn blades(&self) -> Option<usize> {
-        self.kinds.first().map(|main| main.count).filter(|count| *count > 1)
+        self.kinds.first().filter(|main| main.count > 1).map(|main| main.around)
+    }
+
+    /// Number of main blades that were found, where the distance of the nearest two tells of another one.
+    pub fn found_of(&self) -> Option<(usize, usize)> {
+        let main = self.kinds.first()?;
+        (main.count > 1 && main.count != main.around).then_some((main.count, main.around))
     }
 
     /// What was found, in words.
@@ -229,6 +242,15 @@ impl Blisk {
                 kind.count,
                 numbers(&kind.faces)
             );
+            if kind.count > 1 && kind.count != kind.around {
+                let _ = writeln!(
+                    text,
+                    "            the nearest two stand {:.2} degrees apart, as {} do: the others differ or were not told from \
+                     the body",
+                    360.0 / kind.around as f64,
+                    kind.around
+                );
+            }
             let fillets = match kind.fillets.is_empty() {
                 true => "none: the blade meets the hub in a corner".to_owned(),
                 false => format!("faces {} continue the hub", numbers(&kind.fillets)),
@@ -363,6 +385,26 @@ impl Group {
     fn extent(&self) -> f64 {
         let [r0, r1, z0, z1] = self.extents;
         (r1 - r0).max(z1 - z0)
+    }
+}
+
+/// How many blades stand around the axis as far apart as the nearest two of these; their number where that does not come
+/// out even.
+fn around(groups: &[&Group], axis: &Axis) -> usize {
+    let middle = |g: &&Group| g.corners.iter().sum::<DVec3>() / g.corners.len().max(1) as f64;
+    let across = any_perpendicular(axis.way);
+    let angle = |p: DVec3| {
+        let off = p - axis.origin;
+        atan2(axis.way.cross(across).dot(off), across.dot(off))
+    };
+    let mut angles: Vec<f64> = groups.iter().map(middle).map(angle).collect();
+    angles.sort_by(f64::total_cmp);
+    let next = angles.iter().skip(1).copied().chain(angles.first().map(|a| a + TAU));
+    let least = angles.iter().zip(next).map(|(a, b)| b - a).fold(TAU, f64::min);
+    let count = (TAU / least.max(1e-3)).round();
+    match (count * least - TAU).abs() < EVEN * TAU {
+        true => count as usize,
+        false => groups.len(),
     }
 }
 

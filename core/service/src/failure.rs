@@ -113,6 +113,7 @@ fn of_plan(error: &PlanError) -> Failure {
             bad_surface(&["cut.tolerance", "surface.steepest"], Hint::None)
         }
         PlanError::Blade { key: "hub.splitter", .. } => bad_surface(&["hub.splitter"], Hint::None),
+        PlanError::Blade { key: "hub.blades", .. } => bad_surface(&["hub.blades"], Hint::None),
         PlanError::Blade { .. } => bad_surface(&["hub.blade"], Hint::None),
         PlanError::Hub(error) => of_hub(error),
         PlanError::Pieces { .. } => bad_surface(&["regions.method", "path.pattern"], Hint::None),

@@ -126,6 +126,12 @@ impl Contents {
     /// What of the job has to be corrected before it is used.
     pub fn doubt(&self) -> Option<String> {
         let (blisk, _) = self.blisk.as_ref()?;
+        if let Some((found, around)) = blisk.found_of() {
+            return Some(format!(
+                "{found} blades were found in the file, and the nearest two stand as far apart as {around} do, so hub.blades = \
+                 {around}; look whether the others differ"
+            ));
+        }
         blisk.blades().is_none().then(|| {
             format!(
                 "the file has one blade only, so hub.blades = {GUESSED} is a guess; correct it in the job, and \

@@ -320,7 +320,7 @@ impl Written {
         let mut findings = self.findings.clone();
         if let (Some(hub), Some(_)) = (&mut report.hub, judged) {
             hub.measured = clear.0;
-            findings.extend(hub.broken(inputs.job.cut.tolerance));
+            findings.extend(hub.broken());
         }
         report.verification = judged.map(|(verification, options)| {
             let findings = findings.clone();
@@ -871,6 +871,7 @@ fn warnings(
         );
         out.push(warning("flatten", message, "select a smaller, flatter piece (surface.select)"));
     }
+    out.extend(planned.channels.iter().flat_map(|figures| hub::warnings(job, figures)));
     warn_of_force(&mut out, job, planned, slowed, delivered);
     warn_of_tables(&mut out, job, planned, delivered);
     out

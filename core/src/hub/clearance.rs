@@ -96,6 +96,19 @@ pub fn clearance_above_end(
     nearest_of(hindrance, &above_end(assembly), Pose { tip, axis }, beyond)
 }
 
+/// Whether the whole assembly is at least so far from the triangles, mm; without its cutting end, only what is above that.
+pub(super) fn is_clear(
+    hindrance: &Hindrance,
+    assembly: &Assembly,
+    pose: Pose,
+    distance: f64,
+    with_end: bool,
+) -> bool {
+    let end = with_end.then(|| Solid::of_end(assembly));
+    let mut solids = end.into_iter().chain(above_end(assembly));
+    solids.all(|solid| hindrance.nearest(&solid, pose, distance, distance).is_none())
+}
+
 fn nearest_of(hindrance: &Hindrance, solids: &[Solid], pose: Pose, beyond: f64) -> Clearance {
     let mut best = Clearance { distance: beyond, part: AssemblyPart::Cutter, place: pose.tip };
     for solid in solids {

@@ -33,6 +33,8 @@ const BEYOND_FOOT: f64 = 0.05;
 /// Part of the length of all runs that a gap may have to be closed. Larger would close one side of a
 /// blade to a blade; smaller leaves thick trailing edges open.
 const GAP: f64 = 0.05;
+/// Part of the longest run's length from which on another one is a flank of the blade, too, and no end of it.
+const FLANK: f64 = 0.2;
 /// Part of the hub's domain within which an end is at its rim.
 const AT_RIM: f64 = 0.01;
 /// Places along a side or line that are tried.
@@ -621,49 +623,85 @@ impl<'a> Finder<'a> {
     /// The runs in a row with the gaps closed, and whether they make a ring.
     fn links<'r>(&self, runs: &'r [Run<'r>]) -> Result<(Vec<Link<'r>>, bool), HubError> {
         let place = |at: DVec2| self.hub.jet_beyond(at).point;
-        let mut lengths = 0.0;
-        let mut ends = Vec::new();
+        let (mut each, mut ends) = (Vec::new(), Vec::new());
         for run in runs {
             let path = self.path(run, false, DVec2::ZERO)?;
             let points: Vec<DVec2> =
                 (0..=16).map(|k| path(f64::from(k) / 16.0)).collect::<Result<_, _>>()?;
-            lengths += points.windows(2).map(|w| place(w[0]).distance(place(w[1]))).sum::<f64>();
+            each.push(points.windows(2).map(|w| place(w[0]).distance(place(w[1]))).sum::<f64>());
             ends.push([points[0], points[16]]);
         }
+        let lengths: f64 = each.iter().sum();
         let allowed = GAP * lengths;
-        let mut left: Vec<usize> = (1..runs.len()).collect();
-        let link = |run: usize, turned: bool, start: DVec2| Link::Run {
-            run: &runs[run],
-            turned,
-            start,
-            corners: true,
-        };
-        let (start, mut end) = (ends[0][0], ends[0][1]);
-        let mut links = vec![link(0, false, start)];
-        while !left.is_empty() {
-            let choices = left.iter().enumerate().flat_map(|(k, run)| {
-                [false, true].map(|turned| {
-                    let gap = place(ends[*run][usize::from(turned)]).distance(place(end));
-                    (gap, k, turned)
-                })
-            });
-            let Some((gap, k, turned)) = choices.min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
-            if gap > allowed {
-                return Err(HubError::EdgeGap { at: place(end), gap, allowed });
-            }
-            let run = left.remove(k);
-            let begin = self.beside(ends[run][usize::from(turned)], end);
-            links.push(Link::Gap(end, begin));
-            links.push(link(run, turned, begin));
-            end = self.beside(ends[run][usize::from(!turned)], begin);
-        }
+        let (row, gap) = self.row(&ends, &each, allowed);
+        let (start, end) = (begin_of(&ends, row[0]), end_of(&ends, row[row.len() - 1]));
         let closed = place(start).distance(place(end)) <= allowed;
+        let is_from_rim_to_rim = self.is_at_rim(start) && self.is_at_rim(end);
+        if runs.len() > 1 && !closed && !is_from_rim_to_rim {
+            let gap = gap.unwrap_or(place(start).distance(place(end)));
+            return Err(HubError::EdgeGap { at: place(end), gap, allowed });
+        }
+        let mut links: Vec<Link<'r>> = Vec::new();
+        let mut last = start;
+        for (k, &(run, turned)) in row.iter().enumerate() {
+            let begin = self.beside(begin_of(&ends, (run, turned)), last);
+            if k > 0 {
+                links.push(Link::Gap(last, begin));
+            }
+            links.push(Link::Run { run: &runs[run], turned, start: begin, corners: true });
+            last = self.beside(end_of(&ends, (run, turned)), begin);
+        }
         if closed {
-            links.push(Link::Gap(end, self.beside(start, end)));
+            links.push(Link::Gap(last, self.beside(start, last)));
         } else if let [Link::Run { corners, .. }] = &mut links[..] {
             *corners = false;
         }
         Ok((links, closed))
+    }
+
+    /// Runs end to end, and whether each is turned: from the longest on whichever is the nearest, at either end, until the
+    /// row closes or ends at the rim, or the gap to the next one, which is given, too, is too wide. Others are left out:
+    /// they belong to what of the blade's body is not its foot.
+    fn row(
+        &self,
+        ends: &[[DVec2; 2]],
+        lengths: &[f64],
+        allowed: f64,
+    ) -> (Vec<(usize, bool)>, Option<f64>) {
+        let place = |at: DVec2| self.hub.jet_beyond(at).point;
+        let longest = (0..lengths.len()).max_by(|a, b| lengths[*a].total_cmp(&lengths[*b]));
+        let longest = longest.unwrap_or(0);
+        let mut row = vec![(longest, false)];
+        let mut left: Vec<usize> = (0..ends.len()).filter(|run| *run != longest).collect();
+        loop {
+            let (start, end) = (begin_of(ends, row[0]), end_of(ends, row[row.len() - 1]));
+            let around = place(start).distance(place(end));
+            let free = [!self.is_at_rim(start), !self.is_at_rim(end)];
+            let choices = left.iter().enumerate().flat_map(|(k, &run)| {
+                [(false, false), (false, true), (true, false), (true, true)].map(
+                    |(turned, at_end)| {
+                        let next = (run, turned);
+                        let gap = match at_end {
+                            true => place(begin_of(ends, next)).distance(place(end)),
+                            false => place(end_of(ends, next)).distance(place(start)),
+                        };
+                        (gap, k, turned, at_end)
+                    },
+                )
+            });
+            // Beyond the rim only another flank follows.
+            let is_flank = |k: usize| lengths[left[k]] >= FLANK * lengths[longest];
+            let choices =
+                choices.filter(|(_, k, _, at_end)| free[usize::from(*at_end)] || is_flank(*k));
+            let Some((gap, k, turned, at_end)) = choices.min_by(|a, b| a.0.total_cmp(&b.0)) else {
+                return (row, None);
+            };
+            if gap > allowed || row.len() > 1 && around < gap {
+                return (row, Some(gap));
+            }
+            let next = (left.remove(k), turned);
+            row.insert(if at_end { row.len() } else { 0 }, next);
+        }
     }
 
     /// Points of a link in order.
@@ -695,6 +733,15 @@ impl<'a> Finder<'a> {
         }
         Ok(points)
     }
+}
+
+/// Where a run begins and ends, turned or not.
+fn begin_of(ends: &[[DVec2; 2]], (run, turned): (usize, bool)) -> DVec2 {
+    ends[run][usize::from(turned)]
+}
+
+fn end_of(ends: &[[DVec2; 2]], (run, turned): (usize, bool)) -> DVec2 {
+    ends[run][usize::from(!turned)]
 }
 
 /// Place `k` along an axis of a foot.

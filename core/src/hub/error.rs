@@ -250,8 +250,9 @@ pub enum HubError {
     },
     /// The tool comes too near to a blade.
     #[error(
-        "hub: the {} comes within {distance:.3} mm of the blade at ({:.3}, {:.3}, {:.3}), less than hub.clearance, \
-         {wanted:.3} mm; give a thinner or longer tool, or a smaller cutter",
+        "hub: the {} comes within {distance:.3} mm of the blade at ({:.3}, {:.3}, {:.3}); hub.clearance is {wanted:.3} mm, \
+         and between the points of the path a twentieth of it may be lost; give a thinner or longer tool, a smaller \
+         cutter, or less clearance",
         part.name(), place.x, place.y, place.z
     )]
     TooNear {
@@ -273,7 +274,7 @@ pub enum HubError {
     /// No tool axis keeps the tool clear at some places.
     #[error(
         "hub: no tool axis at ({:.3}, {:.3}, {:.3}) (row {row}, column {column}; {refused} of {nodes} places have none): \
-         with the best one the {} {}, at ({:.3}, {:.3}, {:.3}), and {wanted:.3} mm are wanted; {remedy}",
+         with the best one the {} {}, at ({:.3}, {:.3}, {:.3}), and {wanted:.3} mm are wanted, hub.clearance and a margin; {remedy}",
         at.x, at.y, at.z, part.name(), shown(*clearance), touches.x, touches.y, touches.z
     )]
     NoAxis {

@@ -38,3 +38,4 @@ pub use error::HubError;
 pub use passage::{
     Blade, ChannelFigures, ChannelLines, ChannelOptions, Channels, Passage, PassageOptions,
 };
+pub use path::Shortened;

@@ -2,11 +2,12 @@
 
 use super::axes::{AxisField, AxisOptions, Stand};
 use super::channel::{Channel, ROWS, part};
-use super::clearance::{Clearance, Hindrance, clearance, clearance_above_end};
+use super::clearance::{Clearance, Hindrance, Pose, clearance, clearance_above_end, is_clear};
 use super::edge::{edge_along, edge_on_hub};
 use super::error::HubError;
 use super::layout::{ALIKE, Edges, Layout, Part};
-use super::path::{Route, Station};
+use super::path::{Leg, Order, Route, Shortened, Station};
+use super::sides::Flanks;
 use super::spline::ParameterCurve;
 use super::strips::{Line, Measured, Strip, ways};
 use super::wheel::Wheel;
@@ -33,8 +34,21 @@ const WHOLE: f64 = 0.9;
 /// Pieces in which an edge is drawn, and rows from one cross line that is drawn to the next.
 const DRAWN: usize = 360;
 const EVERY: usize = 16;
-/// Share of the clearance that may be lost between the nodes of the field of axes.
-const LOST: f64 = 0.05;
+/// Distance from blades, clearances: that is aimed at where axes are chosen, that has to be kept at every point of the
+/// path, since between points and by the simulation's own inaccuracy some is lost, and that of links and extensions.
+const AIMED: f64 = 1.15;
+const KEPT: f64 = 1.05;
+const CLEAR: f64 = 1.1;
+/// Longest way between two places at which a link is tested, cutter radii, and turn of its axis, rad.
+const TESTED: f64 = 0.2;
+const TESTED_TURN: f64 = 0.02;
+/// Ways to go over two parts of a channel.
+const ORDERS: [Order; 4] = [
+    Order { forward: true, back: false },
+    Order { forward: false, back: false },
+    Order { forward: true, back: true },
+    Order { forward: false, back: true },
+];
 
 /// The surfaces of a blade, placed, mm.
 #[derive(Clone, Debug)]
@@ -51,7 +65,9 @@ impl Blade {
     /// Its edge on the hub: the bounds of its faces that lie on the hub, if they make one, else what its surfaces have
     /// in common with the hub.
     fn edge(&self, wheel: &Wheel, tolerance: f64) -> Result<ParameterCurve, HubError> {
-        let edge = match edge_along(&wheel.hub, &self.bounds, tolerance)? {
+        // Bounds of what is not the foot may make rings on the hub, too.
+        let has_flanks = |edge: &ParameterCurve| Flanks::new(wheel, edge, false).is_ok();
+        let edge = match edge_along(&wheel.hub, &self.bounds, tolerance)?.filter(has_flanks) {
             Some(edge) => edge,
             None => edge_on_hub(&wheel.hub, &self.surfaces, tolerance)?,
         };
@@ -282,6 +298,10 @@ pub struct ChannelFigures {
     pub is_harmonic: bool,
     /// Largest deviation of the curves fitted to the edges of the blades, mm.
     pub edge_deviation: f64,
+    /// Extensions in a channel that are shorter than the job asks for, since the tool would come too near to something.
+    pub shortened: Shortened,
+    /// Times that the cutter is lifted off within a channel.
+    pub retracts: usize,
 }
 
 impl Passage {
@@ -318,22 +338,22 @@ impl Passage {
         let even = measured.iter().zip(&lines).map(|(m, lines)| m.area * m.even_share(lines));
         let even_share = even.sum::<f64>() / area.max(f64::MIN_POSITIVE);
         let (least_jacobian, is_harmonic) = self.map_quality();
-        let mut stations: Vec<Vec<Station>> = Vec::new();
-        let mut passes = 0;
-        for (part, lines) in parts.iter().zip(&lines) {
-            let axes = self.axes(&part.channel, &all, options)?;
-            let route = Route {
-                wheel: &self.wheel,
-                channel: &part.channel,
-                axes: &axes,
-                radius: options.assembly.tool.radius(),
-                allowance: options.allowance,
-                tolerance: options.tolerance,
-                extension: options.hub.extension,
-            };
-            stations.push(route.path(lines, passes as u32));
-            passes += lines.len();
-        }
+        let clear = |way: &[Station]| self.is_clear(way, (&hindrance, &all), options);
+        let axes = parts.iter().map(|part| self.axes(&part.channel, &all, options));
+        let axes = axes.collect::<Result<Vec<AxisField>, _>>()?;
+        let routes = parts.iter().zip(&axes).map(|(part, axes)| Route {
+            wheel: &self.wheel,
+            channel: &part.channel,
+            axes,
+            radius: options.assembly.tool.radius(),
+            allowance: options.allowance,
+            tolerance: options.tolerance,
+            extension: options.hub.extension,
+            clear: &clear,
+        });
+        let routes: Vec<Route> = routes.collect();
+        let passes = lines.iter().map(Vec::len).sum();
+        let Gone { stations, shortened } = gone_over(&routes, &lines);
         self.refuse_collision(&stations, (&hindrance, &all), options)?;
         let channels = match options.hub.channels {
             HubChannels::One => 1,
@@ -354,7 +374,35 @@ impl Passage {
                 least_jacobian,
                 is_harmonic,
                 edge_deviation: self.edge_deviation(),
+                shortened,
+                retracts: stations.len().saturating_sub(1),
             },
+        })
+    }
+
+    /// Whether the tool is clear of blades and hub between stations, too.
+    fn is_clear(
+        &self,
+        way: &[Station],
+        (blades, all): (&Hindrance, &Hindrance),
+        options: &ChannelOptions,
+    ) -> bool {
+        let assembly = options.assembly;
+        let radius = assembly.tool.radius();
+        let distance = CLEAR * options.hub.clearance;
+        let tip = |s: &Station| s.centre - s.axis * radius;
+        way.windows(2).all(|pair| {
+            let [a, b] = [pair[0], pair[1]];
+            let way = a.centre.distance(b.centre) / (TESTED * radius);
+            let turn = a.axis.distance(b.axis) / TESTED_TURN;
+            let steps = way.max(turn).ceil().max(1.0) as usize;
+            (0..=steps).all(|i| {
+                let t = i as f64 / steps as f64;
+                let axis = a.axis.lerp(b.axis, t).normalize_or(b.axis);
+                let pose = Pose { tip: tip(&a).lerp(tip(&b), t), axis };
+                is_clear(blades, assembly, pose, distance, true)
+                    && is_clear(all, assembly, pose, distance, false)
+            })
         })
     }
 
@@ -378,7 +426,7 @@ impl Passage {
         let nodes = (0..AXES.0).flat_map(|r| (0..AXES.1).map(move |c| (r, c)));
         let stands: Vec<Stand> = nodes.map(|(r, c)| stand(r, c)).collect();
         let wanted = AxisOptions {
-            clearance: options.hub.clearance,
+            clearance: AIMED * options.hub.clearance,
             allowance: options.allowance,
             steepest: STEEPEST,
             threads: options.threads,
@@ -405,7 +453,7 @@ impl Passage {
         });
         let worst = found.into_iter().min_by(|a, b| a.distance.total_cmp(&b.distance));
         match worst {
-            Some(Clearance { distance, part, place }) if distance < (1.0 - LOST) * wanted => {
+            Some(Clearance { distance, part, place }) if distance < KEPT * wanted => {
                 Err(HubError::TooNear { place, distance, wanted, part })
             }
             _ => Ok(()),
@@ -491,6 +539,66 @@ impl Passage {
             normal: last.axis,
             ..last
         });
+    }
+}
+
+/// A channel gone over.
+struct Gone {
+    /// Stations without a retract between them.
+    stations: Vec<Vec<Station>>,
+    shortened: Shortened,
+}
+
+/// The path through the parts of a channel: where there are two, in that order of their passes in which the way from the
+/// one to the other through the air is clear and the shortest; with a retract between them, where there is no such way.
+fn gone_over(routes: &[Route], lines: &[Vec<Line>]) -> Gone {
+    let [first, second] = routes else {
+        let legs = routes.iter().zip(lines).map(|(route, lines)| route.path(lines, 0, ORDERS[0]));
+        return Gone::of(legs.collect());
+    };
+    let passes = lines[0].len() as u32;
+    let legs = |route: &Route, lines: &[Line], passes: u32| {
+        ORDERS.map(|order| route.path(lines, passes, order))
+    };
+    let befores = legs(first, &lines[0], 0);
+    let behinds = legs(second, &lines[1], passes);
+    let length =
+        |leg: &Leg| leg.stations.windows(2).map(|w| w[0].centre.distance(w[1].centre)).sum::<f64>();
+    let mut choices: Vec<(f64, usize, usize)> = Vec::new();
+    for (i, before) in befores.iter().enumerate() {
+        // Only the beginning of the second leg matters.
+        for (j, behind) in behinds.iter().enumerate().take(2) {
+            if let (Some(from), Some(to)) = (before.stations.last(), behind.stations.first()) {
+                let link = from.centre.distance(to.centre);
+                choices.push((length(before) + link + length(behind), i, j));
+            }
+        }
+    }
+    choices.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for (_, i, j) in choices {
+        let (before, behind) = (&befores[i], &behinds[j]);
+        let (Some(&from), Some(&to)) = (before.stations.last(), behind.stations.first()) else {
+            continue;
+        };
+        let between = second.between(from, to);
+        let link: Vec<Station> = [&[from], &between[..], &[to]].concat();
+        if (second.clear)(&link) {
+            let stations = [&before.stations[..], &between, &behind.stations].concat();
+            return Gone {
+                stations: vec![stations],
+                shortened: before.shortened.with(behind.shortened),
+            };
+        }
+    }
+    let [before, ..] = befores;
+    let [behind, ..] = behinds;
+    Gone::of(vec![before, behind])
+}
+
+impl Gone {
+    fn of(legs: Vec<Leg>) -> Self {
+        let shortened = legs.iter().fold(Shortened::default(), |s, leg| s.with(leg.shortened));
+        Self { stations: legs.into_iter().map(|leg| leg.stations).collect(), shortened }
     }
 }
 

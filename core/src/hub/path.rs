@@ -4,8 +4,8 @@
 //! `rho` (S-HUB, step 5), halved until the ball's centre between two points is within the tolerance, too; (2) centre,
 //! tip and axis at each: `centre = contact + (r + allowance) n`, `tip = centre - r a` (step 7); (3) extensions at the ends
 //! of the channel: straight on along the tangent, then a quadratic Bezier curve that turns along the hub's axis, or along
-//! its meridian where the channel leaves radially (step 6); (4) links: between extensions at the same end, else over the
-//! hub.
+//! its meridian where the channel leaves radially (step 6), and shorter where something else is in the way; (4) links:
+//! between extensions at the same end, else over the hub.
 
 use super::axes::AxisField;
 use super::channel::Channel;
@@ -27,6 +27,8 @@ const BEZIER_PIECES: usize = 12;
 const ASIDE: f64 = 1e-3;
 /// Least part of the axis in the direction in which a channel leaves for its extensions to turn along the axis.
 const AXIAL: f64 = 0.5;
+/// Parts of an extension that are tried, where the whole is not clear.
+const SHARES: [f64; 6] = [1.0, 0.75, 0.5, 0.25, 0.125, 0.0];
 /// Longest step of a link through the air, cutter radii.
 const LINK_STEP: f64 = 1.0;
 /// Steps of such a link from which on it is not divided further.
@@ -57,6 +59,42 @@ pub struct Route<'a> {
     pub allowance: f64,
     pub tolerance: f64,
     pub extension: f64,
+    /// Whether the cutter may go that way, from station to station.
+    pub clear: &'a dyn Fn(&[Station]) -> bool,
+}
+
+/// The path over the passes of a part of a channel.
+#[derive(Clone, Debug, Default)]
+pub struct Leg {
+    pub stations: Vec<Station>,
+    pub shortened: Shortened,
+}
+
+/// Extensions that something is in the way of.
+#[derive(Copy, Clone, Debug, Default, PartialEq)]
+pub struct Shortened {
+    /// How many.
+    pub count: usize,
+    /// What is left of the shortest, mm, and where its pass ends.
+    pub least: (f64, DVec3),
+}
+
+impl Shortened {
+    /// Those of two pieces of a path.
+    pub fn with(self, other: Self) -> Self {
+        let count = self.count + other.count;
+        let is_first = other.count == 0 || self.count > 0 && self.least.0 <= other.least.0;
+        Self { count, least: if is_first { self.least } else { other.least } }
+    }
+}
+
+/// How a part of a channel is gone over.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub struct Order {
+    /// Whether the first pass is cut from its low end.
+    pub forward: bool,
+    /// Whether the cutter goes back over the last pass.
+    pub back: bool,
 }
 
 /// Where a pass begins or ends: at an end of the channel, or within it.
@@ -81,13 +119,13 @@ impl Port {
 impl Route<'_> {
     /// The path over the passes, one after the other from side to side; it begins and ends above the first and the last
     /// place. `first`: number of the first pass.
-    pub fn path(&self, lines: &[Line], first: u32) -> Vec<Station> {
-        let mut path: Vec<Station> = Vec::new();
+    pub fn path(&self, lines: &[Line], first: u32, order: Order) -> Leg {
+        let mut leg = Leg::default();
         let mut last: Option<Port> = None;
         let mut left: Vec<&Line> = lines.iter().collect();
         let mut pass = first;
         while !left.is_empty() {
-            let (index, forward) = self.next(&left, last);
+            let (index, forward) = self.next(&left, last).unwrap_or((0, order.forward));
             let line = left.remove(index);
             let (from, to) = if forward { (line.from, line.to) } else { (line.to, line.from) };
             let port = |s: f64| Port { s, t: line.at(s) };
@@ -96,21 +134,26 @@ impl Route<'_> {
                 (s, line.at(s))
             };
             let cut = self.along(&curve, MoveKind::Cut, pass);
-            self.enter(&mut path, last, port(from), &cut, pass);
-            path.extend(cut);
+            self.enter(&mut leg, last, port(from), &cut, pass);
+            leg.stations.extend(&cut);
             last = Some(port(to));
+            if order.back && left.is_empty() {
+                let back = cut.iter().rev().skip(1);
+                leg.stations.extend(back.map(|s| Station { kind: MoveKind::Link, ..*s }));
+                last = Some(port(from));
+            }
             pass += 1;
         }
         if let Some(port) = last {
-            self.leave(&mut path, port);
+            self.leave(&mut leg, port);
         }
-        path
+        leg
     }
 
     /// Index of the pass that follows, the one that begins nearest to where the last one ended, and whether it is cut from its
     /// low end.
-    fn next(&self, left: &[&Line], last: Option<Port>) -> (usize, bool) {
-        let Some(last) = last else { return (0, true) };
+    fn next(&self, left: &[&Line], last: Option<Port>) -> Option<(usize, bool)> {
+        let last = last?;
         let here = self.channel.place(self.wheel, last.s, last.t);
         let away = |(i, forward): (usize, bool)| {
             let line = left[i];
@@ -118,8 +161,7 @@ impl Route<'_> {
             self.channel.place(self.wheel, s, line.at(s)).distance(here)
         };
         let choices = (0..left.len()).flat_map(|i| [(i, true), (i, false)]);
-        let best = choices.min_by(|a, b| away(*a).total_cmp(&away(*b)));
-        best.unwrap_or((0, true))
+        choices.min_by(|a, b| away(*a).total_cmp(&away(*b)))
     }
 
     /// The cutter on the hub at (s, t).
@@ -189,60 +231,98 @@ impl Route<'_> {
 
     /// From where the path ends to the first station of a pass: through the air at the same end of the channel, else over
     /// the hub.
-    fn enter(
-        &self,
-        path: &mut Vec<Station>,
-        last: Option<Port>,
-        to: Port,
-        cut: &[Station],
-        pass: u32,
-    ) {
+    fn enter(&self, leg: &mut Leg, last: Option<Port>, to: Port, cut: &[Station], pass: u32) {
         let Some(last) = last else {
-            let mut way = self.extension(to, cut);
-            way.reverse();
-            path.extend(way);
+            let way = |share: f64| {
+                let mut way = self.extension(to, cut, share);
+                way.reverse();
+                way
+            };
+            let is_clear = |way: &[Station]| (self.clear)(&[way, first_of(cut)].concat());
+            let (way, share) = longest(way, is_clear);
+            self.note(leg, to, share, cut);
+            leg.stations.extend(way);
             return;
         };
+        let near: Vec<Station> = leg.stations.iter().rev().take(2).copied().collect();
         if last.end().is_some() && last.end() == to.end() {
-            self.leave(path, last);
-            let mut way = self.extension(to, cut);
-            way.reverse();
-            if let (Some(&from), Some(&to)) = (path.last(), way.first()) {
-                let foot = cut.first().and_then(|s| s.at).unwrap_or_default();
-                let centres = self.over_hub(from.centre, to.centre, foot);
-                let steps = centres.len() + 1;
-                for (i, centre) in centres.into_iter().enumerate() {
-                    let t = (i + 1) as f64 / steps as f64;
-                    let axis = from.axis.lerp(to.axis, t).normalize_or(to.axis);
-                    path.push(Station { centre, axis, normal: axis, ..to });
-                }
+            let is_clear =
+                |way: &[Station]| (self.clear)(&[first_of(&near), way, first_of(cut)].concat());
+            let way = |share: f64| self.through_air((last, &near), (to, cut), share);
+            let (way, share) = longest(way, is_clear);
+            if share > 0.0 {
+                self.note(leg, last, share, &near);
+                self.note(leg, to, share, cut);
+                leg.stations.extend(way);
+                return;
             }
-            path.extend(way);
-            return;
         }
         let curve = |x: f64| (last.s + (to.s - last.s) * x, last.t + (to.t - last.t) * x);
         let link = self.along(&curve, MoveKind::Link, pass);
-        let near: Vec<Station> = path.iter().rev().take(2).copied().collect();
-        let way = self.overrun(last, &near);
+        let way = self.clear_overrun(leg, last, &near);
         if !way.is_empty() {
-            path.extend(way);
-            path.extend(link.first());
+            leg.stations.extend(way);
+            leg.stations.extend(link.first());
         }
         // Both ends are stations of passes.
-        path.extend(link.iter().skip(1).take(link.len().saturating_sub(2)));
-        let way = self.overrun(to, cut);
+        leg.stations.extend(link.iter().skip(1).take(link.len().saturating_sub(2)));
+        let way = self.clear_overrun(leg, to, cut);
         if !way.is_empty() {
-            path.extend(link.last());
-            path.extend(way);
+            leg.stations.extend(link.last());
+            leg.stations.extend(way);
         }
+    }
+
+    /// Out along the extension of a pass, over to that of another one, and in.
+    fn through_air(
+        &self,
+        (last, near): (Port, &[Station]),
+        (to, cut): (Port, &[Station]),
+        share: f64,
+    ) -> Vec<Station> {
+        let mut way = self.extension(last, near, share);
+        let mut inward = self.extension(to, cut, share);
+        inward.reverse();
+        if let (Some(&from), Some(&to)) = (way.last(), inward.first()) {
+            way.extend(self.between(from, to));
+        }
+        way.extend(inward);
+        way
+    }
+
+    /// Stations through the air between two others.
+    pub fn between(&self, from: Station, to: Station) -> Vec<Station> {
+        let foot = self.wheel.nearest(from.centre.lerp(to.centre, 0.5));
+        let centres = self.over_hub(from.centre, to.centre, foot);
+        let steps = centres.len() + 1;
+        let station = |(i, centre): (usize, DVec3)| {
+            let t = (i + 1) as f64 / steps as f64;
+            let axis = from.axis.lerp(to.axis, t).normalize_or(to.axis);
+            Station { kind: MoveKind::Link, at: None, centre, axis, normal: axis, ..to }
+        };
+        centres.into_iter().enumerate().map(station).collect()
     }
 
     /// Out along the beginning of the extension and back, where the path goes on over the hub: the end of the channel is
     /// oblique, and a pass that stops there leaves its corner.
-    fn overrun(&self, port: Port, cut: &[Station]) -> Vec<Station> {
-        let out: Vec<Station> =
-            self.extension(port, cut).into_iter().take(STRAIGHT_PIECES).collect();
+    fn clear_overrun(&self, leg: &mut Leg, port: Port, cut: &[Station]) -> Vec<Station> {
+        let out = |share: f64| {
+            let all = self.extension(port, cut, share).into_iter();
+            all.take(STRAIGHT_PIECES).collect::<Vec<Station>>()
+        };
+        let (out, share) =
+            longest(out, |out: &[Station]| (self.clear)(&[first_of(cut), out].concat()));
+        self.note(leg, port, share, cut);
         out.iter().chain(out.iter().rev().skip(1)).copied().collect()
+    }
+
+    /// Notes an extension that is shorter than it should be.
+    fn note(&self, leg: &mut Leg, port: Port, share: f64, cut: &[Station]) {
+        if let (Some(_), Some(first), true) = (port.end(), cut.first(), share < 1.0) {
+            let place = first.centre - first.normal * (self.radius + self.allowance);
+            let one = Shortened { count: 1, least: (share * self.extension, place) };
+            leg.shortened = leg.shortened.with(one);
+        }
     }
 
     /// Centres between two ends of extensions: straight on, but where a hub that goes on beyond the channel is in the way.
@@ -266,19 +346,26 @@ impl Route<'_> {
     }
 
     /// Adds the extension at the end of the path.
-    fn leave(&self, path: &mut Vec<Station>, port: Port) {
-        let near: Vec<Station> = path.iter().rev().take(2).copied().collect();
-        path.extend(self.extension(port, &near));
+    fn leave(&self, leg: &mut Leg, port: Port) {
+        let near: Vec<Station> = leg.stations.iter().rev().take(2).copied().collect();
+        let way = |share: f64| self.extension(port, &near, share);
+        let is_clear = |way: &[Station]| (self.clear)(&[first_of(&near), way].concat());
+        let (way, share) = longest(way, is_clear);
+        self.note(leg, port, share, &near);
+        leg.stations.extend(way);
     }
 
-    /// Stations beyond an end of the channel, from the pass outward; `cut`: the pass, from that end on. None for a pass
-    /// that ends within the channel.
-    fn extension(&self, port: Port, cut: &[Station]) -> Vec<Station> {
+    /// Stations beyond an end of the channel, from the pass outward; `cut`: the pass, from that end on; `share`: of the
+    /// extension's length. None for a pass that ends within the channel.
+    fn extension(&self, port: Port, cut: &[Station], share: f64) -> Vec<Station> {
         let (Some(end), Some(first)) = (port.end(), cut.first()) else { return Vec::new() };
+        if share <= 0.0 {
+            return Vec::new();
+        }
         let [along, _] = self.centre_ways(port);
         let out = along.normalize_or_zero() * if end { 1.0 } else { -1.0 };
         let turned = self.turned_out(first.centre, out);
-        let piece = 0.5 * self.extension;
+        let piece = 0.5 * share * self.extension;
         let control = [
             first.centre + out * piece,
             first.centre + out * (2.0 * piece),
@@ -334,6 +421,21 @@ impl Route<'_> {
         }
         if height < least { place + normal * least } else { centre }
     }
+}
+
+/// The first station, as a way.
+fn first_of(stations: &[Station]) -> &[Station] {
+    stations.get(..1).unwrap_or_default()
+}
+
+/// The way by the largest share that is clear, and that share.
+fn longest(
+    way: impl Fn(f64) -> Vec<Station>,
+    is_clear: impl Fn(&[Station]) -> bool,
+) -> (Vec<Station>, f64) {
+    let clear = SHARES.into_iter().map(|share| (way(share), share));
+    let mut clear = clear.filter(|(way, share)| *share == 0.0 || is_clear(way));
+    clear.next().unwrap_or_default()
 }
 
 #[cfg(test)]

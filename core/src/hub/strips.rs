@@ -6,7 +6,8 @@
 //! Passes at the distance of a strip: (1) the distance from either side, `|grad F| = 1 / width`, marched from column to
 //! column across the channel; (2) passes half a strip and whole strips more from both sides, those farther in only where
 //! the gap that the others leave is wider than a strip. So the channel is filled from both blades, and where it widens further passes
-//! begin in its middle.
+//! begin in its middle. Such a pass begins in the middle of its gap, and not before the round end of its own strip
+//! is needed to fill it.
 //!
 //! Passes at equal parts of the way across: `N = ceil(L / s) + 1` of them, `L` the longest line across, `s` the
 //! narrowest strip (S-HUB, step 5).
@@ -40,8 +41,16 @@ const OUTERMOST: f64 = 0.5;
 const MOST: usize = 20_000;
 /// Rows without a pass, over which it goes on none the less: a link would take as long.
 const JOINED: usize = 8;
-/// Rows by which a pass that begins within the channel is longer than it has to be.
+/// Rows by which a pass beside a side that comes within a strip of the other one is longer than it has to be.
 const LONGER: f64 = 1.0;
+/// How far ahead of the end of a pass its strip is taken to reach, half strips: in truth 1 on the pass, less beside it.
+const AHEAD: f64 = 0.75;
+/// The same in the rows at an end of the channel or a corner of a side, where distances are less certain.
+const AHEAD_AT_END: f64 = 0.25;
+/// Halvings of the way across in the search for the middle of a gap.
+const HALVINGS: usize = 32;
+/// Shortest pass, rows.
+const SHORTEST: f64 = 0.25;
 
 /// A pass: its `t` at every row, and the part of the channel over which it runs.
 #[derive(Clone, Debug)]
@@ -171,69 +180,80 @@ impl Measured {
     /// Passes at the distance of a strip, in order across the channel.
     pub fn strips(&self, wheel: &Wheel, channel: &Channel) -> Vec<Line> {
         let [left, right] = [false, true].map(|right| self.distances(wheel, channel, right));
-        let mut chosen: [Vec<Vec<Option<f64>>>; 2] = [Vec::new(), Vec::new()];
-        for row in 0..ROWS {
-            let mut take = |side: usize, level: usize, t: f64| {
-                let lines = &mut chosen[side];
-                if lines.len() <= level {
-                    lines.resize(level + 1, vec![None; ROWS]);
-                }
-                lines[level][row] = Some(t);
+        let sides = Sides { left, right };
+        let rows = || 0..ROWS;
+        let corners: Vec<usize> =
+            [false, true].into_iter().flat_map(|right| channel.corners_of(right)).collect();
+        // The outermost ones; where the channel is no wider than a strip one in the middle will do.
+        let outermost = |row: usize| OUTERMOST.min(0.5 * sides.left.at(row, 1.0));
+        let all = |t: Vec<f64>| Line { t, level: 0, from: 0.0, to: 1.0 };
+        let first = all(rows().map(|row| sides.left.place(row, outermost(row))).collect());
+        let last_t = |row: usize| 1.0 - sides.right.place(row, outermost(row));
+        let wide: Vec<bool> = rows().map(|row| sides.left.at(row, 1.0) > 1.0).collect();
+        let last = runs(&wide).into_iter().map(|(from, to)| {
+            let scale = part(1, ROWS);
+            let from = (from as f64 - LONGER).max(0.0) * scale;
+            let to = ((to as f64 + LONGER) * scale).min(1.0);
+            Line { t: rows().map(last_t).collect(), level: 0, from, to }
+        });
+        let last: Vec<Line> = last.collect();
+        let mut inner: [Vec<Vec<Line>>; 2] = [Vec::new(), Vec::new()];
+        for number in 0..MOST {
+            let middles: Vec<(f64, f64)> = rows().map(|row| sides.middle(row, number)).collect();
+            let gaps: Vec<f64> = middles.iter().map(|(_, gap)| *gap).collect();
+            let is_open: Vec<bool> = gaps.iter().zip(&wide).map(|(g, w)| *w && *g > 1.0).collect();
+            if !is_open.contains(&true) {
+                break;
+            }
+            let t: Vec<f64> = rows().map(|row| sides.inner(row, number, middles[row])).collect();
+            let piece = |(from, to): (usize, usize)| {
+                let (from, to) = self.ends(&corners, (&gaps, &t), (from, to));
+                Line { t: t.clone(), level: 0, from, to }
             };
-            let whole = left.at(row, 1.0);
-            if whole <= 1.0 {
-                // One pass in the middle will do.
-                take(0, 0, left.place(row, 0.5 * whole));
-                continue;
-            }
-            let mut counts = [0usize; 2];
-            take(0, 0, left.place(row, OUTERMOST));
-            take(1, 0, 1.0 - right.place(row, OUTERMOST));
-            let mut next = 0;
-            while counts[0] + counts[1] < MOST {
-                let t = 1.0 - right.place(row, OUTERMOST + counts[1] as f64);
-                if left.at(row, t) - OUTERMOST - counts[0] as f64 <= 1.0 {
-                    break;
-                }
-                counts[next] += 1;
-                let level = counts[next];
-                let distance = OUTERMOST + level as f64;
-                match next {
-                    0 => take(0, level, left.place(row, distance)),
-                    _ => take(1, level, 1.0 - right.place(row, distance)),
-                }
-                next = 1 - next;
-            }
+            inner[number % 2].push(runs(&is_open).into_iter().map(piece).collect());
         }
-        let [from_left, mut from_right] = chosen;
-        from_right.reverse();
-        let levels = from_left.len() + from_right.len();
+        let [from_left, from_right] = inner;
+        let levels = core::iter::once(vec![first])
+            .chain(from_left)
+            .chain(from_right.into_iter().rev())
+            .chain(core::iter::once(last));
+        let numbered = levels
+            .enumerate()
+            .flat_map(|(level, pieces)| pieces.into_iter().map(move |line| Line { level, ..line }));
+        numbered.collect()
+    }
+
+    /// Where a pass begins and ends that is needed from the one row to the other: the strips beside it part where the gap
+    /// is one strip wide, and the round end of the cutter's own strip reaches ahead of it.
+    fn ends(
+        &self,
+        corners: &[usize],
+        (gaps, t): (&[f64], &[f64]),
+        (first, last): (usize, usize),
+    ) -> (f64, f64) {
+        let head = |row: usize| {
+            let [e, _, _, w] = self.at(row, t[row]);
+            let near = |corner: usize| corner.abs_diff(row) <= AT_CORNER;
+            let is_uncertain = is_at_end(row) || corners.iter().copied().any(near);
+            let ahead = if is_uncertain { AHEAD_AT_END } else { AHEAD };
+            ahead * 0.5 * w / e.sqrt() * (ROWS - 1) as f64
+        };
+        let parting = |outer: usize, inner: usize| {
+            let (a, b) = (gaps[outer], gaps[inner]);
+            let part = ((1.0 - a) / (b - a)).clamp(0.0, 1.0);
+            outer as f64 + (inner as f64 - outer as f64) * if part.is_finite() { part } else { 0.0 }
+        };
+        let from = first.checked_sub(1).map(|outer| parting(outer, first) + head(first));
+        let to = (last + 1 < ROWS).then(|| parting(last + 1, last) - head(last));
+        let (mut low, mut high) = (from.unwrap_or(0.0), to.unwrap_or((ROWS - 1) as f64));
+        if high - low < SHORTEST {
+            // So short a gap is closed from its middle.
+            let middle = 0.5 * (low + high);
+            low = if from.is_some() { middle - 0.5 * SHORTEST } else { 0.0 };
+            high = if to.is_some() { middle + 0.5 * SHORTEST } else { (ROWS - 1) as f64 };
+        }
         let scale = part(1, ROWS);
-        let piece = |side: usize, level: usize, (first, last): (usize, usize)| {
-            let t = |row: usize| {
-                // A row narrower than a strip has its one pass in the middle.
-                let outermost = OUTERMOST.min(0.5 * left.at(row, 1.0));
-                let distance = if level == 0 { outermost } else { OUTERMOST + level as f64 };
-                match side {
-                    0 => left.place(row, distance),
-                    _ => 1.0 - right.place(row, distance),
-                }
-            };
-            Line {
-                t: (0..ROWS).map(t).collect(),
-                level: if side == 0 { level } else { levels - 1 - level },
-                from: (first as f64 - LONGER).max(0.0) * scale,
-                to: ((last as f64 + LONGER) * scale).min(1.0),
-            }
-        };
-        let pieces = |side: usize, level: usize, line: &[Option<f64>]| {
-            runs(line).into_iter().map(|run| piece(side, level, run)).collect::<Vec<Line>>()
-        };
-        let deepest = from_right.len().saturating_sub(1);
-        let of_left = from_left.iter().enumerate().flat_map(|(level, line)| pieces(0, level, line));
-        let of_right =
-            from_right.iter().enumerate().flat_map(|(i, line)| pieces(1, deepest - i, line));
-        of_left.chain(of_right).collect()
+        ((low * scale).max(0.0), (high * scale).min(1.0))
     }
 
     /// Distances from the left side, or from the right one with `t` running the other way.
@@ -398,10 +418,49 @@ impl Distances {
     }
 }
 
-/// First and last index of every run of values; short gaps are bridged.
-fn runs(line: &[Option<f64>]) -> Vec<(usize, usize)> {
+/// Distances from both sides.
+struct Sides {
+    left: Distances,
+    right: Distances,
+}
+
+impl Sides {
+    /// The place between the two passes beside the inner pass of this number at which their strips are equally far away, and
+    /// the gap there: 1 where they meet. The inner ones come in turn from the left and from the right, the outermost first.
+    fn middle(&self, row: usize, number: usize) -> (f64, f64) {
+        let of_left = OUTERMOST + number.div_ceil(2) as f64;
+        let of_right = OUTERMOST + (number / 2) as f64;
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..HALVINGS {
+            let t = 0.5 * (low + high);
+            let is_nearer = self.left.at(row, t) - of_left < self.right.at(row, 1.0 - t) - of_right;
+            *(if is_nearer { &mut low } else { &mut high }) = t;
+        }
+        let t = 0.5 * (low + high);
+        (t, self.left.at(row, t) - of_left + self.right.at(row, 1.0 - t) - of_right)
+    }
+
+    /// The `t` of that pass: a strip from the one before it on its side, but in the middle of a narrower gap, where its strip
+    /// overlaps both.
+    fn inner(&self, row: usize, number: usize, (middle, gap): (f64, f64)) -> f64 {
+        let distance = OUTERMOST + (number / 2) as f64 + 1.0;
+        match number % 2 {
+            _ if gap < 2.0 => middle,
+            0 => self.left.place(row, distance),
+            _ => 1.0 - self.right.place(row, distance),
+        }
+    }
+}
+
+/// Whether a row is so near to an end of the channel that distances are measured in space.
+fn is_at_end(row: usize) -> bool {
+    row.min(ROWS - 1 - row) <= AT_END
+}
+
+/// First and last index of every run of what is so; short gaps are bridged.
+fn runs(line: &[bool]) -> Vec<(usize, usize)> {
     let mut runs: Vec<(usize, usize)> = Vec::new();
-    for (i, _) in line.iter().enumerate().filter(|(_, v)| v.is_some()) {
+    for (i, _) in line.iter().enumerate().filter(|(_, v)| **v) {
         match runs.last_mut() {
             Some((_, last)) if i - *last <= JOINED => *last = i,
             _ => runs.push((i, i)),

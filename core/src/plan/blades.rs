@@ -2,21 +2,30 @@
 
 use super::error::PlanError;
 use super::load::{Files, HubKeys, SurfaceKeys};
+use crate::geometry::math::{atan2, cos, sin};
 use crate::geometry::{DMat3, DVec2, DVec3};
 use crate::hub::{Blade, Passage, PassageOptions};
-use crate::job::{BladeSurface, SurfaceSource};
+use crate::job::{BladeSurface, HubOptions, SurfaceSource};
 use crate::mesh::repair::turn_faces;
 use crate::nurbs::{MeshOptions, NurbsSurface, Trim, mesh, read_json};
 use crate::step::{SmoothFormat, StepFile};
 use crate::surface::{Built, Part, build_parametric, placement};
+use core::f64::consts::TAU;
 
 /// How long the sides of triangles may be of what is not machined, square roots of the area.
 const LONGEST: f64 = 0.25;
 /// Share of the clearance by which triangles of blades may be off.
-const OF_CLEARANCE: f64 = 0.1;
+const OF_CLEARANCE: f64 = 0.05;
 /// Share of the tolerance by which lines between points of a blade's bounds may be off them: cubics through the points
 /// are far nearer.
 const OF_TOLERANCE: f64 = 0.25;
+/// Pitches by which a blade of the file is beside those of the job from which on it is none of them.
+const BETWEEN: f64 = 0.1;
+/// How far corners of a face may be off those of another one, turned, as a part of its size; and turns, rad, that are none.
+const COPIED: f64 = 5e-3;
+/// Size of a face, as a part of the other's, and ends of edges from which on one may be the other, turned.
+const AS_LARGE: f64 = 0.9;
+const FEWEST: usize = 6;
 /// Cosine between the normals of hub and fillet at the fillet's edge above which one continues the other.
 const CONTINUES: f64 = 0.5;
 
@@ -146,6 +155,84 @@ impl<'a> Source<'a> {
     }
 }
 
+impl Source<'_> {
+    /// Refuses a number of blades that is not the file's: the largest face of the blade, turned about the axis, is another face
+    /// of the file, but not where the job has a blade.
+    fn refuse_other_pitch(&self, options: &HubOptions) -> Result<(), PlanError> {
+        let Some(step) = &self.step else { return Ok(()) };
+        let number = |item: &BladeSurface| match item {
+            BladeSurface::Face(number) => step.choose(Some(*number), false).ok(),
+            BladeSurface::File(_) => None,
+        };
+        let own: Vec<usize> =
+            options.blade.iter().chain(&options.splitter).filter_map(number).collect();
+        let corners = |face: usize| -> Vec<DVec3> {
+            let (matrix, shift) = self.place;
+            step.corners(face).into_iter().map(|p| matrix * p + shift - options.origin).collect()
+        };
+        let size = |all: &[DVec3]| {
+            let first = all.first().copied().unwrap_or_default();
+            all.iter().map(|p| p.distance(first)).fold(0.0, f64::max)
+        };
+        let of_blade = own.iter().take(options.blade.len()).map(|face| corners(*face));
+        let largest = of_blade.max_by(|a, b| size(a).total_cmp(&size(b)));
+        let Some((face, first)) = largest.and_then(|f| f.first().copied().map(|p| (f, p))) else {
+            return Ok(());
+        };
+        let near = COPIED * size(&face);
+        let turns = (0..step.faces().len()).filter(|i| !own.contains(i)).filter_map(|i| {
+            let other = corners(i);
+            let mut turn = other.iter().map(|p| turn_between(options.axis, first, *p));
+            // Edges of the one may be divided, and those of the other not.
+            let is_as_large = size(&other) > AS_LARGE * size(&face);
+            turn.find(|turn| {
+                let face: Vec<DVec3> =
+                    face.iter().map(|p| turned(options.axis, *p, *turn)).collect();
+                let is_on = |all: &[DVec3], p: DVec3| all.iter().any(|q| q.distance(p) < near);
+                let (fewer, more) =
+                    if other.len() < face.len() { (&other, &face) } else { (&face, &other) };
+                is_as_large && fewer.len() >= FEWEST && fewer.iter().all(|p| is_on(more, *p))
+            })
+        });
+        let turns: Vec<f64> = turns.filter(|turn| turn.abs() > COPIED).collect();
+        let Some(least) = turns.iter().map(|t| t.abs()).min_by(f64::total_cmp) else {
+            return Ok(());
+        };
+        let pitch = TAU / f64::from(options.blades);
+        let is_off = |turn: &f64| {
+            let pitches = turn / pitch;
+            (pitches - pitches.round()).abs() > BETWEEN
+        };
+        let stand = (TAU / least).round();
+        // All around, so that none is missing between them.
+        let is_whole = turns.len() as f64 + 1.0 == stand;
+        if stand == f64::from(options.blades) || !is_whole && !turns.iter().any(is_off) {
+            return Ok(());
+        }
+        let what = format!(
+            "the file has this blade again {:.1} degrees farther on, as {stand} blades stand, and {} of them stand {:.1} degrees \
+             apart; correct hub.blades",
+            360.0 / stand,
+            options.blades,
+            pitch.to_degrees()
+        );
+        Err(PlanError::Blade { key: "hub.blades", what })
+    }
+}
+
+/// The turn about an axis through the origin from one place to another, rad, from -pi to pi.
+fn turn_between(axis: DVec3, from: DVec3, to: DVec3) -> f64 {
+    let across = from - axis * axis.dot(from);
+    atan2(axis.cross(across).dot(to), across.dot(to))
+}
+
+/// A place turned about an axis through the origin.
+fn turned(axis: DVec3, place: DVec3, turn: f64) -> DVec3 {
+    let along = axis * axis.dot(place);
+    let across = place - along;
+    along + across * cos(turn) + axis.cross(across) * sin(turn)
+}
+
 /// Turns the triangles of surfaces toward the air: away from the middle of the blade, but those of a fillet, which
 /// continues the hub, as the hub looks.
 fn turn_outward(faces: &mut [Face], hub: &NurbsSurface) {
@@ -211,6 +298,7 @@ pub(super) fn channel(
 ) -> Result<ChannelParts, PlanError> {
     let source = Source::new(keys, files)?;
     let options = &hub.options;
+    source.refuse_other_pitch(options)?;
     let chord = (OF_CLEARANCE * options.clearance, OF_TOLERANCE * hub.tolerance);
     let blade = source.blade("hub.blade", &options.blade, chord)?;
     let splitter = match options.splitter.is_empty() {

@@ -28,8 +28,6 @@ pub struct Clearances {
     pub distance: Vec<f64>,
     /// The distance that is wanted, mm.
     pub wanted: f64,
-    /// By how much it may be missed, mm.
-    pub tolerance: f64,
     /// Distances above this one, mm, were not told apart.
     pub beyond: f64,
 }
@@ -171,10 +169,8 @@ impl Axes {
             upper.into_iter().chain(lower.into_iter().rev()).collect()
         };
         svg.region(&[band(step(&|_, high| high), step(&|low, _| low))], RANGE, None);
-        let allowed = found.wanted - found.tolerance;
-        if filled.iter().any(|(_, low, _)| *low < allowed) {
-            let missed = |low: f64| if low < allowed { low } else { found.wanted };
-            let lower = step(&|low, _| missed(low));
+        if filled.iter().any(|(_, low, _)| *low < found.wanted) {
+            let lower = step(&|low, _| low.min(found.wanted));
             svg.region(&[band(step(&|_, _| found.wanted), lower)], colour::OVER_LIMIT, None);
         }
         svg.polyline(&step(&|low, _| low), Stroke::solid(LEAST, 1.0));
@@ -202,15 +198,15 @@ mod tests {
 
     fn found(distance: Vec<f64>) -> Clearances {
         let time = (0..distance.len()).map(|i| i as f64).collect();
-        Clearances { time, distance, wanted: 0.1, tolerance: 0.005, beyond: 1.0 }
+        Clearances { time, distance, wanted: 0.1, beyond: 1.0 }
     }
 
     #[test]
     fn what_is_too_near_is_set_off() {
         let over = colour::OVER_LIMIT.hex();
         let count = |distance| clearance_chart(&found(distance)).matches(&over).count();
-        assert_eq!(count(vec![1.0, 0.3, 0.096, 0.5]), 1);
-        assert_eq!(count(vec![1.0, 0.3, 0.094, 0.5]), 2);
+        assert_eq!(count(vec![1.0, 0.3, 0.1, 0.5]), 1);
+        assert_eq!(count(vec![1.0, 0.3, 0.099, 0.5]), 2);
         assert_eq!(count(vec![1.0, -3.0, 0.5]), 2);
     }
 

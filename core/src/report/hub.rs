@@ -30,6 +30,12 @@ pub struct HubFigures {
     pub axis_turn_deg_per_s: f64,
     /// Distance that the job wants between the tool and the blades, mm.
     pub clearance_mm: f64,
+    /// Extensions in a channel that are shorter than the job asks for, since the tool would come too near to a blade.
+    pub shortened_extensions: u64,
+    /// What is left of the shortest extension, mm; that of the job where none is shorter.
+    pub shortest_extension_mm: f64,
+    /// Times that the cutter is lifted off within a channel.
+    pub retracts_in_channel: u64,
     /// What the simulation measured of it; null where it was not run.
     pub measured: Option<MeasuredClearance>,
 }
@@ -112,12 +118,12 @@ impl HubFigures {
         )
     }
 
-    /// The sentence about a clearance that is not kept within `tolerance`, mm.
-    pub fn broken(&self, tolerance: f64) -> Option<String> {
+    /// The sentence about a clearance that is not kept.
+    pub fn broken(&self) -> Option<String> {
         let measured = self.measured.as_ref()?;
         let smallest = measured.smallest();
         let [x, y, z] = measured.at_mm;
-        (smallest < self.clearance_mm - tolerance).then(|| {
+        (smallest < self.clearance_mm).then(|| {
             format!(
                 "the {} comes within {smallest:.3} mm of what stands beside the channel, at ({x:.2}, {y:.2}, {z:.2}); \
                  hub.clearance is {:.3} mm",

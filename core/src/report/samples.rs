@@ -187,6 +187,9 @@ fn hub() -> HubFigures {
         axis_turn_deg_per_mm: 1.2,
         axis_turn_deg_per_s: 24.0,
         clearance_mm: 0.12,
+        shortened_extensions: 2,
+        shortest_extension_mm: 1.5,
+        retracts_in_channel: 0,
         measured: Some(MeasuredClearance {
             cutter_mm: 0.131,
             shank_mm: Some(0.8),

@@ -1,10 +1,10 @@
 //! The channels of a hub → their figures.
 
-use evencut_core::hub::{ChannelFigures, ChannelLines};
+use evencut_core::hub::{ChannelFigures, ChannelLines, Shortened};
 use evencut_core::job::Job;
 use evencut_core::plan::{Planned, Prepared};
 use evencut_core::preview::{ChannelScene, Clearances, FlatLines};
-use evencut_core::report::{HubFigures, MeasuredClearance};
+use evencut_core::report::{HubFigures, MeasuredClearance, Warning};
 use evencut_core::surface::Part;
 use evencut_core::tool::AssemblyPart;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
@@ -45,8 +45,47 @@ pub fn figures(job: &Job, planned: &Planned, figures: &ChannelFigures) -> HubFig
         axis_turn_deg_per_mm: per_mm,
         axis_turn_deg_per_s: per_s,
         clearance_mm: job.hub.as_ref().map_or(0.0, |hub| hub.clearance),
+        shortened_extensions: figures.shortened.count as u64,
+        shortest_extension_mm: match figures.shortened {
+            Shortened { count: 0, .. } => job.hub.as_ref().map_or(0.0, |hub| hub.extension),
+            Shortened { least: (length, _), .. } => length,
+        },
+        retracts_in_channel: figures.retracts as u64,
         measured: None,
     }
+}
+
+/// What a reader should know of the channels before cutting.
+pub fn warnings(job: &Job, figures: &ChannelFigures) -> Vec<Warning> {
+    let mut all = Vec::new();
+    let warning =
+        |message: String, hint: &str| Warning { stage: "hub".into(), message, remedy: hint.into() };
+    let Shortened { count, least: (length, at) } = figures.shortened;
+    if let (Some(hub), true) = (&job.hub, count > 0) {
+        let message = format!(
+            "in every channel {count} extension{} of passes {} shorter than hub.extension ({:.3} mm), since the tool would \
+             come too near to a blade; the shortest has {length:.3} mm, at ({:.3}, {:.3}, {:.3})",
+            if count == 1 { "" } else { "s" },
+            if count == 1 { "is" } else { "are" },
+            hub.extension,
+            at.x,
+            at.y,
+            at.z
+        );
+        all.push(warning(
+            message,
+            "set a smaller hub.extension, or look at the ends of the channels",
+        ));
+    }
+    if figures.retracts > 0 {
+        let message = "between the two parts of a channel beside the splitter the cutter is lifted off: no clear way \
+                       was found around the splitter";
+        all.push(warning(
+            message.into(),
+            "a smaller cutter or a larger hub.extension may have one",
+        ));
+    }
+    all
 }
 
 /// Fastest turn of the axis on passes, degrees per mm of the way of the ball's centre, and per s.
@@ -118,7 +157,6 @@ pub fn measured(
         time: path.points.iter().map(|p| p.time).collect(),
         distance: blades.along.iter().zip(&all.along).map(least).collect(),
         wanted,
-        tolerance: job.cut.tolerance,
         beyond,
     };
     let figures = MeasuredClearance {

@@ -1,8 +1,11 @@
 //! Offsets against developments of cylinder and cone, small circles, and shortest ways.
 
+mod polyhedral;
+
 use super::*;
 use crate::geometry::math::{acos_clamped, atan2, cos, sin};
 use crate::nurbs::{NurbsCurve, read_json};
+use polyhedral::{Target, Triangles};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 fn revolved(meridian: &NurbsCurve) -> NurbsSurface {
@@ -347,6 +350,69 @@ fn on_an_elliptic_hub_shortest_ways_have_the_distance() {
     let surface = revolved(&NurbsCurve::new(2, knots, points).unwrap());
     for middle in [DVec2::new(0.5, 0.5), DVec2::new(3.98, 0.6)] {
         assert_distances(&surface, &laid(&surface, middle, 30.0), 6.0);
+    }
+}
+
+/// Exact distance of a place of a surface from a curve on fine triangles about it, mm. `reach`: at least that.
+fn polyhedral(surface: &NurbsSurface, curve: &ParameterCurve, p: DVec2, reach: f64) -> f64 {
+    // Cells to each side of the place.
+    const CELLS: usize = 24;
+    const SIDE: usize = 2 * CELLS + 1;
+    let jet = surface.jet_beyond(p);
+    let step = jet.first.map(|way| 1.25 * reach / CELLS as f64 / way.length());
+    let step = DVec2::from_array(step);
+    let vertex = |i: usize, j: usize| (i * SIDE + j) as u32;
+    let at = |i: usize, j: usize| {
+        p + step * DVec2::new(i as f64 - CELLS as f64, j as f64 - CELLS as f64)
+    };
+    let nodes = (0..SIDE).flat_map(|i| (0..SIDE).map(move |j| (i, j)));
+    let positions: Vec<DVec3> = nodes.map(|(i, j)| surface.jet_beyond(at(i, j)).point).collect();
+    let cells = (0..SIDE - 1).flat_map(|i| (0..SIDE - 1).map(move |j| (i, j)));
+    let faces: Vec<[u32; 3]> = cells
+        .flat_map(|(i, j)| {
+            let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
+            [[a, b, c], [a, c, d]].map(|f| f.map(|(i, j)| vertex(i, j)))
+        })
+        .collect();
+    let target = |k: u32| {
+        let cell = (curve.point(f64::from(k) / 8000.0) - at(0, 0)) / step;
+        let (i, j) = (cell.x.floor(), cell.y.floor());
+        let last = (SIDE - 1) as f64;
+        ((0.0..last).contains(&i) && (0.0..last).contains(&j)).then(|| {
+            let (x, y) = (cell.x - i, cell.y - j);
+            let face = 2 * (i as usize * (SIDE - 1) + j as usize);
+            match x >= y {
+                true => Target { face, parts: [1.0 - x, x - y, y] },
+                false => Target { face: face + 1, parts: [1.0 - y, x, y - x] },
+            }
+        })
+    };
+    let targets: Vec<Target> = (0..8000).filter_map(target).collect();
+    let triangles = Triangles { positions: &positions, faces: &faces };
+    let found = triangles.distances(vertex(CELLS, CELLS), &targets, 1.1 * reach);
+    found.into_iter().fold(f64::INFINITY, f64::min)
+}
+
+/// On hubs that bend to both sides, and to one.
+#[test]
+fn the_exact_distance_on_fine_triangles_is_that_of_the_offset() {
+    let half = 0.5_f64.sqrt();
+    let at = |x: f64, r: f64| DVec3::new(x, 0.0, r);
+    let knots = vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
+    let flared = vec![(at(0.0, 30.0), 1.0), (at(60.0, 30.0), half), (at(60.0, 80.0), 1.0)];
+    let barrel = vec![(at(0.0, 30.0), 1.0), (at(0.0, 60.0), half), (at(70.0, 60.0), 1.0)];
+    for points in [flared, barrel] {
+        let surface = revolved(&NurbsCurve::new(2, knots.clone(), points).unwrap());
+        let curve = laid(&surface, DVec2::new(0.5, 0.5), 24.0);
+        for distance in [2.6, 6.0] {
+            let beside = offset(&surface, &curve, distance, Side::Right, 2e-3).unwrap();
+            let off = along(&beside, 12)
+                .into_iter()
+                .map(|p| (polyhedral(&surface, &curve, p, distance) - distance).abs());
+            let worst = off.fold(0.0, f64::max);
+            println!("{distance}: worst {worst:e}");
+            assert!(worst < 0.01, "{distance}: {worst}");
+        }
     }
 }
 

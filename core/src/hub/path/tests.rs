@@ -16,6 +16,7 @@ const RADIUS: f64 = 3.0;
 const ALLOWANCE: f64 = 0.2;
 const TOLERANCE: f64 = 0.01;
 const EXTENSION: f64 = 6.0;
+const FORWARD: Order = Order { forward: true, back: false };
 
 /// Axes with nothing in their way.
 fn axes(wheel: &Wheel, channel: &Channel) -> AxisField {
@@ -58,7 +59,8 @@ impl Case {
     fn route(&self, tolerance: f64) -> Route<'_> {
         let (allowance, extension) = (ALLOWANCE, EXTENSION);
         let Self { wheel, channel, axes } = self;
-        Route { wheel, channel, axes, radius: RADIUS, allowance, tolerance, extension }
+        let clear = &|_: &[Station]| true;
+        Route { wheel, channel, axes, radius: RADIUS, allowance, tolerance, extension, clear }
     }
 
     fn lines(&self, cusp: f64) -> Vec<Line> {
@@ -143,7 +145,7 @@ fn extensions_begin_along_the_tangent_and_end_along_the_axis() {
     let mut angles = Vec::new();
     for tolerance in [TOLERANCE, TOLERANCE / 16.0] {
         let route = case.route(tolerance);
-        let path = route.path(&case.lines(0.05), 0);
+        let path = route.path(&case.lines(0.05), 0, FORWARD).stations;
         let cut = path.iter().rposition(|s| s.kind == MoveKind::Cut).unwrap();
         let way = |i: usize| path[i + 1].centre - path[i].centre;
         let turn = angle(way(cut - 1), way(cut));
@@ -188,7 +190,7 @@ fn where_a_channel_leaves_radially_extensions_end_along_the_meridian() {
     let case = Case::new(wheel, channel);
     let route = case.route(TOLERANCE);
     let lines = case.lines(0.05);
-    let path = route.path(&lines[..1], 0);
+    let path = route.path(&lines[..1], 0, FORWARD).stations;
     let cut = path.iter().rposition(|s| s.kind == MoveKind::Cut).unwrap();
     let exit = path[cut].centre;
     assert!((from_axis(exit) - 50.0).abs() < 1e-9, "at the rim");
@@ -206,7 +208,7 @@ fn links_at_one_end_stay_off_the_hub() {
         let case = Case::helix(hub, 0.0, (20.0, 60.0), 8.0);
         let route = case.route(TOLERANCE);
         let lines = case.lines(cusp);
-        let path = route.path(&lines, 0);
+        let path = route.path(&lines, 0, FORWARD).stations;
         let least = hub.radius + RADIUS + ALLOWANCE - TOLERANCE;
         for w in path.windows(2) {
             for k in 0..=8 {
