@@ -307,3 +307,31 @@ fn a_clamp_is_kept_clear_of_and_a_path_that_does_not_know_it_cuts_it() {
         assert!(messages.contains("gouge"), "{messages}");
     }
 }
+
+/// A pocket whose first ring is a slot: slowing breaks the limit on the feed per tooth, trochoids keep it.
+const POCKET: &str = "version = 1\n[surface.analytic]\nkind = \"plane\"\nsize = 24.0\n[tool]\nkind = \"flat\"\n\
+    diameter = 6.0\nflutes = 3\n[cut]\nstepover = 1.2\naxial_depth = 2.0\nfeed = 900.0\nspindle = 6000.0\n\
+    tolerance = 0.01\n[path]\nboundary = \"wall\"\n[force]\nrelative = 1.5\nmin_chip = 0.03\n\
+    [material]\ngroup = \"P\"\n";
+
+#[test]
+fn ways_of_keeping_limits_are_compared() {
+    let directory = empty("plan-control");
+    std::fs::write(directory.join("pocket.toml"), POCKET).unwrap();
+    let output = evencut(&directory, &["compare", "pocket.toml", "--control", "--csv"]);
+    let (code, data, messages) = streams(&output);
+    let names: Vec<&str> = data.lines().map(|l| l.split(',').next().unwrap()).collect();
+    let wanted = ["control", "plain", "slowed throughout", "feed", "trochoid", "fastest"];
+    assert_eq!(names, wanted, "{messages}");
+    let fields = |name: &str| {
+        let line = data.lines().find(|l| l.starts_with(&format!("{name},"))).unwrap();
+        line.split(',').collect::<Vec<_>>()
+    };
+    // A slower feed is refused, so that the exit codes differ.
+    assert_eq!(code, 5, "{messages}");
+    assert!(fields("feed")[1..].iter().all(|f| f.is_empty()), "{data}");
+    let fastest = fields("fastest");
+    assert_eq!(fastest.last(), Some(&"true"), "{data}");
+    let number = |index: usize| fastest[index].parse::<f64>().unwrap();
+    assert!(number(3) <= 1.0 && number(7) >= 0.03 * 0.99 && number(8) > 0.0, "{data}");
+}

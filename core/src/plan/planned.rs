@@ -22,8 +22,10 @@ use std::sync::Arc;
 
 /// How often trochoids that cut too much at once are laid again.
 const ROUNDS: usize = 4;
-/// By what factor they cut less each time.
-const SMALLER: f64 = 0.85;
+/// They cut less by the factor by which they cut too much, and this one.
+const SMALLER: f64 = 0.97;
+/// The smallest factor in a round.
+const SMALLEST: f64 = 0.6;
 
 /// A plan and what is known about it.
 #[derive(Debug)]
@@ -131,7 +133,7 @@ fn within_bounds(
         let Some(beyond) = limits.and_then(|bounds| beyond(&finished.toolpath, bounds)) else {
             return Ok((flat, finished));
         };
-        share *= SMALLER;
+        share *= (SMALLER / beyond.excess).max(SMALLEST);
         let again = plain
             .filter(|_| flat.loops > 0 && rounds < ROUNDS)
             .and_then(|plain| ground.cut_within(plane, plain, share, &mut |_| {}));

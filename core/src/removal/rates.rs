@@ -289,6 +289,8 @@ pub struct Beyond {
     pub section: f64,
     /// The feed there, mm/s.
     pub feed: f64,
+    /// By how much the limit is broken, as a factor.
+    pub excess: f64,
 }
 
 /// Where a path whose points tell their rates cuts too thickly or too slowly, at its worst. Links and ramps may.
@@ -296,7 +298,7 @@ pub fn beyond(path: &Toolpath, load: &LoadLimits) -> Option<Beyond> {
     let most = load.teeth.section(load.most_engaged) * (1.0 + PLAY);
     let least = load.least_per_tooth * load.teeth.rate * (1.0 - PLAY);
     let is_engaged = load.most_engaged < core::f64::consts::PI;
-    let mut worst: Option<(f64, Beyond)> = None;
+    let mut worst: Option<Beyond> = None;
     for p in &path.points {
         if !matches!(p.kind, MoveKind::Cut | MoveKind::Trochoid) || p.mrr <= 0.0 || p.feed <= 0.0 {
             continue;
@@ -304,11 +306,11 @@ pub fn beyond(path: &Toolpath, load: &LoadLimits) -> Option<Beyond> {
         let section = p.mrr / p.feed;
         let by_angle = if is_engaged { section / most } else { 0.0 };
         let excess = by_angle.max(least / p.feed);
-        if excess > 1.0 && worst.is_none_or(|(w, _)| excess > w) {
-            worst = Some((excess, Beyond { place: p.tip, section, feed: p.feed }));
+        if excess > 1.0 && worst.is_none_or(|w| excess > w.excess) {
+            worst = Some(Beyond { place: p.tip, section, feed: p.feed, excess });
         }
     }
-    worst.map(|(_, beyond)| beyond)
+    worst
 }
 
 /// A part of a move with one feed and one rate.
