@@ -196,7 +196,7 @@ mod tests {
         close(teeth.engaged(20.0), PI);
         close(teeth.chip(20.0, 20.0), 0.1 / PI);
         let power = material.power(&teeth, 20.0, 20.0);
-        let kc = 2100.0 * (0.1 / PI).powf(-0.25);
+        let kc = 2100.0 * math::powf(0.1 / PI, -0.25);
         close(power, kc * 400.0);
         assert!((1e-6 * power - 1.988).abs() < 1e-3);
         assert!((power / teeth.speed - 633.0).abs() < 1.0);
@@ -206,7 +206,7 @@ mod tests {
     #[test]
     fn a_side_cut_has_the_chip_of_the_textbook() {
         let (teeth, _) = limits();
-        let phi = (1.0f64 - 0.2).acos();
+        let phi = math::acos(1.0 - 0.2);
         close(teeth.engaged(2.0), phi);
         close(teeth.chip(2.0, 20.0), 0.05 * 360.0 / (PI * 10.0 * phi.to_degrees()));
         close(teeth.section(phi), 2.0);
