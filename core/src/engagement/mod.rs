@@ -17,7 +17,7 @@ mod swept;
 
 pub use arc::Engagement;
 pub use capsule::Capsule;
-pub use simulation::{AIM, Cutting, Mark, Simulation};
+pub use simulation::{Cutting, Mark, Simulation};
 pub use swept::{Checkpoint, Stock};
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ const RUNG: f64 = 0.97;
 /// An engagement below this counts as rounding.
 const IDLE: f64 = 1e-9;
 /// Limited moves aim at this fraction of the limit, so that rounding of the program stays below it.
-pub const AIM: f64 = 0.995;
+const AIM: f64 = 0.995;
 
 /// Cutting data of the simulation.
 #[derive(Copy, Clone, Debug, PartialEq)]

@@ -263,7 +263,7 @@ impl LoadFigures {
     fn line(&self) -> String {
         let of = |limit: Option<String>| limit.map_or_else(String::new, |l| format!(" of {l}"));
         let mut line = format!(
-            "engaged over {:.0}{}°, {:.4} mm per tooth or more{}",
+            "engaged {:.0}{}°, at least {:.4} mm per tooth{}",
             self.engagement_deg,
             of(self.engagement_limit_deg.map(|l| format!("{l:.0}"))),
             self.feed_per_tooth_mm,
