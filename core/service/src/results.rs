@@ -476,6 +476,7 @@ fn load_options(job: &Job) -> LoadOptions {
         least_per_tooth: (bounds.least_per_tooth > 0.0).then_some(bounds.least_per_tooth),
         most_power: job.force.power,
         most_force: job.force.cutting_force,
+        knows_links: true,
     }
 }
 

@@ -17,7 +17,7 @@ pub enum MrrLimit {
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ForceControl {
-    /// Nothing; the excess is reported.
+    /// Nothing: limits are neither kept nor judged.
     Off,
     /// Trochoids are inserted, at the full feed.
     Trochoid,

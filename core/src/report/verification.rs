@@ -262,13 +262,19 @@ impl LoadFigures {
     /// On one line.
     fn line(&self) -> String {
         let of = |limit: Option<String>| limit.map_or_else(String::new, |l| format!(" of {l}"));
-        let mut line = format!(
-            "engaged {:.0}{}°, at least {:.4} mm per tooth{}",
-            self.engagement_deg,
-            of(self.engagement_limit_deg.map(|l| format!("{l:.0}"))),
-            self.feed_per_tooth_mm,
-            self.feed_per_tooth_limit_mm.map_or_else(String::new, |l| format!(" ({l:.4} asked)")),
-        );
+        let mut line = if self.engagement_deg == 0.0 {
+            "engagement and feed per tooth not judged: a program does not tell passes from links"
+                .to_owned()
+        } else {
+            format!(
+                "engaged {:.0}{}°, at least {:.4} mm per tooth{}",
+                self.engagement_deg,
+                of(self.engagement_limit_deg.map(|l| format!("{l:.0}"))),
+                self.feed_per_tooth_mm,
+                self.feed_per_tooth_limit_mm
+                    .map_or_else(String::new, |l| format!(" ({l:.4} asked)")),
+            )
+        };
         if let (Some(power), Some(force)) = (self.power_w, self.force_n) {
             let _ = write!(
                 line,

@@ -33,13 +33,15 @@ pub struct LoadOptions {
     pub most_power: Option<f64>,
     /// Largest mean cutting force, N.
     pub most_force: Option<f64>,
+    /// Whether the path says which of its moves are links and ramps, so that engagement and feed per tooth can be judged.
+    pub knows_links: bool,
 }
 
 impl LoadOptions {
     /// The same for a program, which does not say which of its moves are links and ramps: these may be engaged farther
     /// and go slower.
     pub fn of_program(self) -> Self {
-        Self { most_engaged: None, least_per_tooth: None, ..self }
+        Self { most_engaged: None, least_per_tooth: None, knows_links: false, ..self }
     }
 }
 
@@ -91,7 +93,8 @@ impl<'a> Gauge<'a> {
         let per_tooth =
             window.travel / time / (f64::from(self.options.flutes) * self.options.spindle);
         let kind = self.path.points.get(window.of as usize + 1).map(|p| p.kind);
-        if matches!(kind, Some(MoveKind::Cut | MoveKind::Trochoid)) && part > 2.0 * SCRAP {
+        let is_pass = matches!(kind, Some(MoveKind::Cut | MoveKind::Trochoid));
+        if self.options.knows_links && is_pass && part > 2.0 * SCRAP {
             worst(&mut self.load.engaged, engaged, window, |new, old| new > old);
             worst(&mut self.load.per_tooth, per_tooth, window, |new, old| new < old);
         }
@@ -143,6 +146,7 @@ mod tests {
             least_per_tooth: None,
             most_power: None,
             most_force: None,
+            knows_links: true,
         };
         let mut gauge = Gauge::new(&path, &Tool::new(5.0, 0.0).unwrap(), 2.0, options);
         gauge.measure(Window {

@@ -48,6 +48,13 @@ impl Resolver<'_> {
                 "every pass will have to be slowed or cut with trochoids; lower feed, depth or side step",
             );
         }
+        for key in ["mrr_limit", "power", "cutting_force", "min_chip"] {
+            let key = format!("force.{key}");
+            if job.force.control == ForceControl::Off && self.places.has(&key) {
+                let message = "is neither kept nor judged, since `force.control` is \"off\"";
+                self.warn(&key, message, "give `control = \"feed\"`, or remove the limit");
+            }
+        }
         let per_tooth = job.cut.feed / (job.cut.spindle * f64::from(job.flutes));
         if per_tooth > 0.1 * job.tool.radius() {
             let message =
