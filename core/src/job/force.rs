@@ -101,7 +101,7 @@ pub struct Force {
     pub cutting_force: Option<f64>,
     /// What is cut, where power or force are limited.
     pub material: Option<Material>,
-    /// Smallest feed per tooth, mm; 0 where there is none.
+    /// Smallest feed per tooth.
     pub min_chip: MinChip,
     /// Largest angle of engagement, rad; pi where there is no limit.
     pub max_engagement: f64,

@@ -48,7 +48,7 @@ impl<'a> Plane<'a> {
         )
     }
 
-    /// Whether trochoids are inserted where plain passes exceed the limit.
+    /// Whether passes are cut anew, slowed or with trochoids, where plain ones would break a limit.
     pub fn is_walked(&self) -> bool {
         let Job { path, force, .. } = self.job;
         path.pattern.takes_trochoids() && force.control != ForceControl::Off
