@@ -144,6 +144,11 @@ impl LoadLimits {
         self.largest(feed)
     }
 
+    /// Whether a slower feed alone cannot keep them.
+    pub fn bound_sections(&self) -> bool {
+        self.most_engaged < PI || self.least_per_tooth > 0.0
+    }
+
     /// The largest section that may be cut: the engagement is kept, and at the feed that it takes, times `margin`, the
     /// feed per tooth is; infinite where neither is limited.
     pub fn thickest(&self, margin: f64) -> f64 {

@@ -40,13 +40,21 @@ pub struct CutOptions {
     pub loops: Loops,
 }
 
-/// Cuts the rings of all groups, one group after the other. `truth`: the rate that plain passes truly have near a flat
-/// place, mm³/s, where that exceeds the limit; `progress` is called with the fraction done. Returns the number of trochoid loops.
+/// What simulated paths truly cut near a flat place.
+#[derive(Copy, Clone)]
+pub struct Measured<'a> {
+    /// The rate of plain passes, mm³/s, where that exceeds the limit.
+    pub plain: &'a dyn Fn(DVec2) -> Option<f64>,
+    /// The section of the path with trochoids over the largest allowed, where that is more than 1; 1 elsewhere.
+    pub beyond: &'a dyn Fn(DVec2) -> f64,
+}
+
+/// Cuts the rings of all groups, one group after the other; `progress` is called with the fraction done. Returns the number of trochoid loops.
 pub fn cut_passes(
     simulation: &mut Simulation,
     groups: &[Group],
     options: &CutOptions,
-    truth: &dyn Fn(DVec2) -> Option<f64>,
+    measured: Measured,
     mut progress: impl FnMut(f64),
 ) -> usize {
     let mut loops = 0;
@@ -54,7 +62,7 @@ pub fn cut_passes(
     let mut done = 0;
     for (region, group) in (0..).zip(groups) {
         simulation.begin_region(region);
-        cut_group(simulation, group, (options, truth), &mut loops, || {
+        cut_group(simulation, group, (options, measured), &mut loops, || {
             done += 1;
             progress(done as f64 / all as f64);
         });
@@ -66,7 +74,7 @@ pub fn cut_passes(
 fn cut_group(
     simulation: &mut Simulation,
     Group { passes: rings, precedence }: &Group,
-    (options, truth): (&CutOptions, &dyn Fn(DVec2) -> Option<f64>),
+    (options, measured): (&CutOptions, Measured),
     loops: &mut usize,
     mut on_ring: impl FnMut(),
 ) {
@@ -84,7 +92,7 @@ fn cut_group(
     while let Some(index) = sequence.next_nearest(last, |r| distance(simulation, r)) {
         let task = PassTask {
             options,
-            truth,
+            measured,
             rings,
             precedence,
             index,
@@ -146,7 +154,7 @@ impl Course<'_> {
 /// One ring to be cut.
 struct PassTask<'a> {
     options: &'a CutOptions,
-    truth: &'a dyn Fn(DVec2) -> Option<f64>,
+    measured: Measured<'a>,
     /// All rings of the group, and which of them it is.
     rings: &'a [Pass],
     precedence: &'a Precedence,
@@ -182,10 +190,11 @@ impl PassTask<'_> {
         }
         let limit = simulation.cutting.limit;
         let share = |m: &FlatPoint| {
-            let rate = rate_at_nominal(m, simulation);
-            let is_above = rate > limit * (1.0 + 1e-9);
-            let truth = is_above.then(|| (self.truth)(m.at)).flatten()?;
-            Some((truth / rate).clamp(LEAST_SHARE, 1.0))
+            let (rate, beyond) = (rate_at_nominal(m, simulation), (self.measured.beyond)(m.at));
+            let is_above = rate * beyond > limit * (1.0 + 1e-9);
+            let plain = is_above.then(|| (self.measured.plain)(m.at))?;
+            let truth = plain.or((beyond > 1.0).then_some(rate))?;
+            Some((truth / rate).clamp(LEAST_SHARE, 1.0) * beyond)
         };
         // Branches keep the limit by their feed: loops on them would cut nothing.
         let over: Vec<Option<f64>> = course.moves.iter().map(share).collect();

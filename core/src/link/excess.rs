@@ -1,11 +1,11 @@
-//! Where simulated plain passes cut more than may be cut at once.
+//! Where simulated paths cut more than may be cut at once.
 //!
-//! The disc model in the plane that places trochoids knows the removal rate only roughly; where plain passes keep to
-//! the limits in the simulation, no trochoids are needed.
+//! The disc model in the plane that places trochoids knows the removal rate only roughly: where plain passes keep to the
+//! limits in the simulation, no trochoids are needed, and where loops do not, they need smaller bites.
 
 use crate::flat_path::Terrain;
 use crate::geometry::DVec2;
-use crate::toolpath::{MoveKind, Toolpath};
+use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use std::collections::BTreeMap;
 
 /// Distance of places along a move, as a fraction of their reach.
@@ -19,8 +19,8 @@ struct Above {
     at: DVec2,
     /// How far it reaches, flat mm.
     reach: f64,
-    /// Removal rate, mm³/s.
-    rate: f64,
+    /// How much it cuts, in units of the caller's.
+    amount: f64,
 }
 
 /// Flat places of moves above the limit.
@@ -32,21 +32,32 @@ pub struct Excess {
 }
 
 impl Excess {
-    /// The places of a path's cutting moves that remove more than `section`, mm³ per mm of travel, and all within
-    /// `radius`, mm, of them.
-    pub fn of(path: &Toolpath, section: f64, radius: f64, terrain: &dyn Terrain) -> Self {
+    /// The places of a path's plain cutting moves that remove more than `section`, mm³ per mm of travel, and all within
+    /// `radius`, mm, of them, with their rates, mm³/s.
+    pub fn above(path: &Toolpath, section: f64, radius: f64, terrain: &dyn Terrain) -> Self {
+        let is_above =
+            |p: &PathPoint| p.kind == MoveKind::Cut && p.mrr > section * p.feed * (1.0 + ROUNDING);
+        Self::of(path, |p| is_above(p).then_some(p.mrr), radius, terrain)
+    }
+
+    /// The places of the moves of which `amount` tells how much they cut, by their ends, and all within `radius`, mm, of
+    /// them.
+    pub fn of(
+        path: &Toolpath,
+        amount: impl Fn(&PathPoint) -> Option<f64>,
+        radius: f64,
+        terrain: &dyn Terrain,
+    ) -> Self {
         let mut places = Vec::new();
         for pair in path.points.windows(2) {
             let [before, here] = [&pair[0], &pair[1]];
             let (Some(from), Some(to)) = (before.flat, here.flat) else { continue };
-            if here.kind != MoveKind::Cut || here.mrr <= section * here.feed * (1.0 + ROUNDING) {
-                continue;
-            }
+            let Some(amount) = amount(here) else { continue };
             let Some(scale) = terrain.scale(to).or_else(|| terrain.scale(from)) else { continue };
             let reach = radius / scale;
             let steps = (from.distance(to) / (SPACING * reach)).ceil().clamp(1.0, 1e4) as u32;
             let at = |i: u32| from.lerp(to, f64::from(i) / f64::from(steps));
-            places.extend((0..=steps).map(|i| Above { at: at(i), reach, rate: here.mrr }));
+            places.extend((0..=steps).map(|i| Above { at: at(i), reach, amount }));
         }
         let cell = places.iter().fold(f64::MIN_POSITIVE, |most: f64, p| most.max(p.reach));
         let mut cells: BTreeMap<[i64; 2], Vec<Above>> = BTreeMap::new();
@@ -61,13 +72,22 @@ impl Excess {
         self.cells.is_empty()
     }
 
-    /// The rate of the nearest one that reaches a flat place, mm³/s.
-    pub fn rate_near(&self, at: DVec2) -> Option<f64> {
+    /// How much the nearest one cuts that reaches a flat place.
+    pub fn nearest(&self, at: DVec2) -> Option<f64> {
+        self.reaching(at).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, p)| p.amount)
+    }
+
+    /// The most that one cuts that reaches a flat place.
+    pub fn most(&self, at: DVec2) -> Option<f64> {
+        self.reaching(at).map(|(_, p)| p.amount).max_by(f64::total_cmp)
+    }
+
+    /// The places that reach a flat one, with their distances from it.
+    fn reaching(&self, at: DVec2) -> impl Iterator<Item = (f64, &Above)> {
         let [x, y] = cell_of(at, self.cell);
-        let around = (-1..=1).flat_map(|i| (-1..=1).map(move |j| [x + i, y + j]));
+        let around = (-1..=1).flat_map(move |i| (-1..=1).map(move |j| [x + i, y + j]));
         let places = around.filter_map(|cell| self.cells.get(&cell)).flatten();
-        let near = places.map(|p| (p.at.distance(at), p)).filter(|(d, p)| *d <= p.reach);
-        near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, p)| p.rate)
+        places.map(move |p| (p.at.distance(at), p)).filter(|(distance, p)| *distance <= p.reach)
     }
 }
 
@@ -79,7 +99,6 @@ fn cell_of(at: DVec2, side: f64) -> [i64; 2] {
 mod tests {
     use super::*;
     use crate::geometry::DVec3;
-    use crate::toolpath::PathPoint;
 
     struct Plane;
 
@@ -114,7 +133,7 @@ mod tests {
         let moves = [(0.0, 0.0, cut), (20.0, 1.0, cut), (60.0, 1.1, cut), (99.0, 9.0, link)];
         let points = moves.map(|(x, mrr, kind)| point(x, mrr, kind)).to_vec();
         // A radius of 6 mm is 3 flat mm.
-        let excess = Excess::of(&Toolpath { points }, 1.0, 6.0, &Plane);
+        let excess = Excess::above(&Toolpath { points }, 1.0, 6.0, &Plane);
         for (x, y, is_near) in [
             (10.0, 0.0, false),
             (16.9, 0.0, false),
@@ -124,9 +143,9 @@ mod tests {
             (62.9, 0.0, true),
             (63.1, 0.0, false),
         ] {
-            assert_eq!(excess.rate_near(DVec2::new(x, y)), is_near.then_some(1.1), "({x}, {y})");
+            assert_eq!(excess.nearest(DVec2::new(x, y)), is_near.then_some(1.1), "({x}, {y})");
         }
-        let none = Excess::of(&Toolpath::default(), 1.0, 6.0, &Plane);
-        assert!(none.is_empty() && none.rate_near(DVec2::ZERO).is_none() && !excess.is_empty());
+        let none = Excess::above(&Toolpath::default(), 1.0, 6.0, &Plane);
+        assert!(none.is_empty() && none.nearest(DVec2::ZERO).is_none() && !excess.is_empty());
     }
 }

@@ -6,7 +6,7 @@
 //! | `group` | the passes of a region |
 //! | `lay` | plain passes, ignoring the removal rate |
 //! | `cut` | rings with trochoids where the rate requires them |
-//! | `excess` | where plain passes exceed the limit in the simulation |
+//! | `excess` | where paths exceed the limit in the simulation |
 //! | `deliver` | flat path → `Toolpath` with leads and retracts |
 //!
 //! *Reach*: on the surface when the straight line is inside the region and the cut on it can be kept below the limit,
@@ -19,7 +19,7 @@ mod group;
 mod lay;
 mod order;
 
-pub use cut::{CutOptions, cut_passes};
+pub use cut::{CutOptions, Measured, cut_passes};
 pub use deliver::{DeliverError, DeliverOptions, Delivered, Deliverer, OnSurface, rapid_steps};
 pub use excess::Excess;
 pub use group::Group;

@@ -73,12 +73,17 @@ impl Delivery<'_> {
         Ok(Some(Plain { at_full_feed, slowed }))
     }
 
-    /// The path.
-    pub fn finished(
+    /// The path of the passes alone.
+    pub fn delivered(
         &self,
         flat: &[FlatPoint],
         progress: &mut dyn FnMut(f64),
-    ) -> Result<Finished, PlanError> {
+    ) -> Result<Delivered, PlanError> {
+        Ok(self.deliverer.path(flat, None, progress)?)
+    }
+
+    /// The path with branches over what its passes leave.
+    pub fn finished(&self, passes: Delivered) -> Result<Finished, PlanError> {
         let places = Places {
             surface: self.surface,
             chart: self.chart,
@@ -86,7 +91,7 @@ impl Delivery<'_> {
             side_step: self.job.nominal_side_step(),
         };
         let mut rest = Rest::new(places, self.deliverer, self.rest_options());
-        let delivered = rest.cut(self.deliverer.path(flat, None, progress)?)?;
+        let delivered = rest.cut(passes)?;
         let (Delivered { toolpath, lifted, .. }, mut coverage) =
             self.covered(delivered, &mut rest)?;
         refuse_inaccessible(self.job, &lifted)?;
@@ -98,9 +103,14 @@ impl Delivery<'_> {
         coverage.inaccessible_places.extend(rest.into_inaccessible());
         let toolpath = match self.job.force.control {
             ForceControl::Off => toolpath,
-            _ => self.rated(&toolpath, &self.removed(&toolpath), Feeds::Limited)?,
+            _ => self.limited(&toolpath)?,
         };
         Ok(Finished { toolpath, lifted, coverage })
+    }
+
+    /// The path with its true removal rates, at feeds that keep the limits.
+    pub fn limited(&self, path: &Toolpath) -> Result<Toolpath, PlanError> {
+        self.rated(path, &self.removed(path), Feeds::Limited)
     }
 
     /// What a path leaves, with branches over what the cutter reaches of it. It is only computed where the cutter did

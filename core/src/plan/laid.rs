@@ -12,7 +12,7 @@ use crate::geometry::DVec3;
 use crate::job::{Boundary, Division, ForceControl, Job, Start};
 use crate::level_set::{PassMesh, StripMetric};
 use crate::lift::Lift;
-use crate::link::{DeliverOptions, Deliverer};
+use crate::link::{DeliverOptions, Deliverer, Excess};
 use crate::outline::Outline;
 use crate::pattern;
 use crate::regions::tensor::{self, Topology};
@@ -189,17 +189,17 @@ impl<'a> Ground<'a> {
     ) -> Result<(FlatCut, Option<Plain>), PlanError> {
         let laid = plane.laid(&self.order);
         let plain = delivery.plain(&laid.points)?;
-        let cut = plain.as_ref().and_then(|plain| self.cut_within(plane, plain, 1.0, progress));
+        let cut = plain.as_ref().and_then(|plain| self.cut_within(plane, plain, &[], progress));
         Ok((cut.unwrap_or(laid), plain))
     }
 
     /// The flat path of passes that, plain and at the full feed, would break a limit: with trochoids wherever more would
-    /// be cut at once than may be, whose loops cut a `share` of that at most; `None` where plain passes break none.
+    /// be cut at once than may be, and with smaller bites by the factors of `beyond`; `None` where plain passes break none.
     pub fn cut_within(
         &self,
         plane: &Plane,
         plain: &Plain,
-        share: f64,
+        beyond: &[Excess],
         progress: &mut dyn FnMut(f64),
     ) -> Option<FlatCut> {
         let job = self.job;
@@ -213,7 +213,7 @@ impl<'a> Ground<'a> {
         let path = &plain.at_full_feed;
         let is_plain = !plane.is_walked()
             || plane.excess(path, at_full_feed.min(load.thickest(CLOSEST))).is_empty();
-        let cut = || plane.cut(&self.order, (&plane.excess(path, most), share * most), progress);
+        let cut = || plane.cut(&self.order, (&plane.excess(path, most), most), beyond, progress);
         (!is_plain).then(cut)
     }
 }

@@ -7,16 +7,22 @@ use crate::flat_path::FlatPoint;
 use crate::flatten::Locator;
 use crate::job::{CutDirection, ForceControl, Job};
 use crate::level_set::FieldTerrain;
-use crate::link::{CutOptions, Excess, Group, LayOptions, cut_passes, lay};
+use crate::link::{CutOptions, Excess, Group, LayOptions, Measured, cut_passes, lay};
+use crate::load::LoadLimits;
 use crate::outline::Outline;
 use crate::regions::{JointTerrain, Layout, RegionMesh};
-use crate::toolpath::{MoveKind, Toolpath};
+use crate::removal::excess;
+use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use crate::trochoid::Loops;
 
 /// Largest distance of the points of centred passes, side steps.
 const CENTRED: f64 = 0.25;
 /// The disc's radius in side steps, at least: neighbouring discs overlap by a tenth.
 const COVERING: f64 = 0.55;
+/// Where loops cut too much, they are to cut less by the factor by which they do, times this one.
+const MORE: f64 = 1.06;
+/// The largest factor at once.
+const MOST: f64 = 1.5;
 
 /// The data of the plane.
 pub struct Plane<'a> {
@@ -70,15 +76,22 @@ impl<'a> Plane<'a> {
 
     /// Where a path of plain passes cuts more than a section, mm³ per mm of travel.
     pub fn excess(&self, plain: &Toolpath, section: f64) -> Excess {
-        Excess::of(plain, section, self.job.tool.radius(), &self.terrain())
+        Excess::above(plain, section, self.job.tool.radius(), &self.terrain())
     }
 
-    /// The passes as the disc cuts them, with trochoids near `excess`: their loops cut no more than a `section`, mm³ per
-    /// mm of travel.
+    /// Where a path's cutting moves break a limit on engagement or feed per tooth, and by which factor.
+    pub fn beyond(&self, path: &Toolpath, bounds: &LoadLimits) -> Excess {
+        let factor = |p: &PathPoint| excess(p, bounds).map(|by| (by * MORE).min(MOST));
+        Excess::of(path, factor, self.job.tool.radius(), &self.terrain())
+    }
+
+    /// The passes as the disc cuts them, with trochoids near the places of `plain`: their loops cut no more than a
+    /// `section`, mm³ per mm of travel, and less by the factors of `beyond`, where paths like this broke a limit.
     pub fn cut(
         &self,
         order: &[usize],
-        (excess, section): (&Excess, f64),
+        (plain, section): (&Excess, f64),
+        beyond: &[Excess],
         progress: &mut dyn FnMut(f64),
     ) -> FlatCut {
         let job = self.job;
@@ -112,8 +125,12 @@ impl<'a> Plane<'a> {
         };
         let terrain = self.terrain();
         let mut simulation = Simulation::new(cutting, &terrain, Stock::new(self.region));
-        let truth = |at| excess.rate_near(at);
-        let loops = cut_passes(&mut simulation, &self.groups(order), &options, &truth, progress);
+        let measured = Measured {
+            plain: &|at| plain.nearest(at),
+            beyond: &|at| beyond.iter().filter_map(|excess| excess.most(at)).product(),
+        };
+        let groups = &self.groups(order);
+        let loops = cut_passes(&mut simulation, groups, &options, measured, progress);
         FlatCut { points: at_nominal_feeds(simulation.finish().0, job), loops, is_rated: true }
     }
 }

@@ -21,11 +21,7 @@ use crate::toolpath::Toolpath;
 use std::sync::Arc;
 
 /// How often trochoids that cut too much at once are laid again.
-const ROUNDS: usize = 4;
-/// They cut less by the factor by which they cut too much, and this one.
-const SMALLER: f64 = 0.97;
-/// The smallest factor in a round.
-const SMALLEST: f64 = 0.6;
+const ROUNDS: usize = 12;
 
 /// A plan and what is known about it.
 #[derive(Debug)]
@@ -114,7 +110,7 @@ impl Laid<'_> {
 }
 
 /// The finished path. Where trochoids turn out to cut more at once than may be, since the real cutter is no disc, they
-/// are laid again with smaller bites.
+/// are laid again with smaller bites; branches over what passes leave come last.
 ///
 /// # Errors
 /// [`PlanError::TooThick`] where that does not help.
@@ -126,27 +122,36 @@ fn within_bounds(
     progress: &mut dyn FnMut(Stage, f64),
 ) -> Result<(FlatCut, Finished), PlanError> {
     let (job, bounds) = (ground.job, ground.job.bounds());
-    let (mut share, mut rounds) = (1.0, 0);
+    let is_bound = job.force.control != ForceControl::Off && bounds.bound_sections();
+    let mut excesses = Vec::new();
+    // Laid again, if the path breaks a bound and that may help.
+    let mut smaller = |path: &Toolpath, loops: usize| {
+        let may_help = loops > 0 && excesses.len() < ROUNDS && beyond(path, &bounds).is_some();
+        let plain = plain.filter(|_| may_help)?;
+        excesses.push(plane.beyond(path, &bounds));
+        ground.cut_within(plane, plain, &excesses, &mut |_| {})
+    };
     loop {
-        let finished = delivery.finished(&flat.points, &mut |p| progress(Stage::Locate, p))?;
-        let limits = (job.force.control != ForceControl::Off).then_some(&bounds);
-        let Some(beyond) = limits.and_then(|bounds| beyond(&finished.toolpath, bounds)) else {
+        let passes = delivery.delivered(&flat.points, &mut |p| progress(Stage::Locate, p))?;
+        // Branches take long to find: the passes are to keep the bounds before.
+        if is_bound
+            && flat.loops > 0
+            && let Some(again) = smaller(&delivery.limited(&passes.toolpath)?, flat.loops)
+        {
+            flat = again;
+            continue;
+        }
+        let finished = delivery.finished(passes)?;
+        let Some(beyond) = is_bound.then(|| beyond(&finished.toolpath, &bounds)).flatten() else {
             return Ok((flat, finished));
         };
-        share *= (SMALLER / beyond.excess).max(SMALLEST);
-        let again = plain
-            .filter(|_| flat.loops > 0 && rounds < ROUNDS)
-            .and_then(|plain| ground.cut_within(plane, plain, share, &mut |_| {}));
-        let Some(smaller) = again else {
-            return Err(PlanError::TooThick {
-                place: beyond.place,
-                engaged: bounds.teeth.engaged(beyond.section),
-                most: bounds.most_engaged,
-                per_tooth: bounds.teeth.per_tooth(beyond.feed),
-                least: bounds.least_per_tooth,
-            });
-        };
-        (flat, rounds) = (smaller, rounds + 1);
+        flat = smaller(&finished.toolpath, flat.loops).ok_or(PlanError::TooThick {
+            place: beyond.place,
+            engaged: bounds.teeth.engaged(beyond.section),
+            most: bounds.most_engaged,
+            per_tooth: bounds.teeth.per_tooth(beyond.feed),
+            least: bounds.least_per_tooth,
+        })?;
     }
 }
 

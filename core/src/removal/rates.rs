@@ -293,24 +293,22 @@ pub struct Beyond {
     pub excess: f64,
 }
 
-/// Where a path whose points tell their rates cuts too thickly or too slowly, at its worst. Links and ramps may.
-pub fn beyond(path: &Toolpath, load: &LoadLimits) -> Option<Beyond> {
+/// The factor by which a move, named by its end with its rate, cuts too thickly or too slowly; `None` where it does not.
+/// Links and ramps may.
+pub fn excess(p: &PathPoint, load: &LoadLimits) -> Option<f64> {
+    let cuts = matches!(p.kind, MoveKind::Cut | MoveKind::Trochoid) && p.mrr > 0.0 && p.feed > 0.0;
     let most = load.teeth.section(load.most_engaged) * (1.0 + PLAY);
     let least = load.least_per_tooth * load.teeth.rate * (1.0 - PLAY);
     let is_engaged = load.most_engaged < core::f64::consts::PI;
-    let mut worst: Option<Beyond> = None;
-    for p in &path.points {
-        if !matches!(p.kind, MoveKind::Cut | MoveKind::Trochoid) || p.mrr <= 0.0 || p.feed <= 0.0 {
-            continue;
-        }
-        let section = p.mrr / p.feed;
-        let by_angle = if is_engaged { section / most } else { 0.0 };
-        let excess = by_angle.max(least / p.feed);
-        if excess > 1.0 && worst.is_none_or(|w| excess > w.excess) {
-            worst = Some(Beyond { place: p.tip, section, feed: p.feed, excess });
-        }
-    }
-    worst
+    let by_angle = if is_engaged { p.mrr / p.feed / most } else { 0.0 };
+    Some(by_angle.max(least / p.feed)).filter(|excess| cuts && *excess > 1.0)
+}
+
+/// Where a path whose points tell their rates cuts too thickly or too slowly, at its worst.
+pub fn beyond(path: &Toolpath, load: &LoadLimits) -> Option<Beyond> {
+    let excesses = path.points.iter().filter_map(|p| excess(p, load).map(|excess| (p, excess)));
+    let worst = excesses.rev().max_by(|a, b| a.1.total_cmp(&b.1));
+    worst.map(|(p, excess)| Beyond { place: p.tip, section: p.mrr / p.feed, feed: p.feed, excess })
 }
 
 /// A part of a move with one feed and one rate.

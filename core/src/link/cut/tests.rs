@@ -53,16 +53,16 @@ impl Plate {
     }
 
     fn run(&self, control: ForceControl, limit: f64, hand: f64) -> (Vec<FlatPoint>, Stock, usize) {
-        self.run_above(control, limit, hand, &|_| Some(f64::INFINITY))
+        self.run_measured(control, limit, hand, (&|_| Some(f64::INFINITY), &|_| 1.0))
     }
 
-    /// `truth`: the true rate of plain passes where it exceeds the limit.
-    fn run_above(
+    /// `truth`: the true rate of plain passes where it exceeds the limit, and by which factor loops break it.
+    fn run_measured(
         &self,
         control: ForceControl,
         limit: f64,
         hand: f64,
-        truth: &dyn Fn(DVec2) -> Option<f64>,
+        (plain, beyond): (&dyn Fn(DVec2) -> Option<f64>, &dyn Fn(DVec2) -> f64),
     ) -> (Vec<FlatPoint>, Stock, usize) {
         let mut outline = self.corners(0.0);
         outline.reverse();
@@ -90,7 +90,8 @@ impl Plate {
         let mut simulation = Simulation::new(cutting, self, stock);
         let loops = {
             let group = Group { passes: &rings, precedence: &precedence };
-            cut_passes(&mut simulation, &[group], &options, truth, |_| {})
+            let measured = Measured { plain, beyond };
+            cut_passes(&mut simulation, &[group], &options, measured, |_| {})
         };
         let (points, stock) = simulation.finish();
         (points, stock, loops)
@@ -144,7 +145,7 @@ fn feed_control_keeps_the_limit_and_the_geometry() {
 fn trochoids_are_only_where_plain_passes_exceed_the_limit() {
     let limit = 1.5 * 1.5 * 0.5 * 20.0;
     let run = |truth: &dyn Fn(DVec2) -> Option<f64>| {
-        PLATE.run_above(ForceControl::Trochoid, limit, 1.0, truth)
+        PLATE.run_measured(ForceControl::Trochoid, limit, 1.0, (truth, &|_| 1.0))
     };
     let loops = |points: &[FlatPoint]| {
         points.iter().filter(|p| p.kind == MoveKind::Trochoid).map(|p| p.at.x).collect::<Vec<_>>()
@@ -171,4 +172,26 @@ fn trochoids_keep_the_limit_and_leave_nothing() {
         let total: f64 = points.iter().map(|p| p.length).sum();
         assert!(slowed < 0.02 * total, "{slowed} of {total}");
     }
+}
+
+#[test]
+fn loops_cut_less_where_they_broke_the_limit() {
+    let limit = 1.5 * 1.5 * 0.5 * 20.0;
+    let middle = 0.5 * PLATE.side;
+    let run = |by: f64| {
+        let beyond = move |at: DVec2| if at.x > middle { by } else { 1.0 };
+        let truth = |_| Some(f64::INFINITY);
+        PLATE.run_measured(ForceControl::Trochoid, limit, 1.0, (&truth, &beyond))
+    };
+    // Of loops beside the first ring, well away from where the factor changes.
+    let peak = |points: &[FlatPoint], is_right: bool| {
+        let loops = points.iter().filter(|p| p.kind == MoveKind::Trochoid);
+        let away = |p: &&FlatPoint| (p.at.x > middle) == is_right && (p.at.x - middle).abs() > 12.0;
+        loops.filter(away).map(|p| p.mrr).fold(0.0, f64::max)
+    };
+    let (points, stock, most) = run(1.25);
+    assert_eq!(left_inside(&stock, &PLATE), 0.0);
+    assert!(peak(&points, true) <= limit / 1.25 && peak(&points, true) > 0.9 * limit / 1.25);
+    assert!(peak(&points, false) <= limit && peak(&points, false) > 0.9 * limit);
+    assert!(most > run(1.0).2);
 }
