@@ -1,18 +1,19 @@
 //! Times of the stages that follow flattening, and of a whole plan, on a bump of 100 mm.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use evencut_core::engagement::{Capsule, Stock};
+use evencut_core::engagement::{Capsule, Cutting, Simulation, Stock, predicted};
 use evencut_core::flatten::{Locator, bff};
 use evencut_core::footprint::Footprint;
 use evencut_core::geometry::{DVec2, DVec3};
 use evencut_core::job::{
-    self, Component, Job, RingOrder, Selection, SurfaceOptions, SurfaceSource,
+    self, Component, FeedComponent, Job, RingOrder, Selection, SurfaceOptions, SurfaceSource,
 };
 use evencut_core::level_set::{
     ClosingOptions, FieldTerrain, PassField, PassMesh, close, passes, ring_levels, strip_metric,
 };
 use evencut_core::outline::Outline;
 use evencut_core::plan::{Files, plan};
+use evencut_core::removal::{Columns, Cutter, Layer};
 use evencut_core::surface::{AnalyticSurface, Surface, build};
 use evencut_core::tool::Tool;
 use std::hint::black_box;
@@ -126,5 +127,38 @@ fn whole(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, stages, whole);
+/// The removal rates of a whole path: predicted in the plane, and found in the columns of material.
+fn rates(c: &mut Criterion) {
+    let (job, radius, depth) = (job("feed", 0.6), 5.0, 0.5);
+    let Ok(planned) = plan(&job, Files::default(), 1, &mut |_, _| {}) else { return };
+    let (surface, chart) = (&planned.prepared.surface, &planned.prepared.chart);
+    let metric = vec![strip_metric::even(0.6); surface.positions().len()];
+    let Ok(mesh) = PassMesh::new(surface, chart, metric) else { return };
+    let field = PassField::from_boundary(&mesh);
+    let locator = Locator::new(mesh.connectivity(), mesh.uv());
+    let terrain = FieldTerrain::new(&mesh, &field, &locator);
+    let region = Outline::of_chart(surface, chart);
+    let disc = Cutting {
+        radius: job.tool.mean_radius(depth),
+        depth,
+        feed: job.cut.feed,
+        vfc: FeedComponent::Mean,
+        limit: f64::INFINITY,
+    };
+    let moves = planned.toolpath.points.len();
+    c.bench_function(&format!("rates in the plane, {moves} moves"), |b| {
+        b.iter(|| {
+            let simulation = Simulation::new(disc, &terrain, Stock::new(&region));
+            predicted(&planned.toolpath, simulation).len()
+        });
+    });
+    let layer = Layer { allowance: 0.0, depth };
+    let columns = Columns::new(surface, chart, 0.6, layer.top());
+    let cutter = Cutter { tool: job.tool, length: 10.0 * radius };
+    c.bench_function(&format!("rates in the material, {moves} moves"), |b| {
+        b.iter(|| columns.cut(&planned.toolpath, cutter, layer, 1).pieces.len());
+    });
+}
+
+criterion_group!(benches, stages, whole, rates);
 criterion_main!(benches);

@@ -92,7 +92,7 @@ pub struct PathPoint {
     pub feed: f64,
     /// Largest predicted removal rate on the move that ends here, mm³/s.
     pub mrr: f64,
-    /// Engagement angle where that rate occurs, rad.
+    /// Engagement angle of the disc in the plane, rad; 0 where it is not known.
     pub alpha: f64,
     /// Time at which the point is reached with the feeds as commanded, s.
     pub time: f64,
@@ -113,6 +113,24 @@ impl PathPoint {
     }
 }
 
+/// What the disc in the plane predicts for a move.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Planar {
+    /// Mean removal rate in the plane, flat mm² times mm per s.
+    pub mrr2: f64,
+    /// Area of the surface over that of the plane.
+    pub tau: f64,
+    /// Engagement angle where the rate is largest, rad.
+    pub alpha: f64,
+}
+
+impl Planar {
+    /// Mean removal rate on the surface, mm³/s.
+    pub fn mrr3(&self) -> f64 {
+        self.tau * self.mrr2
+    }
+}
+
 /// The path that is delivered.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Toolpath {
@@ -121,13 +139,15 @@ pub struct Toolpath {
 }
 
 /// Header of `toolpath.csv`: tip in mm, unit axis and normal, feed in mm/min, removal rate in
-/// mm³/min, engagement in degrees, time in s.
-pub const CSV_HEADER: &str = "pass,region,kind,x,y,z,i,j,k,nx,ny,nz,feed,mrr,alpha,t";
+/// mm³/min, engagement in degrees, time in s; then the plane's prediction, empty where there is none.
+pub const CSV_HEADER: &str = "pass,region,kind,x,y,z,i,j,k,nx,ny,nz,feed,mrr,alpha,t,mrr2,tau,mrr3";
+/// Number of the columns that a table may lack: the prediction.
+const PREDICTED: usize = 3;
 
 /// Names of the columns, for messages.
-const COLUMNS: [&str; 16] = [
+const COLUMNS: [&str; 19] = [
     "pass", "region", "kind", "x", "y", "z", "i", "j", "k", "nx", "ny", "nz", "feed", "mrr",
-    "alpha", "t",
+    "alpha", "t", "mrr2", "tau", "mrr3",
 ];
 
 /// What a `toolpath.csv` may not be.
@@ -140,7 +160,9 @@ pub enum CsvError {
         found: String,
     },
     /// A row has another number of fields.
-    #[error("toolpath.csv, line {line}: {found} fields; a row has 16")]
+    #[error(
+        "toolpath.csv, line {line}: {found} fields; a row has 19, or 16 under a header without the last three"
+    )]
     Fields {
         /// Line, from 1.
         line: usize,
@@ -193,12 +215,12 @@ impl Toolpath {
         self.points.windows(2).filter(|w| is_rapid(&w[1]) && !is_rapid(&w[0])).count()
     }
 
-    /// The path as text: [`CSV_HEADER`] and a row a point.
-    pub fn to_csv(&self) -> String {
-        let mut out = String::with_capacity(160 * self.points.len() + CSV_HEADER.len() + 1);
+    /// The path as text: [`CSV_HEADER`] and a row a point. `planar`: the prediction for each point, or for none.
+    pub fn to_csv(&self, planar: &[Option<Planar>]) -> String {
+        let mut out = String::with_capacity(180 * self.points.len() + CSV_HEADER.len() + 1);
         out.push_str(CSV_HEADER);
         out.push('\n');
-        for p in &self.points {
+        for (i, p) in self.points.iter().enumerate() {
             push_fixed(&mut out, f64::from(p.pass), 0);
             out.push(',');
             push_fixed(&mut out, f64::from(p.region), 0);
@@ -220,35 +242,51 @@ impl Toolpath {
                 out.push(',');
                 push_fixed(&mut out, value, decimals);
             }
+            match planar.get(i).copied().flatten() {
+                Some(p) => {
+                    let prediction =
+                        [(per_minute(p.mrr2), 4), (p.tau, 6), (per_minute(p.mrr3()), 4)];
+                    for (value, decimals) in prediction {
+                        out.push(',');
+                        push_fixed(&mut out, value, decimals);
+                    }
+                }
+                None => out.push_str(",,,"),
+            }
             out.push('\n');
         }
         out
     }
 
-    /// The path from such a text; flat images are not part of it.
+    /// The path from such a text, or one without the last three columns; flat images and the plane's prediction are not part of it.
     ///
     /// # Errors
     /// [`CsvError`], naming line and column.
     pub fn from_csv(text: &str) -> Result<Self, CsvError> {
         let mut lines = text.lines();
         let header = lines.next().unwrap_or_default().trim_start_matches('\u{feff}').trim();
-        if header != CSV_HEADER {
+        if ![COLUMNS.len() - PREDICTED, COLUMNS.len()]
+            .iter()
+            .any(|&n| header == COLUMNS[..n].join(","))
+        {
             return Err(CsvError::Header { found: header.escape_debug().take(SHOWN).collect() });
         }
         let rows = lines.enumerate().filter(|(_, row)| !row.trim().is_empty());
-        let points = rows.map(|(i, row)| read_row(row, i + 2)).collect::<Result<_, _>>()?;
+        let columns = header.split(',').count();
+        let points =
+            rows.map(|(i, row)| read_row(row, i + 2, columns)).collect::<Result<_, _>>()?;
         Ok(Self { points })
     }
 }
 
-/// Longest piece of a table in a message, characters; the right header has 59.
+/// Longest piece of a table in a message, characters; the right header has 73.
 const SHOWN: usize = 80;
 /// Largest coordinate of a path, mm; programs are held to the same.
 const LARGEST: f64 = 1e7;
 
-fn read_row(row: &str, line: usize) -> Result<PathPoint, CsvError> {
+fn read_row(row: &str, line: usize, columns: usize) -> Result<PathPoint, CsvError> {
     let fields: Vec<&str> = row.split(',').map(str::trim).collect();
-    if fields.len() != COLUMNS.len() {
+    if fields.len() != columns {
         return Err(CsvError::Fields { line, found: fields.len() });
     }
     let wrong = |c: usize, expected| CsvError::Field {
@@ -277,6 +315,11 @@ fn read_row(row: &str, line: usize) -> Result<PathPoint, CsvError> {
         }
         Ok(v / length)
     };
+    for c in COLUMNS.len() - PREDICTED..columns {
+        if !fields[c].is_empty() {
+            number(c)?;
+        }
+    }
     let kind = MoveKind::ALL
         .into_iter()
         .find(|kind| kind.name() == fields[2])
@@ -380,10 +423,11 @@ mod tests {
                 point(MoveKind::Trochoid, DVec3::new(-1e-9, 100.25, 0.0), 1.5),
             ],
         };
-        let text = path.to_csv();
+        let text = path.to_csv(&[None, Some(Planar { mrr2: 0.75, tau: 2.0, alpha: 0.25 })]);
         let mut lines = text.lines();
         assert_eq!(lines.next(), Some(CSV_HEADER));
         assert!(lines.next().unwrap().starts_with("3,1,rapid,1.000000,-2.500000,3.000001,0.6"));
+        assert!(lines.next().unwrap().ends_with(",45.0000,2.000000,90.0000"));
         let back = Toolpath::from_csv(&text).unwrap();
         for (a, b) in path.points.iter().zip(&back.points) {
             assert_eq!((a.kind, a.pass, a.region), (b.kind, b.pass, b.region));
@@ -391,12 +435,15 @@ mod tests {
             assert!((a.feed - b.feed).abs() < 1e-5 && (a.time - b.time).abs() < 1e-6);
             assert!((a.mrr - b.mrr).abs() < 1e-5 && (a.alpha - b.alpha).abs() < 1e-5);
         }
-        assert_eq!(back.to_csv(), text);
+        // A table of 16 columns, without the prediction, is the same path.
+        let cut = |line: &str| line.split(',').take(16).collect::<Vec<_>>().join(",");
+        let short: Vec<String> = text.lines().map(cut).collect();
+        assert_eq!(Toolpath::from_csv(&short.join("\n")).unwrap(), back);
     }
 
     #[test]
     fn csv_errors_name_line_and_column() {
-        let row = "0,0,cut,0,0,0,0,0,1,0,0,1,1,1,1,1";
+        let row = "0,0,cut,0,0,0,0,0,1,0,0,1,1,1,1,1,,1,2";
         let read = |row: &str| Toolpath::from_csv(&format!("{CSV_HEADER}\n{row}\n")).unwrap_err();
         assert!(matches!(Toolpath::from_csv("x,y"), Err(CsvError::Header { .. })));
         assert_eq!(read("1,2"), CsvError::Fields { line: 2, found: 2 });
@@ -408,7 +455,8 @@ mod tests {
         assert_eq!(column(read(&row.replacen("cut,0", "cut,inf", 1))), "x");
         assert_eq!(column(read(&row.replacen("0", "-1", 1))), "pass");
         assert_eq!(column(read(&row.replacen("cut,0", "cut,1e9", 1))), "x");
-        let bent = read("0,0,cut,0,0,0,0,0,2,0,0,1,1,1,1,1");
+        assert_eq!(column(read(&row.replacen("1,2", "1,x", 1))), "mrr3");
+        let bent = read("0,0,cut,0,0,0,0,0,2,0,0,1,1,1,1,1,,,");
         assert_eq!(bent, CsvError::NotUnit { line: 2, column: "i", length: 2.0 });
     }
 

@@ -19,7 +19,7 @@ pub fn toolpath(bytes: &[u8]) -> Outcome {
             assert!(points.iter().all(|p| p.tip.is_finite()));
             let is_unit = |v: DVec3| (v.length() - 1.0).abs() < 1e-9;
             assert!(points.iter().all(|p| is_unit(p.axis) && is_unit(p.normal)));
-            let again = Toolpath::from_csv(&read.path.to_csv());
+            let again = Toolpath::from_csv(&read.path.to_csv(&[]));
             let again = again.unwrap_or_else(|error| panic!("what was written: {error}"));
             assert_eq!(again.points.len(), points.len());
             Outcome::Read

@@ -30,8 +30,8 @@ use evencut_core::preview::{
 use evencut_core::reach::Aside;
 use evencut_core::report::{
     AsideFigures, ByKind, CoverageFigures, DivisionFigures, FORMAT, FileRecord, FlattenFigures,
-    ForceFigures, GougeFigures, LiftedSpan, Lines, PassFigures, PathFigures, Profile, RateFigures,
-    Report, StepoverFigures, SurfaceFigures, VerificationFigures, Versions, Warning,
+    ForceFigures, GougeFigures, LiftedSpan, Lines, PassFigures, PathFigures, PlaneFigures, Profile,
+    RateFigures, Report, StepoverFigures, SurfaceFigures, VerificationFigures, Versions, Warning,
 };
 use evencut_core::surface;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
@@ -240,7 +240,7 @@ impl Written {
             OutputFile { name: "job.resolved.toml".into(), bytes: job.to_toml().into_bytes() },
             OutputFile {
                 name: "toolpath.csv".into(),
-                bytes: planned.toolpath.to_csv().into_bytes(),
+                bytes: planned.toolpath.to_csv(&planned.planar).into_bytes(),
             },
         ];
         let mut findings = Vec::new();
@@ -736,6 +736,7 @@ fn report_on(
                 .as_ref()
                 .map(|plain| intervals_above(&plain.at_full_feed, &load)),
             trochoid_loops: planned.passes.loops as u64,
+            plane: PlaneFigures::of(&planned.toolpath, &planned.planar, limit),
         },
         plain,
         slowed,

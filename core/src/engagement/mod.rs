@@ -12,11 +12,13 @@
 
 mod arc;
 mod capsule;
+mod prediction;
 mod simulation;
 mod swept;
 
 pub use arc::Engagement;
 pub use capsule::Capsule;
+pub use prediction::predicted;
 pub use simulation::{Cutting, Mark, Simulation};
 pub use swept::{Checkpoint, Stock};
 

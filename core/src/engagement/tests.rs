@@ -1,8 +1,11 @@
 //! Closed forms: straight passes, slots, pockets.
 
 use super::*;
-use crate::geometry::{DVec2, math};
+use crate::flat_path::Terrain;
+use crate::geometry::{DVec2, DVec3, math};
+use crate::job::FeedComponent;
 use crate::outline::Outline;
+use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 
 fn rectangle(x0: f64, y0: f64, x1: f64, y1: f64) -> Vec<DVec2> {
     [(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(|(x, y)| DVec2::new(x, y)).to_vec()
@@ -187,4 +190,68 @@ fn remaining_area_is_region_minus_swept() {
     stock.remaining(0.05, |_, a| area += a);
     let swept = 20.0 * 10.0 + core::f64::consts::PI * 25.0;
     assert!((area - (1200.0 - swept)).abs() < 1.2, "{area}");
+}
+
+/// Twice as large on the surface as in the plane.
+struct Double;
+
+impl Terrain for Double {
+    fn scale(&self, at: DVec2) -> Option<f64> {
+        (at.abs().max_element() <= 100.0).then_some(2.0)
+    }
+    fn room(&self, _: DVec2) -> Option<f64> {
+        Some(1.0)
+    }
+    fn joins(&self, _: DVec2, _: DVec2) -> bool {
+        true
+    }
+}
+
+#[test]
+fn the_plane_predicts_a_slot_and_the_pass_beside_it() {
+    use MoveKind::{Cut, Link, Rapid};
+    let (radius, depth) = (10.0, 0.5);
+    let point = |kind, flat: Option<[f64; 2]>, feed| PathPoint {
+        kind,
+        pass: 0,
+        region: 0,
+        tip: DVec3::ZERO,
+        axis: DVec3::Z,
+        normal: DVec3::Z,
+        flat: flat.map(DVec2::from_array),
+        feed,
+        mrr: 0.0,
+        alpha: 0.0,
+        time: 0.0,
+    };
+    let path = Toolpath {
+        points: vec![
+            point(Rapid, None, 100.0),
+            point(Link, Some([-50.0, 0.0]), 20.0),
+            // A slot, at the nominal feed, then beside it at half of that, 4 mm on the surface.
+            point(Cut, Some([50.0, 0.0]), 20.0),
+            point(Link, Some([50.0, 2.0]), 20.0),
+            point(Cut, Some([40.0, 2.0]), 10.0),
+            point(Cut, Some([-40.0, 2.0]), 10.0),
+            // Along the slot again: nothing is left; beyond the chart nothing is known.
+            point(Cut, Some([-40.0, 0.0]), 20.0),
+            point(Cut, Some([90.0, 0.0]), 20.0),
+            point(Cut, Some([110.0, 0.0]), 20.0),
+        ],
+    };
+    let vfc = FeedComponent::Mean;
+    let cutting = Cutting { radius, depth, feed: 20.0, vfc, limit: f64::INFINITY };
+    let planar = predicted(&path, Simulation::new(cutting, &Double, big_plate()));
+    assert_eq!(
+        planar.iter().map(Option::is_some).collect::<Vec<_>>(),
+        [false, false, true, false, true, true, true, true, false]
+    );
+    let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{a} is not {b}");
+    let [slot, beside] = [2, 5].map(|i| planar[i].unwrap());
+    close(slot.mrr3(), 2.0 * radius * depth * 20.0);
+    close(slot.mrr2, 0.25 * slot.mrr3());
+    close(slot.alpha, core::f64::consts::PI);
+    close(beside.mrr3(), 4.0 * depth * 10.0);
+    close(beside.alpha, math::acos(1.0 - 4.0 / radius));
+    close(slot.tau, 4.0);
 }

@@ -298,7 +298,7 @@ impl Run<'_> {
             flat: Some(place.flat),
             feed: l.feed,
             mrr: worst.mrr,
-            alpha: worst.alpha,
+            alpha: 0.0,
             time: 0.0,
         };
         (point, Some(place))

@@ -64,6 +64,7 @@ pub(super) fn planned(
         lifted: Vec::new(),
         coverage: Coverage { area: surface.area(), ..Coverage::default() },
         cusps,
+        planar: Vec::new(),
         channels: Some(figures),
         passes: Passes {
             count: figures.passes,

@@ -2,7 +2,7 @@
 
 use super::prepared::Prepared;
 use crate::centring::Centring;
-use crate::engagement::{Cutting, Simulation, Stock};
+use crate::engagement::{Cutting, Simulation, Stock, predicted};
 use crate::flat_path::FlatPoint;
 use crate::flatten::Locator;
 use crate::job::{CutDirection, ForceControl, Job};
@@ -12,7 +12,7 @@ use crate::load::LoadLimits;
 use crate::outline::Outline;
 use crate::regions::{JointTerrain, Layout, RegionMesh};
 use crate::removal::excess;
-use crate::toolpath::{MoveKind, PathPoint, Toolpath};
+use crate::toolpath::{MoveKind, PathPoint, Planar, Toolpath};
 use crate::trochoid::Loops;
 
 /// Largest distance of the points of centred passes, side steps.
@@ -85,6 +85,29 @@ impl<'a> Plane<'a> {
         Excess::of(path, factor, self.job.tool.radius(), &self.terrain())
     }
 
+    /// The disc that represents the cutter. `limit`: of its removal rate, mm³/s.
+    fn cutting(&self, limit: f64) -> Cutting {
+        let job = self.job;
+        Cutting {
+            // The disc that takes as much of the layer as the cutter, but covers the side step.
+            radius: job
+                .tool
+                .mean_radius(job.cut.axial_depth)
+                .max(COVERING * job.nominal_side_step()),
+            depth: job.cut.axial_depth,
+            feed: job.cut.feed,
+            vfc: job.force.vfc,
+            limit,
+        }
+    }
+
+    /// What the disc predicts for the moves of a delivered path.
+    pub fn predicted(&self, path: &Toolpath) -> Vec<Option<Planar>> {
+        let terrain = self.terrain();
+        let stock = Stock::new(self.region);
+        predicted(path, Simulation::new(self.cutting(f64::INFINITY), &terrain, stock))
+    }
+
     /// The passes as the disc cuts them, with trochoids near the places of `plain`: their loops cut no more than a
     /// `section`, mm³ per mm of travel, and less by the factors of `beyond`, where paths like this broke a limit.
     pub fn cut(
@@ -95,17 +118,7 @@ impl<'a> Plane<'a> {
         progress: &mut dyn FnMut(f64),
     ) -> FlatCut {
         let job = self.job;
-        let cutting = Cutting {
-            // The disc that takes as much of the layer as the cutter, but covers the side step.
-            radius: job
-                .tool
-                .mean_radius(job.cut.axial_depth)
-                .max(COVERING * job.nominal_side_step()),
-            depth: job.cut.axial_depth,
-            feed: job.cut.feed,
-            vfc: job.force.vfc,
-            limit: section * job.cut.feed,
-        };
+        let cutting = self.cutting(section * job.cut.feed);
         let options = CutOptions {
             order: job.path.order,
             links: job.path.links,

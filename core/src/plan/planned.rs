@@ -17,7 +17,7 @@ use crate::regions::tensor::Topology;
 use crate::regions::{self, Divided, Layout};
 use crate::removal::{Coverage, beyond};
 use crate::strips::CuspBudget;
-use crate::toolpath::Toolpath;
+use crate::toolpath::{Planar, Toolpath};
 use std::sync::Arc;
 
 /// How often trochoids that cut too much at once are laid again.
@@ -44,6 +44,8 @@ pub struct Planned {
     pub coverage: Coverage,
     /// How high cusps may be.
     pub cusps: CuspBudget,
+    /// The plane's prediction for each point of the path; empty where rates are not needed.
+    pub planar: Vec<Option<Planar>>,
     /// The channels of a hub, if it is a path through them.
     pub channels: Option<ChannelFigures>,
 }
@@ -94,6 +96,13 @@ impl Laid<'_> {
         let Finished { mut toolpath, lifted, coverage } = finished;
         let job = ground.job;
         fill_time(&mut toolpath, &job.tool, &job.machine);
+        let planar = match job.force.control {
+            ForceControl::Off => Vec::new(),
+            _ => ground.on(|plane, _| plane.predicted(&toolpath)),
+        };
+        for (p, planar) in toolpath.points.iter_mut().zip(&planar) {
+            p.alpha = planar.map_or(0.0, |planar| planar.alpha);
+        }
         Ok(Planned {
             prepared: Arc::clone(ground.prepared),
             tightest: Tightest::of(job, ground.prepared),
@@ -103,6 +112,7 @@ impl Laid<'_> {
             lifted,
             coverage,
             cusps: ground.cusps,
+            planar,
             channels: None,
             passes: Passes::of(ground, flat.loops),
         })

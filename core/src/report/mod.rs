@@ -18,7 +18,7 @@ mod verification;
 
 pub use hub::{HubFigures, MeasuredClearance};
 pub(crate) use page::escaped;
-pub use path::{ByKind, PathFigures, RateFigures};
+pub use path::{ByKind, PathFigures, PlaneFigures, RateFigures};
 pub use plan::{
     AsideFigures, CoverageFigures, FlattenFigures, ForceFigures, GougeFigures, LiftedSpan,
     PassFigures, Report, StepoverFigures, SurfaceFigures, Warning,

@@ -2,7 +2,7 @@
 
 use super::profile::Profile;
 use crate::load::{LoadLimits, Material};
-use crate::toolpath::{MoveKind, Toolpath};
+use crate::toolpath::{MoveKind, PathPoint, Planar, Toolpath};
 use crate::units::per_minute;
 use serde::Serialize;
 
@@ -74,7 +74,7 @@ pub struct PathFigures {
     pub rate: Option<RateFigures>,
 }
 
-/// Predicted load of a path. What concerns engagement, feed per tooth, power and force is of passes and loops.
+/// Predicted load of a path. What concerns engagement and feed per tooth is of passes and loops.
 #[derive(Copy, Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct RateFigures {
@@ -98,6 +98,50 @@ pub struct RateFigures {
     pub force_n: Option<f64>,
 }
 
+/// How far the disc in the plane (MRR3) is from the rate found in the material, over passes and loops.
+#[derive(Copy, Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct PlaneFigures {
+    /// Root mean square of their difference over time, mm³/min.
+    pub rms_difference_mm3_per_min: f64,
+    /// The same as a fraction of the limit.
+    pub rms_difference_over_limit: f64,
+    /// Largest difference, the plane's less the material's, mm³/min.
+    pub largest_difference_mm3_per_min: f64,
+    /// Tool tip at the end of that move, mm.
+    pub largest_difference_at_mm: [f64; 3],
+}
+
+impl PlaneFigures {
+    /// `planar`: the prediction for each point of the path; `limit` of the rate, mm³/s. `None` where nothing is predicted.
+    pub fn of(path: &Toolpath, planar: &[Option<Planar>], limit: f64) -> Option<Self> {
+        let (mut squares, mut time) = (0.0, 0.0);
+        let mut largest: Option<(f64, &PathPoint)> = None;
+        for (pair, planar) in path.points.windows(2).zip(planar.iter().skip(1)) {
+            let (p, duration) = (&pair[1], pair[1].time - pair[0].time);
+            let is_pass = matches!(p.kind, MoveKind::Cut | MoveKind::Trochoid);
+            let Some(planar) = planar.filter(|planar| is_pass && planar.mrr3().max(p.mrr) > 0.0)
+            else {
+                continue;
+            };
+            let difference = planar.mrr3() - p.mrr;
+            squares += difference * difference * duration;
+            time += duration;
+            if largest.is_none_or(|(l, _)| difference.abs() > f64::abs(l)) {
+                largest = Some((difference, p));
+            }
+        }
+        let (difference, p) = largest.filter(|_| time > 0.0)?;
+        let rms = (squares / time).sqrt();
+        Some(Self {
+            rms_difference_mm3_per_min: per_minute(rms),
+            rms_difference_over_limit: rms / limit,
+            largest_difference_mm3_per_min: per_minute(difference),
+            largest_difference_at_mm: p.tip.to_array(),
+        })
+    }
+}
+
 impl RateFigures {
     /// Figures of a path whose points tell their rate.
     pub fn of(path: &Toolpath, load: &LoadLimits, material: Option<Material>) -> Self {
@@ -117,8 +161,8 @@ impl RateFigures {
             if matches!(p.kind, MoveKind::Cut | MoveKind::Trochoid) {
                 section = section.max(cut);
                 slowest = slowest.min(p.feed);
-                power = material.map_or(0.0, |m| power.max(m.power(&load.teeth, cut, p.feed)));
             }
+            power = material.map_or(0.0, |m| power.max(m.power(&load.teeth, cut, p.feed)));
         }
         Self {
             peak_mm3_per_min: per_minute(profile.peak()),
@@ -161,7 +205,6 @@ mod tests {
     use super::*;
     use crate::geometry::DVec3;
     use crate::load::Teeth;
-    use crate::toolpath::PathPoint;
 
     fn point(kind: MoveKind, x: f64, mrr: f64, time: f64) -> PathPoint {
         PathPoint {
@@ -203,5 +246,26 @@ mod tests {
         // Three seconds at 2 and one at 4: mean 2.5, variance 0.75.
         assert_eq!(rate.mean_mm3_per_min, 150.0);
         assert!((rate.variation - 0.75f64.sqrt() / 2.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_plane_is_compared_over_passes_and_loops() {
+        use MoveKind::{Cut, Link, Trochoid};
+        let points = vec![
+            point(Cut, 0.0, 0.0, 0.0),
+            point(Cut, 1.0, 10.0, 3.0),
+            point(Trochoid, 2.0, 8.0, 4.0),
+            point(Link, 3.0, 99.0, 9.0),
+            point(Cut, 4.0, 0.0, 10.0),
+        ];
+        let planar =
+            [0.0, 11.0, 5.0, 0.0, 0.0].map(|mrr2| Some(Planar { mrr2, tau: 1.0, alpha: 0.0 }));
+        let figures = PlaneFigures::of(&Toolpath { points }, &planar, 10.0).unwrap();
+        // 1 above for 3 s, 3 below for 1 s.
+        let rms = f64::sqrt((3.0 + 9.0) / 4.0);
+        assert!((figures.rms_difference_over_limit - 0.1 * rms).abs() < 1e-12);
+        assert!((figures.largest_difference_mm3_per_min + 180.0).abs() < 1e-9);
+        assert_eq!(figures.largest_difference_at_mm[0], 2.0);
+        assert_eq!(PlaneFigures::of(&Toolpath::default(), &[], 10.0), None);
     }
 }

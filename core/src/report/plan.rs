@@ -1,7 +1,7 @@
 //! What is reported of a plan.
 
 use super::hub::HubFigures;
-use super::path::PathFigures;
+use super::path::{PathFigures, PlaneFigures};
 use super::record::{FileRecord, Versions};
 use super::regions::DivisionFigures;
 use super::tensor::TensorFigures;
@@ -213,6 +213,8 @@ pub struct ForceFigures {
     pub over_limit_intervals: Option<u64>,
     /// Trochoid loops in the delivered path.
     pub trochoid_loops: u64,
+    /// How the plane predicts the rate of the delivered path; null where the rate is not controlled.
+    pub plane: Option<PlaneFigures>,
 }
 
 /// What the cutter reaches.

@@ -146,6 +146,12 @@ pub(super) fn report() -> Report {
             cutting_force_n: Some(150.0),
             over_limit_intervals: Some(17),
             trochoid_loops: 412,
+            plane: Some(PlaneFigures {
+                rms_difference_mm3_per_min: 130.0,
+                rms_difference_over_limit: 0.045,
+                largest_difference_mm3_per_min: -900.0,
+                largest_difference_at_mm: [12.0, 3.5, -1.0],
+            }),
         },
         plain: Some(figures(1500.0, 9_600.0, 296.0)),
         slowed: Some(figures(450.0, 2_880.0, 987.0)),
