@@ -145,8 +145,9 @@ fn rates(c: &mut Criterion) {
         vfc: FeedComponent::Mean,
         limit: f64::INFINITY,
     };
-    let moves = planned.toolpath.points.len();
-    c.bench_function(&format!("rates in the plane, {moves} moves"), |b| {
+    let mut group = c.benchmark_group(format!("rates, {} moves", planned.toolpath.points.len()));
+    group.sample_size(10);
+    group.bench_function("in the plane", |b| {
         b.iter(|| {
             let simulation = Simulation::new(disc, &terrain, Stock::new(&region));
             predicted(&planned.toolpath, simulation).len()
@@ -155,9 +156,10 @@ fn rates(c: &mut Criterion) {
     let layer = Layer { allowance: 0.0, depth };
     let columns = Columns::new(surface, chart, 0.6, layer.top());
     let cutter = Cutter { tool: job.tool, length: 10.0 * radius };
-    c.bench_function(&format!("rates in the material, {moves} moves"), |b| {
+    group.bench_function("in the material", |b| {
         b.iter(|| columns.cut(&planned.toolpath, cutter, layer, 1).pieces.len());
     });
+    group.finish();
 }
 
 criterion_group!(benches, stages, whole, rates);

@@ -8,8 +8,10 @@ use evencut_core::machine::Axes;
 use evencut_core::plan::{Files, PlanError, plan};
 use evencut_core::report::Report;
 use evencut_core::toolpath::{MoveKind, Toolpath};
+use evencut_core::verify::MRR_NOISE;
 use evencut_service::results::{Input, Results, ResultsOptions, results};
 use evencut_tests::follow::{assert_follows, met, read_for};
+use evencut_tests::ledger;
 use evencut_tests::linuxcnc::{in_part, interpreted};
 use evencut_tests::shared_data;
 use std::path::{Path, PathBuf};
@@ -19,10 +21,11 @@ const UNCOVERED: f64 = 0.1;
 /// The plain rings of every job exceed the limit at least so many times.
 const PLAIN_EXCESS: f64 = 1.3;
 
-/// Largest measured removal rate, over the limit.
-const MEASURED_PEAK: f64 = 1.03;
+/// Largest measured removal rate, over the limit. On facets that are coarse for the cutter windows scatter more: the
+/// verdict allows for it.
+const MEASURED_PEAK: f64 = 1.0;
 /// Largest difference of predicted and measured removal rate, RMS over the limit.
-const AGREEMENT: f64 = 0.05;
+const AGREEMENT: f64 = 0.03;
 
 fn jobs_in(folder: &str) -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
@@ -92,7 +95,7 @@ fn check_promises(name: &str, results: &Results) {
 }
 
 /// What the simulation measured keeps every limit and agrees with what was predicted.
-fn check_verdict(name: &str, job: &Job, results: &Results) {
+fn check_verdict(name: &str, job: &Job, results: &Results, most: f64) {
     let Some(v) = &results.report.verification else { panic!("{name}: not verified") };
     let s = &v.scallop;
     let limit = s.limit_mm.unwrap();
@@ -118,7 +121,8 @@ fn check_verdict(name: &str, job: &Job, results: &Results) {
         let Some(mrr) = &v.mrr else { panic!("{name}: no removal rate") };
         let (peak, rms) = (mrr.peak_over_limit.unwrap(), mrr.rms_difference_over_limit.unwrap());
         println!("{:34} peak {peak:.4}, RMS {rms:.4} of the limit", "");
-        assert!(peak <= MEASURED_PEAK, "{name}: {peak}");
+        ledger(&format!("judged peak of {name}"), "1.00", &format!("{peak:.3}"));
+        assert!(peak <= most, "{name}: {peak}");
         assert!(rms <= AGREEMENT, "{name}: {rms}");
     }
     assert!(v.passed && v.program.is_empty(), "{name}: {:?} {:?}", v.broken, v.program);
@@ -150,12 +154,13 @@ fn check_program(name: &str, job: &Job, results: &Results) {
     }
 }
 
-fn check(path: &Path, job: &Job, results: &Results) {
+/// `most`: the largest measured removal rate, over the limit.
+fn check(path: &Path, job: &Job, results: &Results, most: f64) {
     let name = path.file_stem().unwrap().to_string_lossy();
     if job.force.control != ForceControl::Off {
         check_promises(&name, results);
     }
-    check_verdict(&name, job, results);
+    check_verdict(&name, job, results, most);
     check_program(&name, job, results);
 }
 
@@ -166,7 +171,7 @@ fn shipped_jobs_keep_their_promises() {
     assert!(jobs.len() >= 4);
     for path in jobs {
         let (job, results) = planned(&path, 3);
-        check(&path, &job, &results);
+        check(&path, &job, &results, MEASURED_PEAK);
     }
 }
 
@@ -183,7 +188,7 @@ fn threads_change_no_byte() {
     }
 }
 
-fn jobs_keep_their_promises(folder: &str, at_least: usize) {
+fn jobs_keep_their_promises(folder: &str, at_least: usize, most: f64) {
     if shared_data().is_none() {
         return;
     }
@@ -191,20 +196,20 @@ fn jobs_keep_their_promises(folder: &str, at_least: usize) {
     assert!(jobs.len() >= at_least);
     for path in jobs {
         let (job, results) = planned(&path, 2);
-        check(&path, &job, &results);
+        check(&path, &job, &results, most);
     }
 }
 
 #[test]
 fn jobs_on_real_surfaces_keep_their_promises() {
-    jobs_keep_their_promises("real", 5);
+    jobs_keep_their_promises("real", 5, MEASURED_PEAK);
 }
 
 /// Larger meshes, and coarse ones as fine ones.
 #[test]
 #[ignore = "long: cargo xtask accept"]
 fn jobs_on_large_real_surfaces_keep_their_promises() {
-    jobs_keep_their_promises("real/long", 4);
+    jobs_keep_their_promises("real/long", 4, MRR_NOISE);
 }
 
 /// A job with nothing but what must be said, for any file.

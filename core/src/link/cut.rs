@@ -170,7 +170,7 @@ impl PassTask<'_> {
         let (before, from) = ring.points.split_at(start);
         let closed: Vec<DVec2> = from.iter().chain(before).chain(&from[..1]).copied().collect();
         let mark = simulation.mark();
-        self.reach(simulation, closed[0]);
+        self.reach(simulation, closed[0], closed[1] - closed[0]);
         let mut course = Course { start: closed[0], moves: Vec::new(), branches: Vec::new() };
         for (i, &p) in closed.iter().enumerate().skip(1) {
             let made = simulation.since(&mark).len();
@@ -244,7 +244,7 @@ impl PassTask<'_> {
                 count += trochoid::clear_span(simulation, &span, loops);
             } else {
                 if !arrived {
-                    self.reach(simulation, at);
+                    self.reach(simulation, at, points[1] - at);
                 }
                 for (i, &p) in stretch.moves.clone().zip(&points[1..]) {
                     simulation.cut_limited(p, MoveKind::Cut);
@@ -287,12 +287,15 @@ impl PassTask<'_> {
         let loops = &self.options.loops;
         let (back, center, radius) = trochoid::entry(simulation, span, loops);
         if radius > 0.0 && !simulation.is_clear(back) && !self.can_link(simulation, back) {
+            simulation.face((center - back).try_normalize());
             if simulation.has_begun() {
                 simulation.arrive(back, simulation.cutting.depth, MoveKind::Rapid);
             }
             trochoid::enter(simulation, back, center, loops);
+            simulation.face(None);
         } else {
-            self.reach(simulation, if radius > 0.0 { back } else { span.points[0] });
+            let to = if radius > 0.0 { back } else { span.points[0] };
+            self.reach(simulation, to, span.points[1] - span.points[0]);
         }
     }
 
@@ -315,11 +318,13 @@ impl PassTask<'_> {
             })
     }
 
-    /// Goes to a point of the surface, by link or by retract.
-    fn reach(&self, simulation: &mut Simulation, to: DVec2) {
+    /// Goes to a point of the surface, by link or by retract. Before it goes on `ahead` from there the cutter faces that
+    /// way: a leaning axis would swing all round with a helix.
+    fn reach(&self, simulation: &mut Simulation, to: DVec2, ahead: DVec2) {
         if self.can_link(simulation, to) {
             return simulation.cut_limited(to, MoveKind::Link);
         }
+        simulation.face(ahead.try_normalize());
         if simulation.has_begun() {
             simulation.arrive(to, simulation.cutting.depth, MoveKind::Rapid);
         } else {
@@ -335,6 +340,7 @@ impl PassTask<'_> {
             simulation.arrive(to, 0.0, MoveKind::Link);
             simulation.plunge();
         }
+        simulation.face(None);
     }
 }
 
