@@ -9,6 +9,7 @@
 
 use crate::geometry::{DVec3, any_perpendicular};
 use crate::tool::Tool;
+use core::cmp::Ordering;
 use rstar::{AABB, RTree, RTreeObject};
 
 /// Greatest number of steps out of rulings; a corner of two walls takes two or three.
@@ -119,9 +120,8 @@ impl Rulings {
         }
         let query = Query { tool, tip, axis, reach };
         let around = AROUND * tool.radius();
-        let mut nearest: Option<(f64, &Ruling, DVec3)> = None;
-        // Of all that meet in the nearest line, as at a corner: their mean tells on which side the cutter stands.
-        let mut out = DVec3::ZERO;
+        // Those at the least distance, for lines that are equally near.
+        let mut nearest: Vec<(f64, &Ruling, DVec3)> = Vec::new();
         let mut worst: Option<(f64, &Ruling, DVec3)> = None;
         for ruling in self.tree.locate_in_envelope_intersecting(self.envelope(&query, around)) {
             let floor = worst.map_or(f64::NEG_INFINITY, |w| w.0);
@@ -132,22 +132,25 @@ impl Rulings {
             let before = |best: &(f64, &Ruling, DVec3), value: f64| {
                 value == best.0 && place(best.1) <= place(ruling)
             };
-            let is_same = |n: &(f64, &Ruling, DVec3)| n.2.distance(seen.across) <= SAME_LINE;
-            match nearest.as_ref().filter(|n| is_same(n)) {
-                Some(_) => out += ruling.inward,
-                None if nearest.is_none_or(|n| seen.distance < n.0) => out = ruling.inward,
-                None => {}
-            }
-            if nearest
-                .is_none_or(|n| seen.distance < n.0 || seen.distance == n.0 && !before(&n, n.0))
-            {
-                nearest = Some((seen.distance, ruling, seen.across));
+            let least = nearest.iter().map(|n| n.0).fold(f64::INFINITY, f64::min);
+            if seen.distance <= least + SAME_LINE {
+                nearest.retain(|n| n.0 <= seen.distance + SAME_LINE);
+                nearest.push((seen.distance, ruling, seen.across));
             }
             if worst.is_none_or(|w| seen.depth > w.0 || seen.depth == w.0 && !before(&w, w.0)) {
                 worst = Some((seen.depth, ruling, seen.deepest));
             }
         }
-        let (distance, ruling, across) = nearest?;
+        let first = |a: &&(f64, &Ruling, DVec3), b: &&(f64, &Ruling, DVec3)| {
+            place(a.1).partial_cmp(&place(b.1)).unwrap_or(Ordering::Equal)
+        };
+        let &(distance, ruling, across) = nearest.iter().min_by(first)?;
+        // Of all that meet in this line, as at a corner: their mean tells on which side the cutter stands.
+        let on_line = nearest.iter().filter(|n| n.2.distance(across) <= SAME_LINE);
+        let mut inwards: Vec<DVec3> = on_line.map(|n| n.1.inward).collect();
+        // In an order that is not that of the tree.
+        inwards.sort_by(|a, b| a.to_array().partial_cmp(&b.to_array()).unwrap_or(Ordering::Equal));
+        let out: DVec3 = inwards.into_iter().sum();
         let inward = query.inward(ruling);
         if across.dot(out.reject_from(axis)) > 0.0 {
             let depth = tool.radius() + ruling.allowance + distance;
@@ -351,6 +354,18 @@ mod tests {
             assert!((tip - DVec3::new(1.0, 5.0, 1.0)).length() < 1e-3, "{y}: {tip}");
         }
         assert_eq!(pushed(&rulings, &flat(5.0), 1.0, 5.5), Some(DVec3::new(1.0, 5.5, 1.0)));
+    }
+
+    /// Both walls are equally near, and neither is behind it.
+    #[test]
+    fn on_the_bisector_of_a_corner_it_stands_before_both_walls() {
+        let walls = Rulings::new(along(&[(0.0, 30.0), (0.0, 0.0), (30.0, 0.0)]));
+        let tool = flat(3.0);
+        for i in 1..60 {
+            let d = 0.1 * f64::from(i);
+            let stand = walls.stand(&tool, DVec3::new(d, d, 0.0), DVec3::Z, 20.0).unwrap();
+            assert!((stand.depth - (3.0 - d)).abs() < 1e-3, "{d}: {stand:?}");
+        }
     }
 
     #[test]

@@ -166,7 +166,7 @@ struct PassTask<'a> {
 impl PassTask<'_> {
     /// Cuts it; returns the number of trochoid loops.
     fn cut(&self, simulation: &mut Simulation, ring: &Pass) -> usize {
-        let start = start_index(simulation, &ring.points);
+        let start = start_index(simulation, &ring.points, &self.options.loops);
         let (before, from) = ring.points.split_at(start);
         let closed: Vec<DVec2> = from.iter().chain(before).chain(&from[..1]).copied().collect();
         let mark = simulation.mark();
@@ -348,19 +348,26 @@ impl PassTask<'_> {
 fn helix_place(simulation: &Simulation, to: DVec2, loops: &Loops) -> (DVec2, DVec2) {
     let radius = loops.radius * simulation.disc(to) / simulation.cutting.radius;
     let room = |p: DVec2| simulation.terrain.room(p).unwrap_or(f64::NEG_INFINITY);
-    let directions = (0..16).map(|k| {
-        let a = core::f64::consts::TAU * k as f64 / 16.0;
-        DVec2::new(crate::geometry::math::cos(a), crate::geometry::math::sin(a))
-    });
-    let best = directions
-        .max_by(|a, b| room(to + *a * (2.0 * radius)).total_cmp(&room(to + *b * (2.0 * radius))));
-    let inward = best.unwrap_or(DVec2::X);
+    let (inward, _) = most_room(simulation, to, 2.0 * radius);
     let fits = |r: f64| room(to + inward * (2.0 * r)) >= -0.05;
     let mut r = radius;
     while !fits(r) && r > 0.05 * radius {
         r *= 0.7;
     }
     (to, to + inward * r)
+}
+
+/// The direction in which there is the most room at a distance from a place, flat mm, and how much, passes.
+fn most_room(simulation: &Simulation, from: DVec2, distance: f64) -> (DVec2, f64) {
+    let room = |way: DVec2| {
+        let room = simulation.terrain.room(from + way * distance);
+        (way, room.unwrap_or(f64::NEG_INFINITY))
+    };
+    let ways = (0..16).map(|k| {
+        let a = core::f64::consts::TAU * k as f64 / 16.0;
+        DVec2::new(crate::geometry::math::cos(a), crate::geometry::math::sin(a))
+    });
+    ways.map(room).max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((DVec2::X, f64::NEG_INFINITY))
 }
 
 /// Per point of a stretch the share of its moves, where that is not known the one of the move before or after.
@@ -385,10 +392,15 @@ fn rate_at_nominal(m: &FlatPoint, simulation: &Simulation) -> f64 {
     if m.feed > 0.0 { m.mrr * simulation.cutting.feed / m.feed } else { m.mrr }
 }
 
-/// Where a ring starts: a slanted lead-in ahead of the point nearest to the cutter.
-fn start_index(simulation: &Simulation, ring: &[DVec2]) -> usize {
+/// Where a ring starts: a slanted lead-in ahead of the point nearest to the cutter; the first one where a helix down to it
+/// has the most room, so not in a corner.
+fn start_index(simulation: &Simulation, ring: &[DVec2], loops: &Loops) -> usize {
     if !simulation.has_begun() {
-        return 0;
+        let across =
+            |at: DVec2| 2.0 * loops.radius * simulation.disc(at) / simulation.cutting.radius;
+        let room = |i: &usize| most_room(simulation, ring[*i], across(ring[*i])).1;
+        let more = |a: &usize, b: &usize| room(a).total_cmp(&room(b)).then(b.cmp(a));
+        return (0..ring.len()).max_by(more).unwrap_or(0);
     }
     let from = simulation.at();
     let distance = |i: usize| (ring[i] - from).length_squared();

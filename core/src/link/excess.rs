@@ -37,22 +37,23 @@ impl Excess {
     pub fn above(path: &Toolpath, section: f64, radius: f64, terrain: &dyn Terrain) -> Self {
         let is_above =
             |p: &PathPoint| p.kind == MoveKind::Cut && p.mrr > section * p.feed * (1.0 + ROUNDING);
-        Self::of(path, |p| is_above(p).then_some(p.mrr), radius, terrain)
+        let rates = path.points.iter().map(|p| is_above(p).then_some(p.mrr));
+        Self::of(path, rates, radius, terrain)
     }
 
-    /// The places of the moves of which `amount` tells how much they cut, by their ends, and all within `radius`, mm, of
-    /// them.
+    /// The places of the moves for which `amounts`, one for each point of the path, tells how much they cut, and all
+    /// within `radius`, mm, of them.
     pub fn of(
         path: &Toolpath,
-        amount: impl Fn(&PathPoint) -> Option<f64>,
+        amounts: impl Iterator<Item = Option<f64>>,
         radius: f64,
         terrain: &dyn Terrain,
     ) -> Self {
         let mut places = Vec::new();
-        for pair in path.points.windows(2) {
-            let [before, here] = [&pair[0], &pair[1]];
-            let (Some(from), Some(to)) = (before.flat, here.flat) else { continue };
-            let Some(amount) = amount(here) else { continue };
+        for (pair, amount) in path.points.windows(2).zip(amounts.skip(1)) {
+            let (Some(from), Some(to), Some(amount)) = (pair[0].flat, pair[1].flat, amount) else {
+                continue;
+            };
             let Some(scale) = terrain.scale(to).or_else(|| terrain.scale(from)) else { continue };
             let reach = radius / scale;
             let steps = (from.distance(to) / (SPACING * reach)).ceil().clamp(1.0, 1e4) as u32;

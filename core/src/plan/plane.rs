@@ -11,8 +11,8 @@ use crate::link::{CutOptions, Excess, Group, LayOptions, Measured, cut_passes, l
 use crate::load::LoadLimits;
 use crate::outline::Outline;
 use crate::regions::{JointTerrain, Layout, RegionMesh};
-use crate::removal::excess;
-use crate::toolpath::{MoveKind, PathPoint, Planar, Toolpath};
+use crate::removal::excesses;
+use crate::toolpath::{MoveKind, Planar, Toolpath};
 use crate::trochoid::Loops;
 
 /// Largest distance of the points of centred passes, side steps.
@@ -81,8 +81,8 @@ impl<'a> Plane<'a> {
 
     /// Where a path's cutting moves break a limit on engagement or feed per tooth, and by which factor.
     pub fn beyond(&self, path: &Toolpath, bounds: &LoadLimits) -> Excess {
-        let factor = |p: &PathPoint| excess(p, bounds).map(|by| (by * MORE).min(MOST));
-        Excess::of(path, factor, self.job.tool.radius(), &self.terrain())
+        let factors = excesses(path, bounds).into_iter().map(|by| Some((by? * MORE).min(MOST)));
+        Excess::of(path, factors, self.job.tool.radius(), &self.terrain())
     }
 
     /// The disc that represents the cutter. `limit`: of its removal rate, mm³/s.

@@ -30,6 +30,6 @@ pub use columns::Columns;
 pub(crate) use coverage::FeedIndex;
 pub use coverage::{Access, Coverage, Place, coverage};
 pub use cusp::{Lean, cusp, worst_cusp};
-pub use rates::{Beyond, CLOSEST, Feeds, Limit, TooSlow, beyond, excess, rated};
+pub use rates::{Beyond, CLOSEST, Feeds, Limit, TooSlow, beyond, excesses, rated};
 pub(crate) use remains::Strokes;
 pub use sweep::{Piece, Removed};

@@ -31,6 +31,9 @@ const SHORTEST: f64 = 0.1;
 /// Feeds come as close as this to the fastest that keeps the limits.
 pub const CLOSEST: f64 = RUNG * AIM;
 
+/// Passes this close to a link, in cutter radii, share windows with it: they are slowed for what it removes.
+const BESIDE_LINKS: f64 = 2.0 * WINDOW;
+
 /// Part of a limit on section or feed per tooth that rounding may take.
 const PLAY: f64 = 0.005;
 
@@ -293,21 +296,48 @@ pub struct Beyond {
     pub excess: f64,
 }
 
-/// The factor by which a move, named by its end with its rate, cuts too thickly or too slowly; `None` where it does not.
-/// Links and ramps may.
-pub fn excess(p: &PathPoint, load: &LoadLimits) -> Option<f64> {
-    let cuts = matches!(p.kind, MoveKind::Cut | MoveKind::Trochoid) && p.mrr > 0.0 && p.feed > 0.0;
+/// For each point of a path whose points tell their rates the factor by which the move to it cuts too thickly or too
+/// slowly; `None` where it does not, and for what may: links, ramps, and the passes where these end or begin.
+pub fn excesses(path: &Toolpath, load: &LoadLimits) -> Vec<Option<f64>> {
     let most = load.teeth.section(load.most_engaged) * (1.0 + PLAY);
     let least = load.least_per_tooth * load.teeth.rate * (1.0 - PLAY);
     let is_engaged = load.most_engaged < core::f64::consts::PI;
-    let by_angle = if is_engaged { p.mrr / p.feed / most } else { 0.0 };
-    Some(by_angle.max(least / p.feed)).filter(|excess| cuts && *excess > 1.0)
+    let excess = |p: &PathPoint| {
+        let by_angle = if is_engaged { p.mrr / p.feed / most } else { 0.0 };
+        let cuts = p.mrr > 0.0 && p.feed > 0.0;
+        Some(by_angle.max(least / p.feed)).filter(|excess| cuts && *excess > 1.0)
+    };
+    let away = away_from_links(path);
+    let points = path.points.iter().zip(away);
+    points.map(|(p, away)| excess(p).filter(|_| away > BESIDE_LINKS * load.teeth.radius)).collect()
+}
+
+/// For each point how far the farther end of the move to it is from the nearest link along the path, mm; 0 on links.
+fn away_from_links(path: &Toolpath) -> Vec<f64> {
+    let points = &path.points;
+    let is_pass = |i: usize| matches!(points[i].kind, MoveKind::Cut | MoveKind::Trochoid);
+    let length = |i: usize| if i > 0 { points[i].tip.distance(points[i - 1].tip) } else { 0.0 };
+    let run = |order: &mut dyn Iterator<Item = usize>| {
+        let mut away = vec![0.0; points.len()];
+        let mut travelled = f64::INFINITY;
+        for i in order {
+            travelled = match points[i].kind {
+                MoveKind::Link | MoveKind::Rapid => 0.0,
+                _ => travelled + length(i),
+            };
+            away[i] = if is_pass(i) { travelled } else { 0.0 };
+        }
+        away
+    };
+    let (after, before) = (run(&mut (0..points.len())), run(&mut (0..points.len()).rev()));
+    after.into_iter().zip(before).map(|(a, b)| f64::min(a, b)).collect()
 }
 
 /// Where a path whose points tell their rates cuts too thickly or too slowly, at its worst.
 pub fn beyond(path: &Toolpath, load: &LoadLimits) -> Option<Beyond> {
-    let excesses = path.points.iter().filter_map(|p| excess(p, load).map(|excess| (p, excess)));
-    let worst = excesses.rev().max_by(|a, b| a.1.total_cmp(&b.1));
+    let excesses = path.points.iter().zip(excesses(path, load));
+    let broken = excesses.filter_map(|(p, excess)| Some((p, excess?)));
+    let worst = broken.reduce(|a, b| if b.1 > a.1 { b } else { a });
     worst.map(|(p, excess)| Beyond { place: p.tip, section: p.mrr / p.feed, feed: p.feed, excess })
 }
 

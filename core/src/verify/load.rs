@@ -10,11 +10,15 @@
 use super::rate::Window;
 use crate::geometry::math;
 use crate::tool::Tool;
-use crate::toolpath::{MoveKind, Toolpath};
+use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use core::f64::consts::TAU;
 
 /// Sections below this share of a slot's are scraps, which teeth rub off whatever the feed.
 const SCRAP: f64 = 0.01;
+
+/// Windows so close to a link, in their own lengths, are not judged by engagement and feed per tooth: a pass that begins
+/// where a plunge ends is slowed for what the plunge removes.
+const BESIDE: f64 = 1.5;
 
 /// Teeth and material, and the limits on what they are asked.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -92,9 +96,7 @@ impl<'a> Gauge<'a> {
         let engaged = math::acos_clamped(1.0 - part);
         let per_tooth =
             window.travel / time / (f64::from(self.options.flutes) * self.options.spindle);
-        let kind = self.path.points.get(window.of as usize + 1).map(|p| p.kind);
-        let is_pass = matches!(kind, Some(MoveKind::Cut | MoveKind::Trochoid));
-        if self.options.knows_links && is_pass && part > 2.0 * SCRAP {
+        if self.options.knows_links && self.is_on_pass(window) && part > 2.0 * SCRAP {
             worst(&mut self.load.engaged, engaged, window, |new, old| new > old);
             worst(&mut self.load.per_tooth, per_tooth, window, |new, old| new < old);
         }
@@ -108,6 +110,24 @@ impl<'a> Gauge<'a> {
     }
 }
 
+impl Gauge<'_> {
+    /// Whether a window, and what is beside it, lies on passes and loops.
+    fn is_on_pass(&self, window: Window) -> bool {
+        let points = &self.path.points;
+        let [start, end] = window.time;
+        let beside = BESIDE * (end - start);
+        let (start, end) = (start - beside, end + beside);
+        // Moves that end after its start, up to the one in which it ends.
+        let first = points.partition_point(|p| p.time <= start).max(1);
+        let last = points.partition_point(|p| p.time < end).min(points.len().saturating_sub(1));
+        let is_pass = |p: &PathPoint| matches!(p.kind, MoveKind::Cut | MoveKind::Trochoid);
+        let moves = points.get(first..=last.max(first)).unwrap_or_default();
+        // What returns of a loop remove is a scrap.
+        let is_part = |p: &PathPoint| is_pass(p) || p.kind == MoveKind::Return;
+        moves.iter().all(is_part) && moves.iter().any(is_pass)
+    }
+}
+
 fn worst(held: &mut Worst, value: f64, window: Window, is_worse: fn(f64, f64) -> bool) {
     if value.is_finite() && held.is_none_or(|(old, _)| is_worse(value, old)) {
         *held = Some((value, window));
@@ -118,7 +138,6 @@ fn worst(held: &mut Worst, value: f64, window: Window, is_worse: fn(f64, f64) ->
 mod tests {
     use super::*;
     use crate::geometry::DVec3;
-    use crate::toolpath::PathPoint;
     use core::f64::consts::PI;
 
     /// A straight slot, 10 mm wide and 2 mm deep, at 20 mm/s with 4 teeth at 100 rev/s: 633 N, 1.988 kW.

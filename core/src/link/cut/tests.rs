@@ -183,10 +183,12 @@ fn loops_cut_less_where_they_broke_the_limit() {
         let truth = |_| Some(f64::INFINITY);
         PLATE.run_measured(ForceControl::Trochoid, limit, 1.0, (&truth, &beyond))
     };
-    // Of loops beside the first ring, well away from where the factor changes.
+    // Of loops well away from where the factor changes, and from corners, where loops may be slowed instead.
     let peak = |points: &[FlatPoint], is_right: bool| {
         let loops = points.iter().filter(|p| p.kind == MoveKind::Trochoid);
-        let away = |p: &&FlatPoint| (p.at.x > middle) == is_right && (p.at.x - middle).abs() > 12.0;
+        let off = |p: &FlatPoint| [(p.at.x - middle).abs(), (p.at.y - middle).abs()];
+        let away =
+            |p: &&FlatPoint| (p.at.x > middle) == is_right && off(p)[0] > 12.0 && off(p)[1] < 20.0;
         loops.filter(away).map(|p| p.mrr).fold(0.0, f64::max)
     };
     let (points, stock, most) = run(1.25);
