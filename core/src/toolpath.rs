@@ -315,11 +315,8 @@ fn read_row(row: &str, line: usize, columns: usize) -> Result<PathPoint, CsvErro
         }
         Ok(v / length)
     };
-    for c in COLUMNS.len() - PREDICTED..columns {
-        if !fields[c].is_empty() {
-            number(c)?;
-        }
-    }
+    let predicted = (COLUMNS.len() - PREDICTED..columns).filter(|&c| !fields[c].is_empty());
+    predicted.map(number).collect::<Result<Vec<_>, _>>()?;
     let kind = MoveKind::ALL
         .into_iter()
         .find(|kind| kind.name() == fields[2])

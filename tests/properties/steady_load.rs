@@ -34,10 +34,15 @@ fn job_of(folder: &str, name: &str) -> Job {
 
 /// A square pocket of 30 mm, 2 mm deep, whose first ring is a slot along the wall.
 fn pocket(force: &str) -> Job {
+    walled("kind = \"plane\"\nsize = 30.0\n", 2.0, &format!("relative = 1.5\n{force}"))
+}
+
+/// A layer between walls.
+fn walled(analytic: &str, depth: f64, force: &str) -> Job {
     let text = format!(
-        "version = 1\nname = \"pocket\"\n[surface.analytic]\nkind = \"plane\"\nsize = 30.0\n[tool]\nkind = \"flat\"\n\
-         diameter = 6.0\nflutes = 3\n[cut]\nstepover = 1.2\naxial_depth = 2.0\nfeed = 900.0\nspindle = 6000.0\n\
-         tolerance = 0.01\n[path]\npattern = \"contour\"\nboundary = \"wall\"\n[force]\nrelative = 1.5\n{force}"
+        "version = 1\nname = \"pocket\"\n[surface.analytic]\n{analytic}[tool]\nkind = \"flat\"\n\
+         diameter = 6.0\nflutes = 3\n[cut]\nstepover = 1.2\naxial_depth = {depth}\nfeed = 900.0\nspindle = 6000.0\n\
+         tolerance = 0.01\n[path]\npattern = \"contour\"\nboundary = \"wall\"\n[force]\n{force}"
     );
     read("pocket", &text)
 }
@@ -171,4 +176,29 @@ fn limits_on_power_and_force_are_kept() {
         let value = if key == "power" { found.power_w } else { found.force_n }.unwrap();
         assert!(value <= limit && value > 0.9 * limit, "{key}: {value} of {limit}");
     }
+}
+
+/// In a pocket slowing breaks the feed per tooth. At a constant feed, or one slowed within the limit, the layer has to be
+/// cut in several: trochoids in one take less time.
+#[test]
+fn trochoids_take_less_time_than_layers_at_a_constant_feed() {
+    let plane = "kind = \"plane\"\nsize = 30.0\n";
+    let limits = "mrr_limit = 3240.0\nmin_chip = 0.03\n";
+    let job = |depth, control| walled(plane, depth, &format!("{limits}control = \"{control}\"\n"));
+    let (whole, depth) = (job(2.0, "fastest"), 2.0);
+    let prepared = prepared(&whole, "../jobs");
+    let made = report(&prepared, &whole);
+    assert!(made.verification.as_ref().unwrap().passed && made.force.trochoid_loops > 10);
+    let time = made.delivered.machine_time_s.total;
+    let layered = |layers: u32| {
+        let job = job(depth / f64::from(layers), "feed");
+        let planned = plan_on(&prepared, &job, 2, &mut |_, _| {}).ok()?;
+        let report = judged(&job, &planned, 2).unwrap().report;
+        let is_kept = report.verification.as_ref().unwrap().passed;
+        is_kept.then(|| f64::from(layers) * report.delivered.machine_time_s.total)
+    };
+    assert_eq!(layered(1), None, "slowing is refused");
+    let best = (2..=4).filter_map(layered).fold(f64::INFINITY, f64::min);
+    ledger("steady load, pocket by trochoids", &format!("{best:.0} s"), &format!("{time:.0} s"));
+    assert!(time < best, "{time} of {best} s");
 }

@@ -53,16 +53,20 @@ impl Plate {
     }
 
     fn run(&self, control: ForceControl, limit: f64, hand: f64) -> (Vec<FlatPoint>, Stock, usize) {
-        self.run_measured(control, limit, hand, (&|_| Some(f64::INFINITY), &|_| 1.0))
+        self.run_measured(
+            control,
+            limit,
+            hand,
+            Measured { plain: &|_| Some(f64::INFINITY), beyond: &|_| 1.0 },
+        )
     }
 
-    /// `truth`: the true rate of plain passes where it exceeds the limit, and by which factor loops break it.
     fn run_measured(
         &self,
         control: ForceControl,
         limit: f64,
         hand: f64,
-        (plain, beyond): (&dyn Fn(DVec2) -> Option<f64>, &dyn Fn(DVec2) -> f64),
+        measured: Measured,
     ) -> (Vec<FlatPoint>, Stock, usize) {
         let mut outline = self.corners(0.0);
         outline.reverse();
@@ -90,7 +94,6 @@ impl Plate {
         let mut simulation = Simulation::new(cutting, self, stock);
         let loops = {
             let group = Group { passes: &rings, precedence: &precedence };
-            let measured = Measured { plain, beyond };
             cut_passes(&mut simulation, &[group], &options, measured, |_| {})
         };
         let (points, stock) = simulation.finish();
@@ -145,7 +148,12 @@ fn feed_control_keeps_the_limit_and_the_geometry() {
 fn trochoids_are_only_where_plain_passes_exceed_the_limit() {
     let limit = 1.5 * 1.5 * 0.5 * 20.0;
     let run = |truth: &dyn Fn(DVec2) -> Option<f64>| {
-        PLATE.run_measured(ForceControl::Trochoid, limit, 1.0, (truth, &|_| 1.0))
+        PLATE.run_measured(
+            ForceControl::Trochoid,
+            limit,
+            1.0,
+            Measured { plain: truth, beyond: &|_| 1.0 },
+        )
     };
     let loops = |points: &[FlatPoint]| {
         points.iter().filter(|p| p.kind == MoveKind::Trochoid).map(|p| p.at.x).collect::<Vec<_>>()
@@ -181,7 +189,12 @@ fn loops_cut_less_where_they_broke_the_limit() {
     let run = |by: f64| {
         let beyond = move |at: DVec2| if at.x > middle { by } else { 1.0 };
         let truth = |_| Some(f64::INFINITY);
-        PLATE.run_measured(ForceControl::Trochoid, limit, 1.0, (&truth, &beyond))
+        PLATE.run_measured(
+            ForceControl::Trochoid,
+            limit,
+            1.0,
+            Measured { plain: &truth, beyond: &beyond },
+        )
     };
     // Of loops well away from where the factor changes, and from corners, where loops may be slowed instead.
     let peak = |points: &[FlatPoint], is_right: bool| {
