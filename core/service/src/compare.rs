@@ -20,7 +20,7 @@ use evencut_core::report::{CuspFigures, Lines, Report, VerificationFigures};
 pub const CSV_HEADER: &str = "pattern,passes,length_mm,length_over_floor,feed_length_mm,retracts,\
 machine_time_s,computing_s,limit_mm,tolerance_mm,largest_mm,p99_mm,gouge_mm,cusp_p5_mm,cusp_p50_mm,\
 cusp_p95_mm,cusps_within_percent,even_area_percent,kept,regions,uniformity,spacing_mean,\
-spacing_deviation";
+spacing_deviation,refused";
 
 /// What is varied.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -274,17 +274,30 @@ fn text_row(row: &Row, figures: &Figures) -> String {
     line
 }
 
-/// The rows as comma-separated values under [`CSV_HEADER`]; empty fields where there is no figure.
+/// The rows as comma-separated values under [`CSV_HEADER`]; empty fields where there is no figure, the reason last
+/// where a variant was refused.
 pub fn to_csv(rows: &[Row]) -> String {
     let mut out = format!("{CSV_HEADER}\n");
     for row in rows {
         let fields = match &row.figures {
             Ok(figures) => csv_fields(row, figures),
-            Err(_) => vec![String::new(); CSV_HEADER.split(',').count() - 1],
+            Err(why) => {
+                let mut fields = vec![String::new(); CSV_HEADER.matches(',').count()];
+                if let Some(last) = fields.last_mut() {
+                    *last = quoted(why);
+                }
+                fields
+            }
         };
         let _ = writeln!(out, "{},{}", row.variant.name(), fields.join(","));
     }
     out
+}
+
+/// A message as a field of comma-separated values, on one line.
+fn quoted(message: &str) -> String {
+    let line = message.split_whitespace().collect::<Vec<_>>().join(" ");
+    format!("\"{}\"", line.replace('"', "\"\""))
 }
 
 fn csv_fields(row: &Row, figures: &Figures) -> Vec<String> {
@@ -322,6 +335,7 @@ fn csv_fields(row: &Row, figures: &Figures) -> Vec<String> {
         .chain(numbers.map(of))
         .chain([kept, count.to_string()])
         .chain(divided)
+        .chain([String::new()])
         .collect()
 }
 

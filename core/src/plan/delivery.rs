@@ -197,11 +197,11 @@ impl Delivery<'_> {
             return_feed: job.trochoid.return_feed,
             slowest: SLOWEST,
         };
-        let unreachable = |TooSlow { place, rate, feed }| PlanError::LimitUnreachable {
+        let unreachable = |TooSlow { place, rate, left, feed }| PlanError::LimitUnreachable {
             place,
             rate,
+            left,
             feed,
-            limit: job.mrr_limit(),
         };
         let mut path =
             rated(path, removed, feeds(limit), job.tool.radius()).map_err(unreachable)?;

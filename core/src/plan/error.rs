@@ -124,20 +124,20 @@ pub enum PlanError {
     },
     /// The limit on the removal rate cannot be kept.
     #[error(
-        "force: near ({:.3}, {:.3}, {:.3}) mm the limit of {:.2} mm³/min leaves a feed of {:.3} mm/min, \
-         {:.1} mm³/min at the full feed; a feed below {} % of cut.feed is not planned: raise \
+        "force: near ({:.3}, {:.3}, {:.3}) mm the limit of {:.2} mm³/min, be it on rate, power or force, leaves a feed of \
+         {:.3} mm/min where the full feed would remove {:.1} mm³/min; less than {} % of cut.feed is not planned: raise \
          the limit ([force]), or reduce cut.axial_depth, or cut.scallop or cut.stepover",
-        place.x, place.y, place.z, per_minute(*limit), per_minute(*feed), per_minute(*rate), 100.0 * SLOWEST
+        place.x, place.y, place.z, per_minute(*left), per_minute(*feed), per_minute(*rate), 100.0 * SLOWEST
     )]
     LimitUnreachable {
         /// Where, mm.
         place: DVec3,
         /// Rate at the nominal feed, mm³/s.
         rate: f64,
+        /// Rate that the limits leave there, mm³/s.
+        left: f64,
         /// The feed it would take, mm/s.
         feed: f64,
-        /// The limit, mm³/s.
-        limit: f64,
     },
     /// The cutter is engaged too far, or would have to go too slowly.
     #[error(

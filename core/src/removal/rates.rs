@@ -57,6 +57,8 @@ pub struct TooSlow {
     pub place: DVec3,
     /// Rate at the nominal feed, mm³/s.
     pub rate: f64,
+    /// Rate that the limits leave there, mm³/s.
+    pub left: f64,
     /// The feed it would take, mm/s.
     pub feed: f64,
 }
@@ -279,6 +281,7 @@ fn refuse_too_slow(
     Err(TooSlow {
         place: path.points[point.min(path.points.len() - 1)].tip,
         rate: per_mm[worst] * nominal[worst],
+        left: per_mm[worst] * limit.load.feed(per_mm[worst]),
         feed: limit.load.feed(per_mm[worst]),
     })
 }

@@ -3,14 +3,14 @@
 //! Rows: the plain passes at the full feed, and at the one feed that keeps rate, power and force, both as planned; then
 //! each control, planned and verified.
 
-use super::{Figures, Row};
+use super::{Figures, Row, quoted};
 use core::fmt::Write;
 use evencut_core::job::{ForceControl, Job};
 use evencut_core::report::{PathFigures, RateFigures, VerificationFigures};
 
 /// Header of the table as comma-separated values.
 pub const CSV_HEADER: &str = "control,length_mm,machine_time_s,peak_over_limit,near_limit_percent,variation,\
-engagement_deg,feed_per_tooth_mm,power_w,force_n,loops,measured_over_limit,computing_s,kept";
+engagement_deg,feed_per_tooth_mm,power_w,force_n,loops,measured_over_limit,computing_s,kept,refused";
 
 /// The job with another control.
 pub(super) fn with_control(job: &Job, control: ForceControl) -> Job {
@@ -154,19 +154,20 @@ impl Line<'_> {
             .chain(numbers.map(of))
             .chain([self.loops.to_string()])
             .chain(last)
-            .chain([kept]);
+            .chain([kept, String::new()]);
         fields.collect::<Vec<_>>().join(",")
     }
 }
 
-/// The rows as comma-separated values under [`CSV_HEADER`]; empty fields where there is no figure.
+/// The rows as comma-separated values under [`CSV_HEADER`]; empty fields where there is no figure, the reason last
+/// where a control was refused.
 pub fn to_csv(rows: &[Row]) -> String {
     let mut out = format!("{CSV_HEADER}\n");
     let empty = CSV_HEADER.matches(',').count();
     for line in lines(rows) {
         let _ = match line {
             Ok(line) => writeln!(out, "{}", line.csv()),
-            Err((name, _)) => writeln!(out, "{name}{}", ",".repeat(empty)),
+            Err((name, why)) => writeln!(out, "{name}{}{}", ",".repeat(empty), quoted(why)),
         };
     }
     out

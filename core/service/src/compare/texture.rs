@@ -3,7 +3,7 @@
 //! Everything else is taken from the job, including its limit on the removal rate; the grid is the same for all: that
 //! of the job or, in a window, a finer one for the least feed per tooth. Every path is verified.
 
-use super::judged;
+use super::{judged, quoted};
 use crate::results::ResultsError;
 use crate::results::texture::{Simulated, window_of};
 use core::fmt::Write;
@@ -19,7 +19,7 @@ use thiserror::Error;
 
 /// Header of the table as comma-separated values.
 pub const CSV_HEADER: &str = "tilt_deg,feed_per_tooth_mm,feed_mm_per_min,length_mm,machine_time_s,sa_um,sq_um,sz_um,\
-ssk,sku,ra_along_um,rz_along_um,ra_across_um,rz_across_um,tests_per_node,kept";
+ssk,sku,ra_along_um,rz_along_um,ra_across_um,rz_across_um,tests_per_node,kept,refused";
 
 /// Cells in a feed per tooth, at least.
 const CELLS: f64 = 10.0;
@@ -204,7 +204,8 @@ fn text_row(made: &Made) -> String {
     )
 }
 
-/// The rows as comma-separated values under [`CSV_HEADER`]; empty fields where there is no figure.
+/// The rows as comma-separated values under [`CSV_HEADER`]; empty fields where there is no figure, the reason last
+/// where a choice was refused.
 pub fn to_csv(rows: &[Row]) -> String {
     let mut out = format!("{CSV_HEADER}\n");
     for Row { job, made } in rows {
@@ -228,9 +229,9 @@ pub fn to_csv(rows: &[Row]) -> String {
                     made.figures.work.tests as f64 / made.heights.len().max(1) as f64,
                 ];
                 let numbers = numbers.map(|x| format!("{x:.6}")).join(",");
-                format!("{numbers},{}", made.broken.is_empty())
+                format!("{numbers},{},", made.broken.is_empty())
             }
-            Err(_) => ",".repeat(CSV_HEADER.matches(',').count() - 3),
+            Err(why) => ",".repeat(CSV_HEADER.matches(',').count() - 3) + &quoted(why),
         };
         let _ = writeln!(out, "{choice},{fields}");
     }
