@@ -282,11 +282,8 @@ pub fn to_csv(rows: &[Row]) -> String {
         let fields = match &row.figures {
             Ok(figures) => csv_fields(row, figures),
             Err(why) => {
-                let mut fields = vec![String::new(); CSV_HEADER.matches(',').count()];
-                if let Some(last) = fields.last_mut() {
-                    *last = quoted(why);
-                }
-                fields
+                let empty = CSV_HEADER.matches(',').count() - 1;
+                core::iter::repeat_n(String::new(), empty).chain([quoted(why)]).collect()
             }
         };
         let _ = writeln!(out, "{},{}", row.variant.name(), fields.join(","));

@@ -31,8 +31,10 @@ const SHORTEST: f64 = 0.1;
 /// Feeds come as close as this to the fastest that keeps the limits.
 pub const CLOSEST: f64 = RUNG * AIM;
 
-/// Passes this close to a link, in cutter radii, share windows with it: they are slowed for what it removes.
-const BESIDE_LINKS: f64 = 2.0 * WINDOW;
+/// Passes this close to a link, in cutter radii, share windows with it: their rates have a part of what it removes.
+const BESIDE_LINKS: f64 = WINDOW;
+/// Passes this close to a link, in cutter radii, are slowed for what it removes.
+const SLOWED_BESIDE: f64 = 2.0 * WINDOW;
 
 /// Part of a limit on section or feed per tooth that rounding may take.
 const PLAY: f64 = 0.005;
@@ -305,14 +307,15 @@ pub fn excesses(path: &Toolpath, load: &LoadLimits) -> Vec<Option<f64>> {
     let most = load.teeth.section(load.most_engaged) * (1.0 + PLAY);
     let least = load.least_per_tooth * load.teeth.rate * (1.0 - PLAY);
     let is_engaged = load.most_engaged < core::f64::consts::PI;
-    let excess = |p: &PathPoint| {
-        let by_angle = if is_engaged { p.mrr / p.feed / most } else { 0.0 };
+    let radius = load.teeth.radius;
+    let excess = |p: &PathPoint, away: f64| {
         let cuts = p.mrr > 0.0 && p.feed > 0.0;
-        Some(by_angle.max(least / p.feed)).filter(|excess| cuts && *excess > 1.0)
+        let by_angle = (is_engaged && away > BESIDE_LINKS * radius).then(|| p.mrr / p.feed / most);
+        let by_feed = (away > SLOWED_BESIDE * radius).then(|| least / p.feed);
+        let excess = by_angle.into_iter().chain(by_feed).fold(0.0, f64::max);
+        (cuts && excess > 1.0).then_some(excess)
     };
-    let away = away_from_links(path);
-    let points = path.points.iter().zip(away);
-    points.map(|(p, away)| excess(p).filter(|_| away > BESIDE_LINKS * load.teeth.radius)).collect()
+    path.points.iter().zip(away_from_links(path)).map(|(p, away)| excess(p, away)).collect()
 }
 
 /// For each point how far the farther end of the move to it is from the nearest link along the path, mm; 0 on links.
@@ -439,5 +442,48 @@ mod tests {
         assert!(per_mm.iter().zip([0.0, 5.0, 5.0, 0.0]).all(|(a, b)| (a - b).abs() < 1e-9));
         let rates = window_rates(&all, &travel, &[2.0; 4], std::slice::from_ref(&(1..3)), 0.75);
         assert!(rates.iter().zip([0.0, 10.0, 10.0, 0.0]).all(|(a, b)| (a - b).abs() < 1e-9));
+    }
+
+    /// Radius 5, half engaged at most, 0.5 mm per tooth at least. Beside the link a slow feed does not count within 1.5 mm
+    /// and too thick a cut does not within 0.75 mm; farther away both do, and on links nothing does.
+    #[test]
+    fn what_breaks_a_bound_is_looked_for_on_passes_away_from_links() {
+        let teeth = Teeth { radius: 5.0, depth: 1.0, edge: 1.0, rate: 10.0, speed: 1.0 };
+        let load = LoadLimits {
+            teeth,
+            rate: 1e9,
+            power: None,
+            least_per_tooth: 0.5,
+            most_engaged: 0.5 * core::f64::consts::PI,
+        };
+        let point = |kind, x: f64, section: f64, feed: f64| PathPoint {
+            kind,
+            pass: 0,
+            region: 0,
+            tip: DVec3::new(x, 0.0, 0.0),
+            axis: DVec3::Z,
+            normal: DVec3::Z,
+            flat: None,
+            feed,
+            mrr: section * feed,
+            alpha: 0.0,
+            time: 0.0,
+        };
+        use MoveKind::{Cut, Link};
+        let moves = [
+            (Link, 0.0, 10.0, 1.0, false),
+            (Cut, 0.7, 10.0, 1.0, false),
+            (Cut, 1.0, 10.0, 10.0, true),
+            (Cut, 1.4, 1.0, 1.0, false),
+            (Cut, 1.6, 1.0, 1.0, true),
+            (Cut, 9.0, 10.0, 10.0, true),
+            (Cut, 10.0, 4.9, 5.0, false),
+            (Link, 11.0, 10.0, 1.0, false),
+        ];
+        let points = moves.map(|(kind, x, section, feed, _)| point(kind, x, section, feed));
+        let path = Toolpath { points: points.to_vec() };
+        let found = excesses(&path, &load).iter().map(Option::is_some).collect::<Vec<_>>();
+        assert_eq!(found, moves.map(|m| m.4));
+        assert_eq!(beyond(&path, &load).map(|b| b.place.x), Some(1.6), "ten times too slow");
     }
 }

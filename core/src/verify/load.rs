@@ -16,7 +16,7 @@ use core::f64::consts::TAU;
 /// Sections below this share of a slot's are scraps, which teeth rub off whatever the feed.
 const SCRAP: f64 = 0.01;
 
-/// Windows so close to a link, in their own lengths, are not judged by engagement and feed per tooth: a pass that begins
+/// Windows so close to a link, in their own lengths, are not judged by their feed per tooth: a pass that begins
 /// where a plunge ends is slowed for what the plunge removes.
 const BESIDE: f64 = 1.5;
 
@@ -96,9 +96,13 @@ impl<'a> Gauge<'a> {
         let engaged = math::acos_clamped(1.0 - part);
         let per_tooth =
             window.travel / time / (f64::from(self.options.flutes) * self.options.spindle);
-        if self.options.knows_links && self.is_on_pass(window) && part > 2.0 * SCRAP {
-            worst(&mut self.load.engaged, engaged, window, |new, old| new > old);
-            worst(&mut self.load.per_tooth, per_tooth, window, |new, old| new < old);
+        if self.options.knows_links && part > 2.0 * SCRAP {
+            if self.is_on_pass(window, 0.0) {
+                worst(&mut self.load.engaged, engaged, window, |new, old| new > old);
+            }
+            if self.is_on_pass(window, BESIDE) {
+                worst(&mut self.load.per_tooth, per_tooth, window, |new, old| new < old);
+            }
         }
         if let Some((kc11, mc)) = self.options.material {
             let chip = per_tooth * part / engaged * self.thinned;
@@ -111,11 +115,11 @@ impl<'a> Gauge<'a> {
 }
 
 impl Gauge<'_> {
-    /// Whether a window, and what is beside it, lies on passes and loops.
-    fn is_on_pass(&self, window: Window) -> bool {
+    /// Whether a window, and what is `beside` it, in its own lengths, lies on passes and loops.
+    fn is_on_pass(&self, window: Window, beside: f64) -> bool {
         let points = &self.path.points;
         let [start, end] = window.time;
-        let beside = BESIDE * (end - start);
+        let beside = beside * (end - start);
         let (start, end) = (start - beside, end + beside);
         // Moves that end after its start, up to the one in which it ends.
         let first = points.partition_point(|p| p.time <= start).max(1);
@@ -182,5 +186,53 @@ mod tests {
         assert!((value(load.per_tooth) - 0.05).abs() < 1e-12);
         assert!((value(load.power) - 1988.0).abs() < 1.0, "{:?}", load.power);
         assert!((value(load.force) - 633.0).abs() < 1.0, "{:?}", load.force);
+    }
+
+    /// A plunge of 1 mm, 0.5 mm of a pass that is slowed for it, and the pass at its full feed: there only engagement is
+    /// judged right beside the plunge, and nothing in windows that have a part of it.
+    #[test]
+    fn beside_a_plunge_engagement_is_judged_but_not_the_feed() {
+        let point = |kind, x: f64, z: f64, feed: f64, time: f64| PathPoint {
+            kind,
+            pass: 0,
+            region: 0,
+            tip: DVec3::new(x, 0.0, z),
+            axis: DVec3::Z,
+            normal: DVec3::Z,
+            flat: None,
+            feed,
+            mrr: 0.0,
+            alpha: 0.0,
+            time,
+        };
+        let path = Toolpath {
+            points: vec![
+                point(MoveKind::Link, 0.0, 1.0, 2.0, 0.0),
+                point(MoveKind::Link, 0.0, 0.0, 2.0, 0.5),
+                point(MoveKind::Cut, 0.5, 0.0, 2.0, 0.75),
+                point(MoveKind::Cut, 20.5, 0.0, 20.0, 1.75),
+            ],
+        };
+        let options = LoadOptions {
+            flutes: 4,
+            spindle: 100.0,
+            material: None,
+            most_engaged: None,
+            least_per_tooth: None,
+            most_power: None,
+            most_force: None,
+            knows_links: true,
+        };
+        let tool = Tool::new(5.0, 0.0).unwrap();
+        let of = |time: [f64; 2], travel: f64| {
+            let measured = 20.0 * travel / (time[1] - time[0]);
+            let mut gauge = Gauge::new(&path, &tool, 2.0, options);
+            let place = DVec3::ZERO;
+            gauge.measure(Window { time, place, of: 1, travel, measured, predicted: 0.0 });
+            (gauge.load.engaged.is_some(), gauge.load.per_tooth.is_some())
+        };
+        assert_eq!(of([0.45, 0.55], 0.2), (false, false));
+        assert_eq!(of([0.51, 0.6], 0.18), (true, false));
+        assert_eq!(of([1.0, 1.05], 1.0), (true, true));
     }
 }
