@@ -166,6 +166,8 @@ struct PassTask<'a> {
 impl PassTask<'_> {
     /// Cuts it; returns the number of trochoid loops.
     fn cut(&self, simulation: &mut Simulation, ring: &Pass) -> usize {
+        let first = (!simulation.has_begun()).then(|| with_middle_of_longest_side(ring));
+        let ring = first.as_ref().unwrap_or(ring);
         let start = start_index(simulation, &ring.points, &self.options.loops);
         let (before, from) = ring.points.split_at(start);
         let closed: Vec<DVec2> = from.iter().chain(before).chain(&from[..1]).copied().collect();
@@ -390,6 +392,22 @@ fn sides(ring: &Pass) -> impl Iterator<Item = [DVec2; 2]> + '_ {
 /// The removal rate a move would have at the nominal feed.
 fn rate_at_nominal(m: &FlatPoint, simulation: &Simulation) -> f64 {
     if m.feed > 0.0 { m.mrr * simulation.cutting.feed / m.feed } else { m.mrr }
+}
+
+/// The same ring with a point in the middle of its longest side: one of corners alone could start nowhere else.
+fn with_middle_of_longest_side(ring: &Pass) -> Pass {
+    let mut ring = ring.clone();
+    let n = ring.points.len();
+    let side = |i: usize| (ring.points[(i + 1) % n] - ring.points[i]).length_squared();
+    let Some(longest) = (0..n).max_by(|&a, &b| side(a).total_cmp(&side(b)).then(b.cmp(&a))) else {
+        return ring;
+    };
+    let middle = 0.5 * (ring.points[longest] + ring.points[(longest + 1) % n]);
+    ring.points.insert(longest + 1, middle);
+    for branch in ring.branches.iter_mut().filter(|b| b.at > longest) {
+        branch.at += 1;
+    }
+    ring
 }
 
 /// Where a ring starts: a slanted lead-in ahead of the point nearest to the cutter; the first one where a helix down to it

@@ -4,6 +4,7 @@ use super::*;
 use crate::engagement::{Cutting, Stock};
 use crate::flat_path::Terrain;
 use crate::job::FeedComponent;
+use crate::level_set::Branch;
 use crate::link::Precedence;
 use crate::outline::Outline;
 
@@ -68,6 +69,17 @@ impl Plate {
         hand: f64,
         measured: Measured,
     ) -> (Vec<FlatPoint>, Stock, usize) {
+        self.run_rings(self.rings(), control, limit, hand, measured)
+    }
+
+    fn run_rings(
+        &self,
+        rings: Vec<Pass>,
+        control: ForceControl,
+        limit: f64,
+        hand: f64,
+        measured: Measured,
+    ) -> (Vec<FlatPoint>, Stock, usize) {
         let mut outline = self.corners(0.0);
         outline.reverse();
         let stock = Stock::new(&Outline::from_loops(vec![outline]));
@@ -89,7 +101,6 @@ impl Plate {
         };
         let options =
             CutOptions { order: RingOrder::OutsideIn, links: Links::Surface, control, loops };
-        let rings = self.rings();
         let precedence = Precedence::new(&rings, options.order);
         let mut simulation = Simulation::new(cutting, self, stock);
         let loops = {
@@ -180,6 +191,28 @@ fn trochoids_keep_the_limit_and_leave_nothing() {
         let total: f64 = points.iter().map(|p| p.length).sum();
         assert!(slowed < 0.02 * total, "{slowed} of {total}");
     }
+}
+
+#[test]
+fn a_ring_of_corners_alone_is_entered_on_its_longest_side() {
+    let corners = [(0.0, 0.0), (0.0, 4.0), (9.0, 4.0), (9.0, 0.0)];
+    let points = corners.map(|(x, y)| DVec2::new(x, y)).to_vec();
+    let branch = |at: usize| Branch { at, points: vec![DVec2::new(1.0, 1.0)] };
+    let branches = vec![branch(1), branch(2)];
+    let ring = Pass { points, branches, ..PLATE.rings()[0].clone() };
+    let split = with_middle_of_longest_side(&ring);
+    assert_eq!(split.points.len(), 5);
+    assert_eq!(split.points[2], DVec2::new(4.5, 4.0));
+    for (before, after) in ring.branches.iter().zip(&split.branches) {
+        assert_eq!(ring.points[before.at], split.points[after.at]);
+    }
+    let rings = || vec![Pass { points: PLATE.corners(PLATE.radius), ..PLATE.rings()[0].clone() }];
+    let limit = 1.5 * 1.5 * 0.5 * 20.0;
+    let measured = Measured { plain: &|_| Some(f64::INFINITY), beyond: &|_| 1.0 };
+    let (points, ..) = PLATE.run_rings(rings(), ForceControl::Trochoid, limit, 1.0, measured);
+    let middle = 0.5 * PLATE.side;
+    let off = (points[0].at - middle).abs();
+    assert!(off.min_element() < PLATE.radius, "entered at {}", points[0].at);
 }
 
 #[test]
