@@ -50,6 +50,8 @@ pub struct Paths {
     pub surface: Option<PathBuf>,
     /// That of the mesh beside it.
     pub wall: Option<PathBuf>,
+    /// That of the post-processor.
+    pub post: Option<PathBuf>,
     /// Those of the surfaces of blades, with their names in the job.
     pub blades: Vec<(String, PathBuf)>,
 }
@@ -75,6 +77,7 @@ impl Paths {
         Self {
             surface,
             wall: job.path.wall_file.as_deref().map(&found),
+            post: job.post_file().map(&found),
             blades: blades.map(|name| (name.to_owned(), found(name))).collect(),
         }
     }
@@ -84,7 +87,8 @@ impl Paths {
         let surface = self.surface.iter().map(|path| (NamedFile::Surface, path));
         let wall = self.wall.iter().map(|path| (NamedFile::Wall, path));
         let blades = self.blades.iter().map(|(_, path)| (NamedFile::Blade, path));
-        surface.chain(wall).chain(blades)
+        let post = self.post.iter().map(|path| (NamedFile::Post, path));
+        surface.chain(wall).chain(blades).chain(post)
     }
 }
 
@@ -116,6 +120,8 @@ pub struct Contents {
     pub surface: Option<(PathBuf, Vec<u8>)>,
     /// Path and content of the mesh beside it.
     pub wall: Option<(PathBuf, Vec<u8>)>,
+    /// Path and content of the post-processor's file.
+    pub post: Option<(PathBuf, Vec<u8>)>,
     /// Names in the job and contents of the surfaces of blades.
     pub blades: Vec<(String, Vec<u8>)>,
 }
@@ -133,7 +139,8 @@ impl Contents {
             read_named(&path, NamedFile::Blade, job_source).map(|bytes| (name, bytes))
         };
         let blades = paths.blades.into_iter().map(blade).collect::<Result<_, _>>()?;
-        Ok(Self { surface, wall, blades })
+        let post = read(paths.post, NamedFile::Post)?;
+        Ok(Self { surface, wall, post, blades })
     }
 
     /// Reads the files that a job names, relative to the job file.
@@ -146,6 +153,7 @@ impl Contents {
         Files {
             surface: self.surface.as_ref().map(|(_, bytes)| &bytes[..]),
             wall: self.wall.as_ref().map(|(_, bytes)| &bytes[..]),
+            post: self.post.as_ref().map(|(_, bytes)| &bytes[..]),
             blades: &self.blades,
         }
     }

@@ -10,6 +10,7 @@ pub mod inspect;
 pub mod new;
 pub mod output;
 pub mod plan;
+pub mod post;
 pub mod progress;
 pub mod streams;
 pub mod texture;
@@ -103,6 +104,15 @@ enum Command {
                             shown at once, each with its line, what was found and what is \
                             allowed. Also checks that the surface file is there.")]
     Check(check::Check),
+    /// List the post-processors, or print one to copy and change
+    #[command(
+        long_about = "Lists the post-processors that come along, or prints the file of one, to be \
+                            copied and changed. A job names its own with output.gcode.post_file, a \
+                            run with --post.\n\n    \
+                            evencut post fanuc > shop.post.toml\n    \
+                            evencut plan part.toml --post shop.post.toml"
+    )]
+    Post(post::Post),
     /// Print the JSON Schema of the job file
     #[command(long_about = "Prints the JSON Schema (draft 2020-12) of the job file, with which \
                             editors complete and check job files.\n\n    \
@@ -126,6 +136,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, mut streams: Streams<'
         Command::New(new) => new.run(&mut streams),
         Command::Inspect(inspect) => inspect.run(&mut streams),
         Command::Check(check) => check.run(&mut streams),
+        Command::Post(post) => post.run(&mut streams),
         Command::Schema => {
             streams.data(&evencut_core::job::schema());
             Exit::Done

@@ -9,10 +9,10 @@ use evencut_service::faults::{fault, place};
 use evencut_service::results::{Input, OutputFile, Results, ResultsOptions, results};
 use evencut_service::stages::words;
 
-use crate::input::Contents;
+use crate::input::{Contents, Paths};
 use crate::output::{self, OutputError, ResultDirectory};
 use crate::progress::Progress;
-use crate::{Exit, Streams, input};
+use crate::{Exit, Streams, input, post};
 
 /// Arguments of `evencut plan`.
 #[derive(Args)]
@@ -23,6 +23,9 @@ pub struct Plan {
     /// Output directory; earlier results in it are replaced [default: results/JOB's name]
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
+    /// Post-processor instead of the job's: a name that `evencut post` lists, none, or a post file (.toml)
+    #[arg(long, value_name = "NAME|FILE")]
+    post: Option<String>,
     /// Number of threads; the results do not depend on it [default: all]
     #[arg(long, value_name = "N")]
     threads: Option<std::num::NonZeroUsize>,
@@ -113,9 +116,19 @@ impl Plan {
             let name = input::name(&self.job);
             streams.message(&resolved.warnings.render_as(Severity::Warning, &name, &source));
         }
-        let job = resolved.job;
-        let contents = Contents::of_job(&self.job, &job, &source)
+        let mut job = resolved.job;
+        let mut own = None;
+        if let Some(asked) = &self.post {
+            (job.output.gcode, own) = post::chosen(asked)?;
+        }
+        let mut paths = Paths::of_job(&self.job, &job);
+        if own.is_some() {
+            // Named on the command line, and so relative to the current directory.
+            paths.post = None;
+        }
+        let mut contents = Contents::read(paths, &source)
             .map_err(|fault| self.failed(Exit::BadSurface, &Faults(vec![fault]), &source))?;
+        contents.post = own.or(contents.post);
         Ok(Read { job, source, contents })
     }
 

@@ -13,7 +13,7 @@ mod watch;
 
 pub use job::job;
 pub use mesh::{obj, off, ply, stl};
-pub use path::{program, toolpath};
+pub use path::{post, program, toolpath};
 pub use smooth::{nurbs, step};
 pub use watch::{Counts, LONGEST, watched};
 
@@ -43,12 +43,13 @@ pub struct Target {
 }
 
 /// All readers.
-pub const TARGETS: [Target; 9] = [
+pub const TARGETS: [Target; 10] = [
     Target { name: "job", read: job },
     Target { name: "nurbs", read: nurbs },
     Target { name: "obj", read: obj },
     Target { name: "off", read: off },
     Target { name: "ply", read: ply },
+    Target { name: "post", read: post },
     Target { name: "program", read: program },
     Target { name: "step", read: step },
     Target { name: "stl", read: stl },
@@ -58,7 +59,10 @@ pub const TARGETS: [Target; 9] = [
 impl Target {
     /// Folders of sound files, from which others are made.
     pub fn seeds(&self) -> Vec<PathBuf> {
-        vec![project("fuzz/seeds").join(self.name)]
+        match self.name {
+            "post" => vec![project("core/posts")],
+            name => vec![project("fuzz/seeds").join(name)],
+        }
     }
 
     /// Folders of files that are to be refused, or once were a fault of the reader.

@@ -3,7 +3,10 @@
 use crate::{Outcome, refused};
 use evencut_core::gcode::{self, CheckOptions, GcodeProgram, Kinematics, ReadOptions};
 use evencut_core::geometry::DVec3;
-use evencut_core::toolpath::Toolpath;
+use evencut_core::machine::{Axes, Coolant, Machine, Setup, Travel};
+use evencut_core::post::{self, Dialect, ProgramOptions};
+use evencut_core::tool::Tool;
+use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
 use evencut_service::results::Input;
 use evencut_service::verdict::{ProgramRules, ReadPath};
 
@@ -25,6 +28,57 @@ pub fn toolpath(bytes: &[u8]) -> Outcome {
             Outcome::Read
         }
         Err(error) => refused(&error.to_string()),
+    }
+}
+
+/// A post-processor's file: what it reads writes programs without a panic.
+pub fn post(bytes: &[u8]) -> Outcome {
+    let dialect = match Dialect::read(bytes) {
+        Ok(dialect) => dialect,
+        Err(error) => return refused(&error.to_string()),
+    };
+    for axes in [Axes::ThreeAxis, Axes::Xyzac] {
+        let machine = Machine {
+            axes,
+            max_feed: 100.0,
+            max_acceleration: 1000.0,
+            max_rotary_speed: 1.0,
+            clearance: 10.0,
+            travel: Travel::default(),
+        };
+        let options = ProgramOptions {
+            name: "fuzz".into(),
+            machine,
+            rapid_plane: 10.0,
+            tool: Tool::new(3.0, 1.0).expect("a bull end"),
+            setup: Setup { coolant: Coolant::Flood, ..Setup::default() },
+            spindle: 100.0,
+            tolerance: 0.01,
+        };
+        let path = Toolpath { points: vec![at(0.0, 0.0), at(5.0, 0.2)] };
+        match post::program(&path, &options, &dialect) {
+            Ok(program) => assert!(program.text.is_ascii() && program.text.ends_with('\n')),
+            Err(error) => drop(refused(&error.to_string())),
+        }
+    }
+    Outcome::Read
+}
+
+/// A cut to `x` with an axis that leans by `lean`.
+fn at(x: f64, lean: f64) -> PathPoint {
+    let axis = DVec3::new(lean, 0.0, 1.0).normalize();
+    PathPoint {
+        kind: MoveKind::Cut,
+        pass: 0,
+        region: 0,
+        tip: DVec3::new(x, 1.0, 2.0),
+        axis,
+        normal: axis,
+        flat: None,
+        feed: 10.0,
+        mrr: 0.0,
+        alpha: 0.0,
+        time: 0.0,
     }
 }
 

@@ -6,13 +6,13 @@
 
 use evencut_core::gcode::{CheckOptions, Fault, FindingKind, GcodeError, ReadOptions, check, read};
 use evencut_core::geometry::DVec3;
-use evencut_core::job::Post;
-use evencut_core::machine::{Axes, Machine};
+use evencut_core::machine::{Axes, Coolant, Machine, Post, Setup, SpindleDirection, WorkOffset};
 use evencut_core::machine_time::{fill_time, machine_time};
-use evencut_core::post::{PostError, ProgramOptions, program};
+use evencut_core::post::{self, Dialect, DialectError, PostError, Program, ProgramOptions};
 use evencut_core::tool::Tool;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
 use evencut_tests::follow::{READ_BACK, assert_follows, met, read_for};
+use evencut_tests::grbl::accepted;
 use evencut_tests::linuxcnc::{in_part, interpreted};
 
 const RAPID_PLANE: f64 = 60.0;
@@ -21,7 +21,6 @@ const RADIUS: f64 = 5.0;
 
 fn options(axes: Axes) -> ProgramOptions {
     ProgramOptions {
-        post: Post::LinuxCnc,
         name: "wavy (rings)\nM30; 50 % \u{e9}".to_string(),
         machine: Machine {
             axes,
@@ -33,10 +32,19 @@ fn options(axes: Axes) -> ProgramOptions {
         },
         rapid_plane: RAPID_PLANE,
         tool: Tool::new(RADIUS, 1.0).unwrap(),
-        tool_number: 3,
+        setup: Setup { tool_number: 3, length_offset: 4, ..Setup::default() },
         spindle: 133.0,
         tolerance: TOLERANCE,
     }
+}
+
+/// A LinuxCNC program.
+fn program(path: &Toolpath, options: &ProgramOptions) -> Result<Program, PostError> {
+    program_of(Post::LinuxCnc, path, options)
+}
+
+fn program_of(post: Post, path: &Toolpath, options: &ProgramOptions) -> Result<Program, PostError> {
+    post::program(path, options, &Dialect::of(post)?)
 }
 
 fn limits() -> CheckOptions {
@@ -100,18 +108,197 @@ fn rings(axes: Axes, rings: u32, around: u32) -> Toolpath {
 
 #[test]
 fn reading_back_gives_the_path() {
-    for axes in [Axes::ThreeAxis, Axes::Xyzac] {
+    for (post, axes) in Post::ALL.into_iter().flat_map(|p| both_axes().map(|a| (p, a))) {
         let path = rings(axes, 9, 400);
-        let text = program(&path, &options(axes)).unwrap().text;
+        let written = program_of(post, &path, &options(axes));
+        if (post, axes) == (Post::Grbl, Axes::Xyzac) {
+            let expected = DialectError::Axes {
+                post: "grbl".to_string(),
+                table: "five_axis",
+                axes: "five axes",
+            };
+            assert_eq!(written.unwrap_err(), PostError::Dialect(expected));
+            continue;
+        }
+        let text = written.unwrap().text;
         let program = read_for(&options(axes).machine, &text);
         assert_follows(&path, &met(&program), RAPID_PLANE, TOLERANCE, RADIUS);
         let height = |i: usize| program.machine[i].linear.z;
         for (i, m) in program.moves.iter().enumerate().filter(|(_, m)| m.rapid) {
-            assert!(program.points_of(i).all(|p| height(p) >= RAPID_PLANE), "line {}", m.line);
+            let is_high = |p| height(p) >= RAPID_PLANE - TOLERANCE;
+            assert!(program.points_of(i).all(is_high), "{post:?}, line {}", m.line);
         }
-        assert!(height(program.machine.len() - 1) >= RAPID_PLANE, "ends at the rapid plane");
-        assert_eq!(check(&program, &limits()), []);
+        let last = height(program.machine.len() - 1);
+        assert!(last >= RAPID_PLANE - 1e-4, "{post:?} ends below the rapid plane");
+        let rules = CheckOptions { clearance_plane: Some(RAPID_PLANE - TOLERANCE), ..limits() };
+        assert_eq!(check(&program, &rules), [], "{post:?}");
     }
+}
+
+fn both_axes() -> [Axes; 2] {
+    [Axes::ThreeAxis, Axes::Xyzac]
+}
+
+/// A post that gives the feed of the tip a minute takes as long as one that times each block.
+#[test]
+fn all_posts_take_the_same_time() {
+    for axes in both_axes() {
+        let path = rings(axes, 3, 300);
+        let time = |post| {
+            let text = program_of(post, &path, &options(axes)).unwrap().text;
+            let read = read_for(&options(axes).machine, &text);
+            let cut = read.moves.iter().filter(|m| !m.rapid);
+            cut.map(|m| m.duration).sum::<f64>()
+        };
+        let expected = time(Post::LinuxCnc);
+        let all = Post::ALL.into_iter().filter(|p| axes == Axes::ThreeAxis || *p != Post::Grbl);
+        for post in all {
+            let share = time(post) / expected;
+            // Heidenhain's feeds have one decimal: 0.05 of 700 mm/min.
+            assert!((share - 1.0).abs() < 2e-4, "{post:?}: {share}");
+        }
+    }
+}
+
+/// Around the C axis a controller with tool centre control is given no more blocks than the path has points if it is
+/// given the direction of the axis.
+#[test]
+fn the_direction_of_the_axis_needs_no_further_blocks() {
+    let path = rings(Axes::Xyzac, 2, 200);
+    let blocks = |post| {
+        let text = program_of(post, &path, &options(Axes::Xyzac)).unwrap().text;
+        read_for(&options(Axes::Xyzac).machine, &text).moves.iter().filter(|m| !m.rapid).count()
+    };
+    assert!(blocks(Post::Siemens) <= path.points.len() + 2);
+    assert!(blocks(Post::Fanuc) <= blocks(Post::LinuxCnc));
+}
+
+#[test]
+fn numbers_coolant_and_offsets_come_into_every_program() {
+    let setup = Setup {
+        program_number: 12,
+        tool_number: 7,
+        length_offset: 17,
+        diameter_offset: 27,
+        work_offset: Some(WorkOffset::G55),
+        coolant: Coolant::Flood,
+        spindle: SpindleDirection::CounterClockwise,
+    };
+    let options = ProgramOptions { setup, ..options(Axes::ThreeAxis) };
+    let path = rings(Axes::ThreeAxis, 2, 50);
+    let holds = |post, blocks: &[&str]| {
+        let text = program_of(post, &path, &options).unwrap().text;
+        let mut rest = &text[..];
+        for block in blocks {
+            let at = rest.find(block).unwrap_or_else(|| panic!("{post:?}: no {block} in\n{rest}"));
+            rest = &rest[at + block.len()..];
+        }
+    };
+    holds(
+        Post::LinuxCnc,
+        &["\nG55\n", "T7 M6\n", "G43 H17\n", "S7980 M4\n", "M8\n", "M9\n", "M2\n"],
+    );
+    holds(
+        Post::Fanuc,
+        &["%\nO0012 (", "T7 M6\nG55\nS7980 M4\nG0 G43 H17 Z60.0000\nM8\n", "M30\n%\n"],
+    );
+    holds(
+        Post::Haas,
+        &["%\nO0012 (", "T7 M6\nG55\nS7980 M4\nG0 G43 H17 Z60.0000\nM8\n", "M30\n%\n"],
+    );
+    holds(Post::Siemens, &["\nG55\nT7 M6\nD1\nS7980 M4\nM8\n", "M9\nM5\nM30\n"]);
+    holds(
+        Post::Heidenhain,
+        &[
+            "0 BEGIN PGM wavy",
+            "Q339=+2\n",
+            "TOOL CALL 7 Z S7980\n",
+            " M4\n",
+            " M8\n",
+            " M30\n",
+            "END PGM",
+        ],
+    );
+    holds(Post::Grbl, &["\nG55\nS7980 M4\nM8\n", "M9\nM5\nM2\n"]);
+    holds(
+        Post::Cldata,
+        &[
+            "LOADTL/7,ADJUST,17\nORIGIN/2\nSPINDL/RPM,7980,CCLW\nCOOLNT/FLOOD\n",
+            "COOLNT/OFF\nSPINDL/OFF\nFINI\n",
+        ],
+    );
+    let mist = Setup { coolant: Coolant::Mist, ..setup };
+    let refused = program_of(Post::Grbl, &path, &ProgramOptions { setup: mist, ..options.clone() });
+    let message = refused.unwrap_err().to_string();
+    assert_eq!(message, "post: grbl has no coolant \"mist\"; it has flood, off");
+    let far = Setup { work_offset: Some(WorkOffset::G591), ..setup };
+    let refused = program_of(Post::Grbl, &path, &ProgramOptions { setup: far, ..options.clone() });
+    assert!(refused.unwrap_err().to_string().starts_with("post: grbl has no work offset G59.1"));
+}
+
+/// A shop copies a post and changes five things.
+#[test]
+fn a_post_of_ones_own_is_a_changed_copy() {
+    let mut source = Dialect::source(Post::Fanuc).to_string();
+    let changes = [
+        (
+            "rapid = \"G0\"",
+            "line_numbers = { prefix = \"N\", first = 10, step = 5 }\nrapid = \"G0\"",
+        ),
+        ("length = 4", "length = 3\ntrimmed = true"),
+        ("\"O{program} ({job})\"", "\"O{program}\", \"(SHOP 7, {job})\""),
+        ("flood = \"M8\"", "flood = \"M50\""),
+        ("\"G90 G49\", \"M30\"", "\"G90 G49\", \"M99\""),
+    ];
+    for (old, new) in changes {
+        assert_eq!(source.matches(old).count(), 1, "{old}");
+        source = source.replace(old, new);
+    }
+    let dialect = Dialect::read(source.as_bytes()).unwrap();
+    let setup = Setup { coolant: Coolant::Flood, ..Setup::default() };
+    let options = ProgramOptions { setup, ..options(Axes::ThreeAxis) };
+    let text = post::program(&rings(Axes::ThreeAxis, 2, 50), &options, &dialect).unwrap().text;
+    assert!(
+        text.starts_with("%\nO0001\n(SHOP 7, wavy__rings__M30__50____)\n(evencut)\n"),
+        "{text}"
+    );
+    let lines: Vec<&str> = text.lines().collect();
+    assert!(lines.contains(&"N10 G21 G90 G17 G94 G40 G49 G80"), "{text}");
+    assert!(lines.contains(&"N15 G91 G28 Z0."), "{text}");
+    assert!(lines.iter().any(|line| line.ends_with(" M50")), "{text}");
+    assert!(text.ends_with(" M99\n%\n"), "{text}");
+    assert!(lines.iter().any(|line| line.contains(" Z60.") && !line.contains("Z60.0")), "{text}");
+}
+
+#[test]
+fn a_post_that_cannot_be_read_says_why() {
+    let source = Dialect::source(Post::LinuxCnc);
+    let read = |old: &str, new: &str| {
+        assert!(source.contains(old), "{old}");
+        Dialect::read(source.replacen(old, new, 1).as_bytes()).unwrap_err().to_string()
+    };
+    let message = read("rapid = \"G0\"", "rapids = \"G0\"");
+    assert!(message.contains("unknown field `rapids`") && message.contains("line 5"), "{message}");
+    let message = read("{tool} M6", "{tol} M6");
+    assert!(
+        message.starts_with("post: a text of three_axis has {tol}; known are program"),
+        "{message}"
+    );
+    let message = read("x = \"X{}\"", "x = \"X\"");
+    assert!(
+        message.starts_with("post: words.x is \"X\"; it must be a text with {} once"),
+        "{message}"
+    );
+    let message = read("length = 4", "length = 40");
+    assert!(message.contains("decimals.length is 40; it must be 0 to 9"), "{message}");
+    let message = read("extension = \"ngc\"", "extension = \"../x\"");
+    assert!(message.contains("extension"), "{message}");
+    let message = read("c = \"C{}\"\n", "");
+    assert!(message.contains("words.c is missing; it must be there for five_axis"), "{message}");
+    let message = read("\"M5\", \"M2\"", "\"M5\\nG0 Z-50\", \"M2\"");
+    assert!(message.contains("one line"), "{message}");
+    assert!(Dialect::read(&[b'#'; 70_000]).unwrap_err().to_string().contains("70000 bytes"));
+    assert!(Dialect::read(b"\xff").unwrap_err().to_string().contains("no text"));
 }
 
 #[test]
@@ -302,6 +489,20 @@ fn linuxcnc_understands_the_same_path() {
         // The first block only lifts; X and Y are not yet known.
         assert_follows(&path, &read[1..], RAPID_PLANE, TOLERANCE, RADIUS);
     }
+}
+
+#[test]
+fn grbl_accepts_its_programs() {
+    let setup =
+        Setup { work_offset: Some(WorkOffset::G57), coolant: Coolant::Flood, ..Setup::default() };
+    let options = ProgramOptions { setup, ..options(Axes::ThreeAxis) };
+    let text = program_of(Post::Grbl, &rings(Axes::ThreeAxis, 6, 500), &options).unwrap().text;
+    let Some(verdict) = accepted(&text, "rings") else { return };
+    assert_eq!(verdict, Ok(()));
+    // The judge judges: it has no tool changes, and a feed move needs a feed.
+    let with_change = text.replacen("S7980", "T1 M6\nS7980", 1);
+    assert!(accepted(&with_change, "change").unwrap().is_err());
+    assert!(accepted("G21 G90 G94\nG1 X1 Y1\nM2\n", "bad").unwrap().is_err());
 }
 
 /// Arcs of every kind in the three planes, increments and inches; positions in tenths of a mil, which

@@ -9,9 +9,10 @@ use std::path::Path;
 
 use evencut_core::gcode::{CheckOptions, check};
 use evencut_core::geometry::DVec3;
-use evencut_core::job::{self, Job, Post};
+use evencut_core::job::{self, Job};
+use evencut_core::machine::Post;
 use evencut_core::plan::{Files, Planned, plan};
-use evencut_core::post::{ProgramOptions, program};
+use evencut_core::post::{Dialect, ProgramOptions, program};
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
 use evencut_core::verify::{Facets, clearance};
 use evencut_service::compare::judged;
@@ -157,12 +158,11 @@ impl Case {
 
     fn options(&self, planned: &Planned) -> ProgramOptions {
         ProgramOptions {
-            post: Post::LinuxCnc,
             name: self.name.into(),
             machine: self.job.machine,
             rapid_plane: planned.rapid_plane,
             tool: self.job.tool,
-            tool_number: 1,
+            setup: self.job.setup,
             spindle: self.job.cut.spindle,
             tolerance: self.job.cut.tolerance,
         }
@@ -198,7 +198,8 @@ fn the_program_of_an_impeller_runs_on_the_machine() {
 fn assert_runs(case: &Case) {
     let planned = case.planned(2);
     let options = case.options(&planned);
-    let text = program(&planned.toolpath, &options).unwrap().text;
+    let dialect = Dialect::of(Post::LinuxCnc).unwrap();
+    let text = program(&planned.toolpath, &options, &dialect).unwrap().text;
     let read = read_for(&options.machine, &text);
     let limits = CheckOptions {
         clearance_plane: Some(planned.rapid_plane),

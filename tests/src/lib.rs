@@ -1,6 +1,7 @@
 //! What the tests share.
 
 pub mod follow;
+pub mod grbl;
 pub mod linuxcnc;
 
 use std::path::PathBuf;

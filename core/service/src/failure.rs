@@ -7,7 +7,7 @@ use evencut_core::level_set::LevelSetError;
 use evencut_core::link::DeliverError;
 use evencut_core::nurbs::NurbsError;
 use evencut_core::plan::PlanError;
-use evencut_core::post::PostError;
+use evencut_core::post::{DialectError, PostError};
 use evencut_core::reach::ReachError;
 use evencut_core::step::{SmoothError, StepError};
 use evencut_core::surface::SurfaceError;
@@ -64,6 +64,11 @@ enum Hint {
 
 fn bad_surface(keys: &'static [&'static str], hint: Hint) -> Failure {
     Failure { exit: Exit::BadSurface, keys, hint }
+}
+
+/// A job that asks its post-processor for what that cannot write.
+fn bad_post(keys: &'static [&'static str]) -> Failure {
+    Failure { exit: Exit::BadJob, keys, hint: Hint::None }
 }
 
 fn limit(keys: &'static [&'static str]) -> Failure {
@@ -218,6 +223,12 @@ fn surface_keys(error: &SurfaceError) -> &'static [&'static str] {
 
 fn of_post(error: &PostError) -> Failure {
     match error {
+        PostError::Dialect(DialectError::Axes { .. }) => {
+            bad_post(&["output.gcode.post", "output.gcode.post_file", "machine.axes"])
+        }
+        PostError::Dialect(DialectError::Coolant { .. }) => bad_post(&["cut.coolant"]),
+        PostError::Dialect(DialectError::WorkOffset { .. }) => bad_post(&["machine.work_offset"]),
+        PostError::Dialect(_) => bad_post(&["output.gcode.post_file", "output.gcode"]),
         PostError::Singular { .. } => limit(&["cut.tolerance", "machine.axes"]),
         PostError::Travel { axis: 'X', .. } => limit(&["machine.travel.x", "machine.travel"]),
         PostError::Travel { axis: 'Y', .. } => limit(&["machine.travel.y", "machine.travel"]),

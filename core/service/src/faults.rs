@@ -15,6 +15,8 @@ pub enum NamedFile {
     Wall,
     /// A surface of a blade.
     Blade,
+    /// The post-processor.
+    Post,
 }
 
 impl NamedFile {
@@ -24,6 +26,7 @@ impl NamedFile {
             Self::Surface => "surface.file",
             Self::Wall => "path.wall_file",
             Self::Blade => "hub.blade",
+            Self::Post => "output.gcode.post_file",
         }
     }
 
@@ -33,6 +36,7 @@ impl NamedFile {
             Self::Surface => "surface",
             Self::Wall => "walls",
             Self::Blade => "hub",
+            Self::Post => "post",
         }
     }
 

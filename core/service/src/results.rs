@@ -14,7 +14,7 @@ use core::f64::consts::PI;
 use evencut_core::gcode::{self, GcodeError};
 use evencut_core::geometry::DVec3;
 use evencut_core::job::{
-    Boundary, FlattenMethod, ForceControl, Job, MinChip, Picture, SurfaceSource,
+    Boundary, FlattenMethod, ForceControl, Job, MinChip, Picture, PostSource, SurfaceSource,
 };
 use evencut_core::load::LoadLimits;
 use evencut_core::machine::{Axes, Machine};
@@ -22,7 +22,7 @@ use evencut_core::machine_time::machine_time;
 use evencut_core::plan::{
     Files, Laid, MapKind, Planned, Prepared, Stage, SurfaceKeys, plan, plan_on,
 };
-use evencut_core::post::{ProgramOptions, program};
+use evencut_core::post::{self, Dialect, DialectError, PostError, ProgramOptions, program};
 use evencut_core::preview::{
     Clearances, Drawn, FlatLines, Linked, channel_view, clearance_chart, flat_map, mrr_chart,
     rate_map, regions_map, residual_map, surface_view, tensor_map,
@@ -106,7 +106,7 @@ pub fn linked_results(
     watch: Watch,
 ) -> Result<(Results, Linked), ResultsError> {
     let Watch { progress, show } = watch;
-    let inputs = Inputs { job, job_file, files };
+    let inputs = Inputs::new(job, job_file, files)?;
     let prepared = Prepared::new(SurfaceKeys::of(job), files, options.threads, progress)?;
     let planned = match job.hub {
         // There is no flat path to show.
@@ -140,7 +140,7 @@ pub fn results(
     options: ResultsOptions,
     progress: &mut dyn FnMut(Stage, f64),
 ) -> Result<Results, ResultsError> {
-    let inputs = Inputs { job, job_file, files };
+    let inputs = Inputs::new(job, job_file, files)?;
     let planned = plan(job, files, options.threads, progress)?;
     let written = Written::of(&inputs, &planned)?;
     let judged = inputs.judge(&planned, options, progress)?;
@@ -153,7 +153,11 @@ pub fn named_files<'a>(job: &'a Job, files: Files<'a>) -> Vec<Input<'a>> {
         SurfaceSource::File(name) => Some(name.as_str()),
         SurfaceSource::Analytic(_) => None,
     };
-    let named = [(surface, files.surface), (job.path.wall_file.as_deref(), files.wall)];
+    let named = [
+        (surface, files.surface),
+        (job.path.wall_file.as_deref(), files.wall),
+        (job.post_file(), files.post),
+    ];
     let input = |(name, bytes): (Option<&'a str>, Option<&'a [u8]>)| {
         Some(Input { name: name?, bytes: bytes? })
     };
@@ -164,16 +168,42 @@ pub fn named_files<'a>(job: &'a Job, files: Files<'a>) -> Vec<Input<'a>> {
     named.into_iter().filter_map(input).chain(blades).collect()
 }
 
+/// The post-processor of a job, and whether it can write the job's program; `file`: the content of its file.
+///
+/// # Errors
+/// [`PostError`] if it cannot be read, or has no programs for the job's axes, coolant or work offset.
+pub fn dialect(job: &Job, file: Option<&[u8]>) -> Result<Option<Dialect>, PostError> {
+    let dialect = match &job.output.gcode {
+        None => return Ok(None),
+        Some(PostSource::Named(post)) => Dialect::of(*post)?,
+        Some(PostSource::File(name)) => {
+            let bytes = file.ok_or_else(|| DialectError::NoFile(name.clone()))?;
+            Dialect::read(bytes)?
+        }
+    };
+    post::check(&dialect, job.machine.axes, &job.setup)?;
+    Ok(Some(dialect))
+}
+
 /// The data from which results are made.
 struct Inputs<'a> {
     job: &'a Job,
     job_file: Input<'a>,
     files: Files<'a>,
+    /// The post-processor, if a program is wanted.
+    dialect: Option<Dialect>,
 }
 
 type Judged = (Verification, VerifyOptions);
 
-impl Inputs<'_> {
+impl<'a> Inputs<'a> {
+    /// # Errors
+    /// [`ResultsError::Post`] before the work if no program can be written after it.
+    fn new(job: &'a Job, job_file: Input<'a>, files: Files<'a>) -> Result<Self, ResultsError> {
+        let dialect = dialect(job, files.post)?;
+        Ok(Self { job, job_file, files, dialect })
+    }
+
     fn judge(
         &self,
         planned: &Planned,
@@ -243,25 +273,33 @@ impl Written {
                 bytes: planned.toolpath.to_csv(&planned.planar).into_bytes(),
             },
         ];
-        let mut findings = Vec::new();
-        if let Some(post) = job.output.gcode {
+        let (mut findings, mut unread) = (Vec::new(), None);
+        if let Some(dialect) = &inputs.dialect {
             let options = ProgramOptions {
-                post,
                 name: job.name.clone(),
                 machine: job.machine,
                 rapid_plane: planned.rapid_plane,
                 tool: job.tool,
-                tool_number: 1,
+                setup: job.setup,
                 spindle: job.cut.spindle,
                 tolerance: job.cut.tolerance,
             };
-            let program = program(&planned.toolpath, &options)?;
-            findings = checked(&program.text, job, planned.rapid_plane)?;
+            let program = program(&planned.toolpath, &options, dialect)?;
+            match checked(&program.text, job, planned.rapid_plane) {
+                Ok(found) => findings = found,
+                // A post of one's own may write for a controller that is not known here.
+                Err(error) if job.post_file().is_some() => unread = Some(error),
+                Err(error) => return Err(error.into()),
+            }
             let name = format!("program.{}", program.extension);
             files.push(OutputFile { name, bytes: program.text.into_bytes() });
         }
         let contacts = contacts(&planned.prepared, &planned.toolpath);
-        let report = report_on(job, planned, inputs.records(), &contacts);
+        let mut report = report_on(job, planned, inputs.records(), &contacts);
+        report.warnings.extend(unread.map(|error| {
+            let message = format!("it is written, but not checked: {error}");
+            warning("program", message, "check it on the machine's control or by its simulation")
+        }));
         let pictures = pictures(job, planned, &contacts, report.regions.as_ref());
         Ok(Self { contacts, files, findings, pictures, report })
     }
@@ -491,13 +529,18 @@ fn walls(job: &Job) -> Walls {
 
 /// Findings of the check of an emitted program.
 fn checked(text: &str, job: &Job, rapid_plane: f64) -> Result<Vec<String>, GcodeError> {
+    // Where the tip is programmed, rapids are chords of the way on which the machine stays above the plane.
+    let off_plane = match job.machine.axes {
+        Axes::ThreeAxis => 0.0,
+        Axes::Xyzac => job.cut.tolerance,
+    };
     let reading = gcode::ReadOptions {
         kinematics: job.machine.axes.into(),
         rapid_feed: job.machine.max_feed,
         ..gcode::ReadOptions::default()
     };
     let rules = gcode::CheckOptions {
-        clearance_plane: Some(rapid_plane),
+        clearance_plane: Some(rapid_plane - off_plane),
         travel: job.machine.travel,
         max_feed: Some(job.machine.max_feed),
         ..gcode::CheckOptions::default()

@@ -11,6 +11,10 @@ pub(super) struct Block {
     pub m: Vec<u32>,
     /// Values of the other letters.
     values: [Option<f64>; 26],
+    /// Direction of the tool axis.
+    pub vector: [Option<f64>; 3],
+    /// Tool centre control goes on, or off, other than by a G code.
+    pub control: Option<bool>,
     /// The line without comments and blanks, in capitals.
     code: String,
 }
@@ -29,9 +33,7 @@ pub(super) enum Line {
 impl Block {
     /// Reads a line, leaving out blocks that start with `/` if `block_delete`.
     pub fn scan(&mut self, text: &str, block_delete: bool) -> Result<Line, Fault> {
-        self.g.clear();
-        self.m.clear();
-        self.values = [None; 26];
+        self.clear();
         if text.trim_start().starts_with('%') {
             return Ok(Line::Tape);
         }
@@ -40,6 +42,18 @@ impl Block {
         let line = self.words(&code, block_delete);
         self.code = code;
         line
+    }
+
+    /// Without words.
+    pub fn clear(&mut self) {
+        self.g.clear();
+        self.m.clear();
+        (self.values, self.vector, self.control) = ([None; 26], [None; 3], None);
+    }
+
+    /// Sets a word; `text`: how it is written, for messages.
+    pub fn set(&mut self, letter: char, value: f64, text: &str) -> Result<(), Fault> {
+        self.put(letter, value, text)
     }
 
     /// Takes the value of a letter out of the block.
@@ -88,12 +102,41 @@ impl Block {
                 rest = tail.trim_start_matches(|c: char| c.is_ascii_digit());
                 continue;
             }
+            if let Some(after) = self.keyword(rest)? {
+                (rest, first) = (after, false);
+                continue;
+            }
             let (value, after) = number(tail).ok_or_else(|| bad(rest))?;
             self.put(letter, value, rest)?;
             first &= letter == 'N';
             rest = after;
         }
         Ok(if code.is_empty() { Line::Empty } else { Line::Words })
+    }
+
+    /// A word of SINUMERIK at the start of a text, and what follows it: the transformation for five axes, how
+    /// orientations are interpolated, the direction of the tool axis.
+    fn keyword<'t>(&mut self, text: &'t str) -> Result<Option<&'t str>, Fault> {
+        for (word, control) in [("TRAORI", Some(true)), ("TRAFOOF", Some(false))] {
+            if let Some(after) = text.strip_prefix(word) {
+                self.control = control;
+                return Ok(Some(after));
+            }
+        }
+        for word in ["ORIWKS", "ORIVECT", "ORIPLANE"] {
+            if let Some(after) = text.strip_prefix(word) {
+                return Ok(Some(after));
+            }
+        }
+        for (i, word) in ["A3=", "B3=", "C3="].into_iter().enumerate() {
+            let Some(tail) = text.strip_prefix(word) else { continue };
+            let (value, after) = number(tail).ok_or_else(|| bad(text))?;
+            if self.vector[i].replace(value).is_some() {
+                return Err(Fault::Twice(word.to_string()));
+            }
+            return Ok(Some(after));
+        }
+        Ok(None)
     }
 
     fn put(&mut self, letter: char, value: f64, rest: &str) -> Result<(), Fault> {
@@ -126,7 +169,7 @@ fn tenths(value: f64) -> Option<u32> {
 }
 
 /// A number at the start of a text, and what follows it.
-fn number(text: &str) -> Option<(f64, &str)> {
+pub(super) fn number(text: &str) -> Option<(f64, &str)> {
     let sign = usize::from(text.starts_with(['+', '-']));
     let digits = text[sign..].find(|c: char| !c.is_ascii_digit() && c != '.');
     let end = digits.map_or(text.len(), |n| sign + n);

@@ -38,6 +38,10 @@ pub(super) struct Modal {
     pub incremental: bool,
     pub absolute_centres: bool,
     pub inverse_time: bool,
+    /// Coordinates are those of the tip in the workpiece: tool centre control is on.
+    pub control: bool,
+    /// There I, J and K are the direction of the tool axis.
+    pub axis_by_ijk: bool,
     /// Work offset named so far.
     offset: Option<u32>,
     /// Feed: as programmed, and in mm/min or 1/min.
@@ -57,6 +61,8 @@ impl Default for Modal {
             incremental: false,
             absolute_centres: false,
             inverse_time: false,
+            control: false,
+            axis_by_ijk: false,
             offset: None,
             feed: None,
             spindle: false,
@@ -96,12 +102,16 @@ impl Modal {
             170 => self.plane = Plane::Xy,
             180 => self.plane = Plane::Zx,
             190 => self.plane = Plane::Yz,
-            200 => self.unit = 25.4,
-            210 => self.unit = 1.0,
+            200 | 7000 => self.unit = 25.4,
+            210 | 7100 => self.unit = 1.0,
             900 | 910 => self.incremental = code == 910,
             901 | 911 => self.absolute_centres = code == 901,
             930 | 940 => self.feed_mode(code == 930),
-            540 | 550 | 560 | 570 | 580 | 590 | 591 | 592 | 593 => return self.offset(code),
+            540 | 541 | 550 | 560 | 570 | 580 | 590 | 591 | 592 | 593 | 1540 | 5050..=5990 => {
+                return self.offset(code);
+            }
+            // Tool centre control goes on; the reader turns coordinates into those of the tip.
+            434 | 435 | 2340 => self.axis_by_ijk = code == 435,
             // Nothing of these moves the tip: compensation off, lengths, path modes, cycles off.
             150 | 400 | 430 | 490 | 610 | 611 | 640 | 690 | 800 | 970 | 980 | 990 => {}
             _ => return Err(refused(name('G', code), refusal(code))),
@@ -138,6 +148,8 @@ impl Modal {
                 30 | 40 => self.spindle = true,
                 50 => self.spindle = false,
                 0 | 60 | 10 | 70 | 80 | 90 | 100 | 110 | 480 | 490 => {}
+                // Coolant by air and through the spindle.
+                830 | 840 | 880 | 890 => {}
                 970 | 980 | 990 => return Err(refused(name('M', code), SUBPROGRAM)),
                 _ => {
                     let remedy = "a function of one machine; remove it if it moves no axis";
@@ -164,11 +176,12 @@ fn group(code: u32) -> u32 {
         0 | 10 | 20 | 30 => 1,
         40 | 280 | 300 | 530 => 2,
         170 | 180 | 190 => 3,
-        200 | 210 => 4,
+        200 | 210 | 7000 | 7100 => 4,
         900 | 910 => 5,
         901 | 911 => 6,
         930 | 940 => 7,
-        540..=593 => 8,
+        540..=593 | 1540 | 5050..=5990 => 8,
+        430 | 434 | 435 | 490 | 2340 => 10,
         610..=640 => 9,
         _ => 0,
     }
@@ -194,9 +207,7 @@ fn refusal(code: u32) -> &'static str {
         }
         730 | 740 | 760 | 810..=899 => "a canned cycle; have its moves written out with G0 and G1",
         650..=679 => SUBPROGRAM,
-        431..=449 => {
-            "tool centre control or a changed tool length; have machine coordinates written, with G43 or G49"
-        }
+        431..=449 => "a changed tool length; have the program written with G43, G43.4 or G49",
         100 | 520 | 920..=929 => {
             "an offset set by the program; have coordinates written from one work offset"
         }

@@ -4,10 +4,11 @@ use super::arc::{Arc, Circle, Ends};
 use super::block::{Block, Line};
 use super::codes::{Modal, Motion, Once, SUBPROGRAM};
 use super::error::{Fault, GcodeError};
-use super::kinematics::MachinePosition;
-use super::motion::Segment;
+use super::kinematics::{Kinematics, MachinePosition};
+use super::motion::{Segment, Way};
 use super::options::{ReadOptions, validate};
 use super::program::{Finding, FindingKind, GcodeProgram, Move};
+use super::scanner::Scanner;
 use crate::geometry::{DVec2, DVec3};
 use crate::toolpath::{MoveKind, PathPoint};
 use crate::units::{MINUTE, per_second};
@@ -15,13 +16,23 @@ use crate::units::{MINUTE, per_second};
 /// Positions beyond this either way are taken for damage; mm and degrees.
 const LARGEST: f64 = 1e6;
 
-/// X, Y, Z in mm and the rotary axes in rad, as far as they are known.
+/// G codes, in tenths, that turn tool centre control on and off.
+const TIP_ON: [u32; 3] = [434, 435, 2340];
+const TIP_OFF: [u32; 2] = [430, 490];
+
+/// X, Y, Z in mm, of the tip where tool centre control is on, and the rotary axes in rad, as far as they are known.
 type Position = [Option<f64>; 5];
 
 /// Reads a program, written here or elsewhere.
 ///
-/// Read: G0 to G3 with centres (G91.1, G90.1), radii, helices and turns (P); G4 P in s; G17 to G19;
-/// G20, G21; G28, G30, G53; G40, G43 H, G49, G80; one of G54 to G59.3; G61, G64; G90, G91; G93, G94;
+/// Formats: blocks of words (RS-274, ISO 6983, with what LinuxCNC, Fanuc, Haas, SINUMERIK and GRBL add); Heidenhain's
+/// conversational one, from `BEGIN PGM`, with `L`, `LN`, `TOOL CALL`, `FUNCTION TCPM`, M128; APT cutter location data,
+/// from `PARTNO`, with `GOTO`, `FEDRAT`, `RAPID`, `SPINDL`, `MULTAX`.
+///
+/// Read of blocks of words: G0 to G3 with centres (G91.1, G90.1), radii, helices and turns (P); G4 P in s; G17 to G19;
+/// G20, G21; G28, G30, G53; G40, G43 H, G49, G80; one of G54 to G59.3,
+/// G54.1 P, G154 P, G505 to G599; G43.4, G43.5, G234 and TRAORI with A3, B3, C3 (the tip is programmed in the workpiece
+/// that turns with the tables); G700, G710; G61, G64; G90, G91; G93, G94;
 /// M0 to M9, M30, M48, M49; S, T, N; a program number at the top; comments; `%`; block delete.
 /// Arcs and turning moves become chords within the tolerance, with the time they take: at feed per minute
 /// the tip's travel on three axes, the travel of the machine's linear axes on five (of the rotary ones
@@ -34,9 +45,11 @@ pub fn read(text: &str, options: &ReadOptions) -> Result<GcodeProgram, GcodeErro
     validate(options)?;
     let mut reader = Reader::new(options);
     let mut block = Block::default();
-    for text in text.trim_start_matches('\u{feff}').lines() {
+    let text = text.trim_start_matches('\u{feff}');
+    let mut scanner = Scanner::of(text);
+    for text in text.lines() {
         reader.line = reader.line.saturating_add(1);
-        let flow = reader.line_of_text(&mut block, text);
+        let flow = reader.line_of_text(&mut scanner, &mut block, text);
         let place = |fault| GcodeError::Block { line: reader.line, block: quoted(text), fault };
         if !flow.map_err(place)? {
             break;
@@ -58,6 +71,7 @@ fn quoted(text: &str) -> String {
 
 struct Reader<'a> {
     options: &'a ReadOptions,
+    kinematics: Kinematics,
     modal: Modal,
     position: Position,
     /// Time since the path started, s.
@@ -68,6 +82,8 @@ struct Reader<'a> {
     ended: bool,
     /// Line of the last move to a place that is not known.
     lost: u32,
+    /// Where the tables stand for the direction of the tool axis in the block.
+    turned: Option<[f64; 2]>,
     out: GcodeProgram,
 }
 
@@ -75,6 +91,7 @@ impl<'a> Reader<'a> {
     fn new(options: &'a ReadOptions) -> Self {
         Self {
             options,
+            kinematics: options.kinematics,
             modal: Modal::default(),
             position: [None, None, None, Some(0.0), Some(0.0)],
             clock: 0.0,
@@ -82,13 +99,19 @@ impl<'a> Reader<'a> {
             begun: false,
             ended: false,
             lost: 0,
+            turned: None,
             out: GcodeProgram::default(),
         }
     }
 
     /// Does what a line says; whether the program goes on.
-    fn line_of_text(&mut self, block: &mut Block, text: &str) -> Result<bool, Fault> {
-        match block.scan(text, self.options.block_delete)? {
+    fn line_of_text(
+        &mut self,
+        scanner: &mut Scanner,
+        block: &mut Block,
+        text: &str,
+    ) -> Result<bool, Fault> {
+        match scanner.scan(block, text, self.options.block_delete)? {
             Line::Empty => Ok(true),
             // The second % ends the tape; text before the first is none of the program's.
             Line::Tape => Ok(!self.begun),
@@ -104,9 +127,20 @@ impl<'a> Reader<'a> {
         self.program_number(block)?;
         let once = self.modal.g_codes(&block.g)?;
         let end = self.modal.m_codes(&block.m)?;
+        let on = block.g.iter().any(|code| TIP_ON.contains(code));
+        let off = block.g.iter().any(|code| TIP_OFF.contains(code));
+        match block.control {
+            Some(on) => self.control(on),
+            None if on || off => self.control(on),
+            None => {}
+        }
+        self.tool_axis(block);
         self.modal.rates(block.take('F'), block.take('S'));
-        for letter in ['T', 'H'] {
+        for letter in ['T', 'H', 'D'] {
             block.take(letter);
+        }
+        if block.g.iter().any(|code| [541, 1540].contains(code)) {
+            block.take('P');
         }
         if block.g.contains(&640) {
             block.take('P');
@@ -132,11 +166,58 @@ impl<'a> Reader<'a> {
         Err(Fault::Refused { word: "O".to_string(), remedy: SUBPROGRAM })
     }
 
+    /// Tool centre control goes on or off: the same numbers mean another place.
+    fn control(&mut self, on: bool) {
+        if core::mem::replace(&mut self.modal.control, on) == on {
+            return;
+        }
+        let upright = self.position[3..] == [Some(0.0); 2];
+        match known(&self.position) {
+            Some(at) => {
+                let linear = match on {
+                    true => self.kinematics.to_part(at.linear, at.rotary),
+                    false => self.kinematics.to_machine(at.linear, at.rotary),
+                };
+                self.position[..3].copy_from_slice(&linear.to_array().map(Some));
+            }
+            None if upright => {}
+            None => {
+                self.position[..3].fill(None);
+                self.lost = self.line;
+            }
+        }
+    }
+
+    /// The direction of the tool axis that a block gives, as angles of the tables.
+    fn tool_axis(&mut self, block: &mut Block) {
+        if self.modal.control && self.modal.axis_by_ijk {
+            block.vector = ['I', 'J', 'K'].map(|letter| block.take(letter));
+        }
+        self.turned = None;
+        if block.vector == [None; 3] {
+            return;
+        }
+        if self.kinematics == Kinematics::ThreeAxis {
+            // Whichever tables turn to the axis: tip, axis and height are the same.
+            self.kinematics = Kinematics::Xyzac;
+        }
+        let rotary = [3, 4].map(|i| self.position[i].unwrap_or(0.0));
+        let before =
+            self.kinematics.tip_and_axis(&MachinePosition { linear: DVec3::ZERO, rotary }).1;
+        let mut axis = before.to_array();
+        for (value, given) in axis.iter_mut().zip(block.vector) {
+            *value = given.unwrap_or(*value);
+        }
+        let axis = DVec3::from(axis).try_normalize().unwrap_or(before);
+        let [first, second] = self.kinematics.rotary_toward(axis, rotary);
+        self.turned = Some([first, second]);
+    }
+
     fn nothing_left(&self, block: &Block) -> Result<(), Fault> {
         let Some(letter) = block.left() else { return Ok(()) };
         let turned = matches!(letter, 'A' | 'B' | 'C');
-        if turned && !self.options.kinematics.letters().contains(&letter) {
-            return Err(Fault::Rotary(letter, self.options.kinematics.name()));
+        if turned && !self.kinematics.letters().contains(&letter) {
+            return Err(Fault::Rotary(letter, self.kinematics.name()));
         }
         Err(Fault::Unused(letter))
     }
@@ -152,7 +233,7 @@ impl<'a> Reader<'a> {
     /// By way of the point that the block names, if any, its axes (or all) to where the machine has
     /// its reference.
     fn go_home(&mut self, block: &mut Block, once: Option<Once>) -> Result<(), Fault> {
-        let letters = self.options.kinematics.letters();
+        let letters = self.kinematics.letters();
         let named: Vec<bool> = letters.iter().map(|&l| block.get(l).is_some()).collect();
         let all = !named.contains(&true);
         let by = self.target(block)?;
@@ -178,7 +259,7 @@ impl<'a> Reader<'a> {
             _ => return Err(Fault::NoMotion),
         };
         let mut to = self.position;
-        let letters = self.options.kinematics.letters();
+        let letters = self.kinematics.letters();
         let mut moved = false;
         for (i, &letter) in letters.iter().enumerate() {
             let Some(value) = block.take(letter) else { continue };
@@ -194,11 +275,11 @@ impl<'a> Reader<'a> {
     }
 
     fn plain_move(&mut self, block: &mut Block) -> Result<(), Fault> {
-        let letters = self.options.kinematics.letters();
+        let letters = self.kinematics.letters();
         let coordinates = letters.iter().any(|&l| block.get(l).is_some());
         let arc = matches!(self.modal.motion, Some(Motion::Arc { .. }));
         let centre = arc && ['I', 'J', 'K', 'R'].iter().any(|&l| block.get(l).is_some());
-        if !coordinates && !centre {
+        if !coordinates && !centre && self.turned.is_none() {
             return Ok(());
         }
         let motion = self.modal.motion.ok_or(Fault::NoMotion)?;
@@ -217,7 +298,10 @@ impl<'a> Reader<'a> {
     /// Where the words of a block lead.
     fn target(&self, block: &mut Block) -> Result<Position, Fault> {
         let mut to = self.position;
-        for (i, &letter) in self.options.kinematics.letters().iter().enumerate() {
+        if let Some(rotary) = self.turned {
+            to[3..].copy_from_slice(&rotary.map(Some));
+        }
+        for (i, &letter) in self.kinematics.letters().iter().enumerate() {
             let Some(word) = block.take(letter) else { continue };
             let value = if i < 3 { self.length(word) } else { word.to_radians() };
             to[i] = match (self.modal.incremental, self.position[i]) {
@@ -291,15 +375,23 @@ impl<'a> Reader<'a> {
     /// Makes a move: its points, its time, and a note of it.
     fn go(&mut self, motion: Motion, to: Position, arc: Option<Arc>) -> Result<(), Fault> {
         self.within_reason(&to)?;
-        let ends = (known(&self.position), known(&to));
-        let heights = [self.position[2], to[2]];
+        let ends = (self.machine(&self.position), self.machine(&to));
+        let heights = match self.modal.control {
+            true => [ends.0.map(|at| at.linear.z), ends.1.map(|at| at.linear.z)],
+            false => [self.position[2], to[2]],
+        };
         self.position = to;
+        let way = match (self.modal.control, self.turned) {
+            (false, _) => Way::Machine,
+            (true, None) => Way::Tip,
+            (true, Some(_)) => Way::TipAndAxis,
+        };
         let rapid = motion == Motion::Rapid;
         let mut duration = 0.0;
         let start = self.out.lines.len();
         match ends {
             (Some(from), Some(to)) if start > 0 => {
-                let segment = Segment { from, to, arc };
+                let segment = Segment { from, to, arc, way, kinematics: self.kinematics };
                 duration = self.duration(&segment, rapid);
                 self.follow(&segment, rapid, duration)?;
             }
@@ -316,8 +408,18 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
+    /// The position of the axes of the machine, if it is known.
+    fn machine(&self, position: &Position) -> Option<MachinePosition> {
+        let at = known(position)?;
+        let linear = match self.modal.control {
+            true => self.kinematics.to_machine(at.linear, at.rotary),
+            false => at.linear,
+        };
+        Some(MachinePosition { linear, ..at })
+    }
+
     fn within_reason(&self, to: &Position) -> Result<(), Fault> {
-        for (i, &axis) in self.options.kinematics.letters().iter().enumerate() {
+        for (i, &axis) in self.kinematics.letters().iter().enumerate() {
             let value = to[i].map_or(0.0, |v| if i < 3 { v } else { v.to_degrees() });
             // Also refuses what is not a number.
             if !(0.0..=LARGEST).contains(&value.abs()) {
@@ -353,14 +455,14 @@ impl<'a> Reader<'a> {
         } else if length > 0.0 {
             MINUTE * length / feed
         } else {
-            // Degrees per minute where only tables turn.
-            MINUTE * segment.turn().to_degrees() / word
+            // Degrees per minute where only the tool axis turns.
+            MINUTE * segment.turn_alone().to_degrees() / word
         }
     }
 
     /// The longer of the travel on the machine and in the workpiece.
     fn rapid_length(&self, segment: &Segment, length: f64) -> f64 {
-        let tip = |at: &MachinePosition| self.options.kinematics.tip_and_axis(at).0;
+        let tip = |at: &MachinePosition| self.kinematics.tip_and_axis(at).0;
         length.max(tip(&segment.from).distance(tip(&segment.to)))
     }
 
@@ -379,7 +481,7 @@ impl<'a> Reader<'a> {
         let options = self.options;
         let room = options.max_points.saturating_sub(self.out.lines.len());
         let moved = segment.from != segment.to || segment.arc.is_some();
-        let shares = segment.chords(options.kinematics, options.chord_tolerance, room);
+        let shares = segment.chords(options.chord_tolerance, room);
         let shares = shares.ok_or(Fault::TooLong { limit: options.max_points })?;
         let mut from = 0.0;
         for share in shares.into_iter().filter(|_| moved) {
@@ -403,7 +505,7 @@ impl<'a> Reader<'a> {
     }
 
     fn push(&mut self, at: &MachinePosition, rapid: bool) {
-        let (tip, axis) = self.options.kinematics.tip_and_axis(at);
+        let (tip, axis) = self.kinematics.tip_and_axis(at);
         self.out.path.points.push(PathPoint {
             kind: if rapid { MoveKind::Rapid } else { MoveKind::Cut },
             pass: 0,

@@ -8,6 +8,10 @@
 use crate::geometry::DVec3;
 use crate::geometry::math::{cos, sin};
 use crate::machine::{Axes, Rotary};
+use core::f64::consts::FRAC_PI_2;
+
+/// Sine of the angle to the C axis below which a tool axis is along it: the last digits of its direction.
+const UPRIGHT: f64 = 1e-6;
 
 /// Arrangement of the axes of the machine that a program is written for.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Default)]
@@ -78,6 +82,32 @@ impl Kinematics {
                 DVec3::new(cc * x + sc * p.y, cc * p.y - sc * x, sb * p.x + cb * p.z)
             }
         }
+    }
+
+    /// A workpiece point in machine coordinates, with the tables at `rotary`.
+    pub fn to_machine(self, p: DVec3, rotary: [f64; 2]) -> DVec3 {
+        let [first, c] = rotary;
+        match self {
+            Self::ThreeAxis => p,
+            Self::Xyzac => Rotary { a: first, c }.to_machine(p),
+            Self::Xyzbc => {
+                let (sb, cb, sc, cc) = (sin(first), cos(first), sin(c), cos(c));
+                let (x, y) = (cc * p.x - sc * p.y, sc * p.x + cc * p.y);
+                DVec3::new(cb * x + sb * p.z, y, cb * p.z - sb * x)
+            }
+        }
+    }
+
+    /// The position of the tables for a unit tool axis that turns least from `near`.
+    pub(super) fn rotary_toward(self, axis: DVec3, near: [f64; 2]) -> [f64; 2] {
+        // Tables B and C stand as A and C do that are turned by a right angle about Z.
+        let offset = match self {
+            Self::ThreeAxis => return near,
+            Self::Xyzac => 0.0,
+            Self::Xyzbc => FRAC_PI_2,
+        };
+        let Rotary { a, c } = Rotary { a: near[0], c: near[1] - offset }.toward(axis, UPRIGHT);
+        [a, c + offset]
     }
 
     /// Tip and unit tool axis in the workpiece.

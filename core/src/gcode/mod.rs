@@ -15,7 +15,8 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `block` | a line → its words |
+//! | `scanner` | which format a program has |
+//! | `block`, `heidenhain`, `cldata` | a line → its words; the last two into those that a block would have |
 //! | `codes` | what a code changes, or why it is refused |
 //! | `arc` | end, centre or radius, turns → circle, helix |
 //! | `kinematics` | machine ↔ workpiece coordinates |
@@ -30,13 +31,16 @@
 mod arc;
 mod block;
 mod check;
+mod cldata;
 mod codes;
 mod error;
+mod heidenhain;
 mod interpret;
 mod kinematics;
 mod motion;
 mod options;
 mod program;
+mod scanner;
 
 #[cfg(test)]
 mod tests;

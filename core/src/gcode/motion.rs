@@ -2,7 +2,7 @@
 
 use super::arc::Arc;
 use super::kinematics::{Kinematics, MachinePosition};
-use crate::geometry::DVec3;
+use crate::geometry::{DVec3, math};
 
 /// Height above the tip at which a chord must hold as well, so that the axis does: mm.
 const ARM: f64 = 50.0;
@@ -23,6 +23,19 @@ pub(super) struct Segment {
     pub from: MachinePosition,
     pub to: MachinePosition,
     pub arc: Option<Arc>,
+    pub kinematics: Kinematics,
+    pub way: Way,
+}
+
+/// What runs straight in a move.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub(super) enum Way {
+    /// All axes of the machine.
+    Machine,
+    /// The tip in the workpiece and the rotary axes.
+    Tip,
+    /// The tip in the workpiece; the tool axis turns in a plane.
+    TipAndAxis,
 }
 
 impl Segment {
@@ -32,14 +45,32 @@ impl Segment {
             return self.to;
         }
         let mut place = self.from.lerp(&self.to, u);
+        if self.way != Way::Machine {
+            let [(from, a), (to, b)] = self.ends();
+            if self.way == Way::TipAndAxis {
+                let axis = a.lerp(b, u).try_normalize().unwrap_or(b);
+                place.rotary = self.kinematics.rotary_toward(axis, place.rotary);
+            }
+            place.linear = self.kinematics.to_machine(from.lerp(to, u), place.rotary);
+            return place;
+        }
         if let Some(arc) = &self.arc {
             place.linear = arc.bend(place.linear, u);
         }
         place
     }
 
-    /// Travel of the linear axes, mm.
+    /// Tip and tool axis in the workpiece at both ends.
+    fn ends(&self) -> [(DVec3, DVec3); 2] {
+        [&self.from, &self.to].map(|at| self.kinematics.tip_and_axis(at))
+    }
+
+    /// What a feed per minute is that of: travel of the linear axes, or that of the tip in the workpiece, mm.
     pub fn length(&self) -> f64 {
+        if self.way != Way::Machine {
+            let [(from, _), (to, _)] = self.ends();
+            return from.distance(to);
+        }
         let way = self.to.linear - self.from.linear;
         match &self.arc {
             None => way.length(),
@@ -56,9 +87,18 @@ impl Segment {
         (a * a + c * c).sqrt()
     }
 
+    /// What a feed per minute is that of where nothing travels: the turn of the rotary axes, or of the tool axis, rad.
+    pub fn turn_alone(&self) -> f64 {
+        if self.way != Way::TipAndAxis {
+            return self.turn();
+        }
+        let [(_, a), (_, b)] = self.ends();
+        math::atan2(a.cross(b).length(), a.dot(b))
+    }
+
     /// The shares, rising to 1, at which chords within `tolerance` mm end; `None` if more than
     /// `most` were needed.
-    pub fn chords(&self, kinematics: Kinematics, tolerance: f64, most: usize) -> Option<Vec<f64>> {
+    pub fn chords(&self, tolerance: f64, most: usize) -> Option<Vec<f64>> {
         let turn = self.turn();
         let pieces = self.arc.map_or(1.0, |arc| arc.chords(tolerance));
         let pieces = pieces.max((turn / SMOOTH).ceil());
@@ -71,7 +111,7 @@ impl Segment {
         if turn == 0.0 {
             return Some(shares.collect());
         }
-        let mut split = Split { segment: self, kinematics, tolerance, most, shares: Vec::new() };
+        let mut split = Split { segment: self, tolerance, most, shares: Vec::new() };
         let mut from = 0.0;
         for to in shares {
             split.halve(from, to, DEEPEST)?;
@@ -83,7 +123,6 @@ impl Segment {
 
 struct Split<'a> {
     segment: &'a Segment,
-    kinematics: Kinematics,
     tolerance: f64,
     most: usize,
     shares: Vec<f64>,
@@ -113,7 +152,7 @@ impl Split<'_> {
 
     /// Tip and a point of the axis in the workpiece.
     fn place(&self, u: f64) -> [DVec3; 2] {
-        let (tip, axis) = self.kinematics.tip_and_axis(&self.segment.at(u));
+        let (tip, axis) = self.segment.kinematics.tip_and_axis(&self.segment.at(u));
         [tip, tip + ARM * axis]
     }
 }

@@ -1,17 +1,17 @@
 //! The complete job, and what follows from its numbers.
 
-use super::cut::{Cut, Stepover};
+use super::cut::{Cut, CutDirection, Stepover};
 use super::fault::Faults;
 use super::force::{Force, MinChip, MrrLimit, TrochoidOptions};
 use super::hub::HubOptions;
-use super::output::OutputOptions;
+use super::output::{OutputOptions, PostSource};
 use super::path::PathOptions;
 use super::regions::RegionOptions;
 use super::surface::{FlattenMethod, SurfaceOptions};
 use super::texture::TextureOptions;
 use crate::footprint::Footprint;
 use crate::load::{LoadLimits, Teeth};
-use crate::machine::{Axes, Machine};
+use crate::machine::{Axes, Machine, Setup, SpindleDirection};
 use crate::tool::{Assembly, Tool};
 
 /// A complete job: every default filled in, every value checked.
@@ -45,6 +45,8 @@ pub struct Job {
     pub trochoid: TrochoidOptions,
     /// The machine.
     pub machine: Machine,
+    /// What the program sets up before the first move.
+    pub setup: Setup,
     /// The window whose texture is simulated, if there is one.
     pub texture: Option<TextureOptions>,
     /// What to write.
@@ -70,6 +72,21 @@ impl Job {
         match self.cut.stepover {
             Stepover::Fixed(side_step) => side_step,
             Stepover::Scallop(h) => self.footprint().side_step(h).min(2.0 * self.tool.radius()),
+        }
+    }
+
+    /// Whether the material lies on the right of the feed: climb milling with the spindle turning clockwise, or
+    /// conventional milling with it turning the other way.
+    pub fn keeps_material_on_right(&self) -> bool {
+        let is_clockwise = self.setup.spindle == SpindleDirection::Clockwise;
+        (self.cut.direction == CutDirection::Climb) == is_clockwise
+    }
+
+    /// The post-processor's file, if it names one.
+    pub fn post_file(&self) -> Option<&str> {
+        match &self.output.gcode {
+            Some(PostSource::File(file)) => Some(file),
+            _ => None,
         }
     }
 

@@ -17,7 +17,7 @@ use super::path::{Boundary, FirstPass, Links, Parameter, Pattern, RingOrder, Sta
 use super::regions::{Compensation, DistortionMeasure, RegionMethod, RegionOrder};
 use super::surface::{AnalyticKind, FlattenMethod};
 use super::texture::TextureCells;
-use crate::machine::Axes;
+use crate::machine::{Axes, Coolant, SpindleDirection, WorkOffset};
 use crate::tool::ToolKind;
 
 /// The version of the format that is read and written.
@@ -259,6 +259,15 @@ pub struct ToolTable {
     /// Helix angle.
     #[schemars(extend("x-unit" = "deg", "default" = 30.0, "minimum" = 0.0, "maximum" = 75.0))]
     pub helix: Option<f64>,
+    /// Number in the tool table of the machine.
+    #[schemars(extend("default" = 1, "minimum" = 1, "maximum" = 99_999))]
+    pub number: Option<u32>,
+    /// Number of the offset of its length (H).
+    #[schemars(extend("x-default" = "`number`", "minimum" = 0, "maximum" = 99_999))]
+    pub length_offset: Option<u32>,
+    /// Number of the offset of its diameter (D). The program compensates no diameter; a post may name it.
+    #[schemars(extend("x-default" = "`length_offset`", "minimum" = 0, "maximum" = 99_999))]
+    pub diameter_offset: Option<u32>,
     /// Length from the tip to where the shank begins: flutes and neck. With `path.pattern = "hub"`.
     #[schemars(extend("x-unit" = "mm", "x-default" = "twice the diameter", "minimum" = 0.001, "maximum" = 1000.0))]
     pub length: Option<f64>,
@@ -344,6 +353,13 @@ pub struct CutTable {
     /// Spindle speed.
     #[schemars(extend("x-unit" = "rev/min", "x-default" = "a cutting speed of 150 m/min, at most 12000 rev/min", "minimum" = 1.0, "maximum" = 1e6))]
     pub spindle: Option<f64>,
+    /// Direction in which the spindle turns, seen from the spindle: clockwise (M3) for right-hand cutters. Climb milling stays
+    /// climb milling.
+    #[schemars(extend("default" = "clockwise"))]
+    pub spindle_direction: Option<SpindleDirection>,
+    /// Coolant while it cuts.
+    #[schemars(extend("default" = "off"))]
+    pub coolant: Option<Coolant>,
     /// Lead angle: tilt of the tool axis in the feed direction. Five axes only.
     #[schemars(extend("x-unit" = "deg", "x-default" = "0 on three axes, else 5", "minimum" = 0.0, "maximum" = 60.0))]
     pub lead: Option<f64>,
@@ -558,6 +574,9 @@ pub struct MachineTable {
     /// Height above part and stock at which rapids run.
     #[schemars(extend("x-unit" = "mm", "x-default" = "10 mm", "exclusiveMinimum" = 0.0, "maximum" = 1e4))]
     pub clearance: Option<f64>,
+    /// Work offset that the program calls.
+    #[schemars(extend("x-default" = "none: the one in force on the machine"))]
+    pub work_offset: Option<WorkOffset>,
     /// Where the linear axes can go, in the program's coordinates.
     #[schemars(extend("x-default" = "not checked"))]
     pub travel: Option<TravelTable>,
@@ -629,18 +648,35 @@ pub struct OutputTable {
 #[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GcodeTable {
-    /// G-code dialect.
-    #[schemars(extend("default" = "linuxcnc"))]
+    /// Post-processor.
+    #[schemars(extend("x-default" = "linuxcnc, or that of `post_file`"))]
     pub post: Option<PostKey>,
+    /// Post-processor of your own: a file (toml), relative to the job file; `evencut post NAME` prints one to change.
+    #[schemars(extend("x-default" = "none"))]
+    pub post_file: Option<String>,
+    /// Number of the program, where its post writes one.
+    #[schemars(extend("default" = 1, "minimum" = 1, "maximum" = 9999))]
+    pub program_number: Option<u32>,
 }
 
-/// G-code dialect, or none.
+/// Post-processor, or none.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum PostKey {
     /// LinuxCNC (RS-274/NGC).
-    #[serde(rename = "linuxcnc")]
     LinuxCnc,
+    /// Fanuc; five axes with tool centre point control (G43.4).
+    Fanuc,
+    /// Haas; five axes with tool centre point control (G234).
+    Haas,
+    /// Siemens SINUMERIK; five axes with TRAORI.
+    Siemens,
+    /// Heidenhain, conversational; five axes with FUNCTION TCPM.
+    Heidenhain,
+    /// GRBL 1.1, three axes.
+    Grbl,
+    /// APT cutter location data for other post-processors.
+    Cldata,
     /// No program is written.
-    #[serde(rename = "none")]
     None,
 }

@@ -37,7 +37,7 @@ pub use force::{
     FeedComponent, Force, ForceControl, MaterialGroup, MinChip, MrrLimit, TrochoidOptions,
 };
 pub use hub::{BladeSurface, HubChannels, HubOptions, HubPasses};
-pub use output::{OutputOptions, Picture, Post};
+pub use output::{OutputOptions, Picture, Post, PostSource};
 pub use path::{
     Boundary, FirstPass, Links, Parameter, PathOptions, Pattern, RingOrder, Start, StartKey,
     Traverse,

@@ -31,11 +31,20 @@ pub enum Picture {
     Clearance,
 }
 
+/// Where the post-processor comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PostSource {
+    /// It comes along.
+    Named(Post),
+    /// A file, relative to the job file.
+    File(String),
+}
+
 /// What to write.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OutputOptions {
-    /// G-code dialect, if a program is wanted.
-    pub gcode: Option<Post>,
+    /// Post-processor, if a program is wanted.
+    pub gcode: Option<PostSource>,
     /// Pictures wanted, without repeats.
     pub pictures: Vec<Picture>,
 }

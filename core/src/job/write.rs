@@ -10,7 +10,7 @@ use super::file::{
 };
 use super::force::{MinChip, MrrLimit};
 use super::hub::HubOptions;
-use super::output::Post;
+use super::output::{Post, PostSource};
 use super::path::{Boundary, PathOptions, Start, StartKey};
 use super::regions::{Division, RegionOptions};
 use super::resolve::{is_step, uses};
@@ -18,7 +18,7 @@ use super::surface::{AnalyticOptions, Component, Faces, Selection, SurfaceOption
 use super::texture::TextureOptions;
 use super::units::{to_degrees, to_per_minute};
 use crate::load::Material;
-use crate::machine::Machine;
+use crate::machine::{Machine, Setup};
 use crate::tool::AssemblyPart;
 use core::f64::consts::PI;
 
@@ -42,7 +42,7 @@ impl Job {
             surface: surface_table(&self.surface),
             flatten: FlattenTable { method: Some(self.flatten) },
             tool: self.tool_table(),
-            cut: cut_table(&self.cut),
+            cut: cut_table(&self.cut, &self.setup),
             regions: regions_table(&self.regions),
             path: path_table(&self.path),
             hub: self.hub.as_ref().map(hub_table).unwrap_or_default(),
@@ -53,7 +53,7 @@ impl Job {
                 min_radius: Some(self.trochoid.min_radius),
                 return_feed: Some(to_per_minute(self.trochoid.return_feed)),
             },
-            machine: machine_table(&self.machine),
+            machine: machine_table(&self.machine, &self.setup),
             texture: self.texture.as_ref().map(texture_table).unwrap_or_default(),
             output: self.output_table(),
         }
@@ -66,6 +66,9 @@ impl Job {
             corner_radius: Some(self.tool.corner_radius()),
             flutes: Some(self.flutes),
             helix: Some(to_degrees(self.helix)),
+            number: Some(self.setup.tool_number),
+            length_offset: Some(self.setup.length_offset),
+            diameter_offset: Some(self.setup.diameter_offset),
             ..self.shank_and_holder()
         }
     }
@@ -115,14 +118,28 @@ impl Job {
     }
 
     fn output_table(&self) -> OutputTable {
-        let post = match self.output.gcode {
-            Some(Post::LinuxCnc) => PostKey::LinuxCnc,
-            None => PostKey::None,
+        let (post, post_file) = match &self.output.gcode {
+            Some(PostSource::File(file)) => (None, Some(file.clone())),
+            Some(PostSource::Named(post)) => (Some(post_key(*post)), None),
+            None => (Some(PostKey::None), None),
         };
+        let program_number = Some(self.setup.program_number);
         OutputTable {
-            gcode: Some(GcodeTable { post: Some(post) }),
+            gcode: Some(GcodeTable { post, post_file, program_number }),
             svg: Some(self.output.pictures.clone()),
         }
+    }
+}
+
+fn post_key(post: Post) -> PostKey {
+    match post {
+        Post::LinuxCnc => PostKey::LinuxCnc,
+        Post::Fanuc => PostKey::Fanuc,
+        Post::Haas => PostKey::Haas,
+        Post::Siemens => PostKey::Siemens,
+        Post::Heidenhain => PostKey::Heidenhain,
+        Post::Grbl => PostKey::Grbl,
+        Post::Cldata => PostKey::Cldata,
     }
 }
 
@@ -239,7 +256,7 @@ fn material_table(material: Material) -> MaterialTable {
     MaterialTable { group: None, kc11: Some(material.kc11), mc: Some(material.mc) }
 }
 
-fn cut_table(cut: &Cut) -> CutTable {
+fn cut_table(cut: &Cut, setup: &Setup) -> CutTable {
     let (scallop, stepover) = match cut.stepover {
         Stepover::Scallop(h) => (Some(h), None),
         Stepover::Fixed(side_step) => (None, Some(side_step)),
@@ -250,6 +267,8 @@ fn cut_table(cut: &Cut) -> CutTable {
         axial_depth: Some(cut.axial_depth),
         feed: Some(to_per_minute(cut.feed)),
         spindle: Some(to_per_minute(cut.spindle)),
+        spindle_direction: Some(setup.spindle),
+        coolant: Some(setup.coolant),
         lead: Some(to_degrees(cut.lead)),
         tolerance: Some(cut.tolerance),
         allowance: Some(cut.allowance),
@@ -272,7 +291,7 @@ fn hub_table(hub: &HubOptions) -> HubTable {
     }
 }
 
-fn machine_table(machine: &Machine) -> MachineTable {
+fn machine_table(machine: &Machine, setup: &Setup) -> MachineTable {
     let travel = &machine.travel;
     let pair = |reach: Option<(f64, f64)>| reach.map(|(least, greatest)| [least, greatest]);
     let table = TravelTable { x: pair(travel.x), y: pair(travel.y), z: pair(travel.z) };
@@ -282,6 +301,7 @@ fn machine_table(machine: &Machine) -> MachineTable {
         max_acceleration: Some(machine.max_acceleration),
         max_rotary_speed: Some(to_degrees(machine.max_rotary_speed)),
         clearance: Some(machine.clearance),
+        work_offset: setup.work_offset,
         travel: (table != TravelTable::default()).then_some(table),
     }
 }

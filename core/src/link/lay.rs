@@ -9,7 +9,7 @@ use super::order::{Precedence, Sequence};
 use crate::flat_path::{FlatPoint, Terrain};
 use crate::footprint::Footprint;
 use crate::geometry::DVec2;
-use crate::job::{CutDirection, Links, RingOrder, Traverse};
+use crate::job::{Links, RingOrder, Traverse};
 use crate::level_set::{INSIDE, Pass};
 use crate::toolpath::MoveKind;
 
@@ -26,8 +26,8 @@ pub struct LayOptions {
     pub traverse: Traverse,
     /// How passes are joined.
     pub links: Links,
-    /// On which side the material lies.
-    pub direction: CutDirection,
+    /// Whether the material lies on the right of the feed.
+    pub stock_on_right: bool,
     /// Cutter radius, mm.
     pub radius: f64,
     /// Height over the surface at which the cutter arrives, mm.
@@ -67,7 +67,7 @@ impl Layer<'_> {
 
     fn rings(&mut self, rings: &[Pass], precedence: &Precedence) {
         let stock_is_higher = self.options.order == RingOrder::OutsideIn;
-        let stock_on_right = self.options.direction == CutDirection::Climb;
+        let stock_on_right = self.options.stock_on_right;
         let mut sequence = Sequence::new(precedence);
         let mut last = None;
         loop {
@@ -100,7 +100,7 @@ impl Layer<'_> {
     /// Open passes, always continuing at the nearest end; rings among them in their own order.
     fn open(&mut self, passes: &[Pass]) {
         let mut left: Vec<usize> = (0..passes.len()).collect();
-        let reverse_all = self.options.direction != CutDirection::Climb;
+        let reverse_all = !self.options.stock_on_right;
         while let Some((slot, reverse)) = self.next_open(passes, &left) {
             let pass = &passes[left.remove(slot)];
             let reverse = match self.options.traverse {

@@ -6,6 +6,6 @@ mod tables;
 mod xyzac;
 
 pub use limits::{Axes, Machine, Travel};
-pub use post::Post;
+pub use post::{Coolant, Post, Setup, SpindleDirection, WorkOffset};
 pub(crate) use tables::{Leg, Tables};
 pub(crate) use xyzac::Rotary;

@@ -40,6 +40,8 @@ pub(crate) struct Tables {
     max_rotary_speed: f64,
     /// Decimals of a degree to which positions are rounded.
     decimals: Option<u32>,
+    /// Whether the controller keeps the tip on its line while the tables turn.
+    keeps_tip: bool,
 }
 
 impl Tables {
@@ -47,8 +49,13 @@ impl Tables {
     /// `tolerance`, mm.
     pub fn new(machine: &Machine, tolerance: f64, radius: f64) -> Self {
         let Machine { max_feed, max_rotary_speed, .. } = *machine;
-        let (at, decimals) = (Rotary::default(), None);
-        Self { at, tolerance, radius, max_feed, max_rotary_speed, decimals }
+        let (at, decimals, keeps_tip) = (Rotary::default(), None, false);
+        Self { at, tolerance, radius, max_feed, max_rotary_speed, decimals, keeps_tip }
+    }
+
+    /// The controller keeps the tip on its straight line while the tables turn: tool centre control.
+    pub fn keeping_tip(self, keeps_tip: bool) -> Self {
+        Self { keeps_tip, ..self }
     }
 
     /// Positions are rounded to so many decimals of a degree.
@@ -86,7 +93,7 @@ impl Tables {
         legs: &mut Vec<Leg>,
     ) -> Result<(), DVec3> {
         let next = self.toward(to.1);
-        let error = interpolation_error(self.at, next, from, to, self.radius);
+        let error = self.interpolation_error(next, from, to);
         if error <= 0.5 * self.tolerance {
             let target = next.to_machine(to.0);
             // Tables that turn fast carry the tip around its straight way, and the axes along.
@@ -139,19 +146,47 @@ impl Tables {
     fn time_of(&self, from: Rotary, to: Rotary) -> f64 {
         from.turn_to(to) / self.max_rotary_speed
     }
-}
 
-/// How far a move in which all five axes run straight leaves the straight line of the tip, or the cutter's
-/// rim through the turn of the axis, at its quarters; mm.
-fn interpolation_error(a: Rotary, b: Rotary, from: Place, to: Place, radius: f64) -> f64 {
-    let (start, end) = (a.to_machine(from.0), b.to_machine(to.0));
-    if a == b {
-        return 0.0;
+    /// How far a move in which all five axes run straight leaves the straight line of the tip, or the cutter's
+    /// rim through the turn of the axis, at its quarters; mm.
+    fn interpolation_error(&self, b: Rotary, from: Place, to: Place) -> f64 {
+        let a = self.at;
+        let (start, end) = (a.to_machine(from.0), b.to_machine(to.0));
+        if a == b {
+            return 0.0;
+        }
+        [0.25, 0.5, 0.75].into_iter().fold(0.0, |worst: f64, u| {
+            let rotary = a.lerp(b, u);
+            let tip = match self.keeps_tip {
+                true => 0.0,
+                false => rotary.to_part(start.lerp(end, u)).distance(from.0.lerp(to.0, u)),
+            };
+            let wanted = from.1.lerp(to.1, u).try_normalize().unwrap_or(to.1);
+            worst.max(tip).max(self.radius * rotary.axis().distance(wanted))
+        })
     }
-    [0.25, 0.5, 0.75].into_iter().fold(0.0, |worst: f64, u| {
-        let rotary = a.lerp(b, u);
-        let tip = rotary.to_part(start.lerp(end, u)).distance(from.0.lerp(to.0, u));
-        let wanted = from.1.lerp(to.1, u).try_normalize().unwrap_or(to.1);
-        worst.max(tip).max(radius * rotary.axis().distance(wanted))
-    })
+
+    /// Turns to a unit axis while the linear axes of the machine run straight, and gives the tips on the way, each with
+    /// the position of the tables: so many that straight lines between them stay within half the tolerance.
+    pub fn turn_straight(&mut self, from: DVec3, to: Place) -> Vec<(DVec3, Rotary)> {
+        let start = self.at;
+        self.turn(to.1);
+        let end = self.at;
+        let (a, b) = (start.to_machine(from), end.to_machine(to.0));
+        // A chord of a turn by `t` at distance `r` from the centre lies `r t²/8` inside of it, and a share of the
+        // linear way `l` that is turned by `t` bends by at most `l t/4`.
+        let turn = start.turn_to(end);
+        let reach = from.length().max(to.0.length());
+        let sagitta = reach * turn * turn / 4.0 + a.distance(b) * turn / 4.0;
+        let count = (sagitta / (0.5 * self.tolerance)).sqrt().ceil().clamp(1.0, MOST_LEGS);
+        let place = |i: u32| {
+            let u = f64::from(i) / count;
+            if i == count as u32 {
+                return (to.0, end);
+            }
+            let rotary = self.written(start.lerp(end, u));
+            (rotary.to_part(a.lerp(b, u)), rotary)
+        };
+        (1..=count as u32).map(place).collect()
+    }
 }

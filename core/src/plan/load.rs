@@ -25,6 +25,8 @@ pub struct Files<'a> {
     pub surface: Option<&'a [u8]>,
     /// Content of the mesh file beside it, `path.wall_file`; `None` if there is none.
     pub wall: Option<&'a [u8]>,
+    /// Content of the post-processor's file, `output.gcode.post_file`; `None` if there is none.
+    pub post: Option<&'a [u8]>,
     /// Names and contents of the files of blades, `hub.blade` and `hub.splitter`.
     pub blades: &'a [(String, Vec<u8>)],
 }

@@ -5,7 +5,7 @@ use crate::centring::Centring;
 use crate::engagement::{Cutting, Simulation, Stock, predicted};
 use crate::flat_path::FlatPoint;
 use crate::flatten::Locator;
-use crate::job::{CutDirection, ForceControl, Job};
+use crate::job::{ForceControl, Job};
 use crate::level_set::FieldTerrain;
 use crate::link::{CutOptions, Excess, Group, LayOptions, Measured, cut_passes, lay};
 use crate::load::LoadLimits;
@@ -130,10 +130,7 @@ impl<'a> Plane<'a> {
                 max_bite: job.trochoid.max_step,
                 return_feed: job.trochoid.return_feed,
                 tolerance: job.cut.tolerance,
-                hand: match job.cut.direction {
-                    CutDirection::Climb => 1.0,
-                    CutDirection::Conventional => -1.0,
-                },
+                hand: if job.keeps_material_on_right() { 1.0 } else { -1.0 },
             },
         };
         let terrain = self.terrain();
@@ -173,7 +170,7 @@ fn lay_options(job: &Job) -> LayOptions {
         order: job.path.order,
         traverse: job.path.traverse,
         links: job.path.links,
-        direction: job.cut.direction,
+        stock_on_right: job.keeps_material_on_right(),
         radius: job.tool.radius(),
         height: job.cut.axial_depth,
         feed: job.cut.feed,

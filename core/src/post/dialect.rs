@@ -1,18 +1,442 @@
-//! What differs between controllers.
+//! A post-processor as data: what differs between controllers.
 
-/// What differs between controllers.
+use super::error::DialectError;
+use crate::machine::{Axes, Coolant, Post, WorkOffset};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+/// Largest file that is read, bytes.
+const LARGEST: usize = 1 << 16;
+/// Most decimals of a number.
+const MOST_DECIMALS: u32 = 9;
+/// Longest message of the TOML reader, characters: it quotes the line.
+const LONGEST_MESSAGE: usize = 350;
+/// Longest text of a block, characters.
+const LONGEST: usize = 200;
+
+/// What `{name}` may stand for in a block.
+pub(super) const FIELDS: [&str; 14] = [
+    "program",
+    "job",
+    "tool",
+    "length_offset",
+    "diameter_offset",
+    "diameter",
+    "corner_radius",
+    "speed",
+    "spindle",
+    "coolant_on",
+    "coolant_off",
+    "work_offset",
+    "tolerance",
+    "rapid_plane",
+];
+
+/// A post-processor: how the program of a controller is written. `docs/posts.md` has its keys.
+///
+/// In the blocks `{name}` is replaced, and a block of which a `{name}` has no value is left out.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Dialect {
-    pub extension: &'static str,
-    /// Blocks before the first move; `{tolerance}`, `{tool}`, `{speed}` and `{feed_mode}` are filled in.
-    pub preamble: &'static [&'static str],
-    /// Blocks after the last move.
-    pub ending: &'static [&'static str],
+    /// Its name.
+    pub(super) name: String,
+    /// Of the program's file, without a point.
+    pub(super) extension: String,
     /// What opens and closes a comment.
-    pub comment: [&'static str; 2],
-    pub feed_per_minute: &'static str,
-    pub inverse_time: &'static str,
-    pub rapid: &'static str,
-    pub feed: &'static str,
-    /// Decimals of lengths in mm, of angles in degrees and of feeds.
-    pub decimals: [u32; 3],
+    pub(super) comment: [String; 2],
+    /// Blocks before the comments at the top, and after all others.
+    #[serde(default)]
+    pub(super) first: Vec<String>,
+    #[serde(default)]
+    pub(super) last: Vec<String>,
+    pub(super) line_numbers: Option<LineNumbers>,
+    /// Where the words of motion stand.
+    #[serde(default)]
+    pub(super) motion: Motion,
+    /// What begins a block at rapid speed, and one at feed.
+    pub(super) rapid: String,
+    pub(super) feed: String,
+    /// Word of the feed in a block at rapid speed.
+    #[serde(default)]
+    pub(super) rapid_feed: String,
+    /// Stands before the coordinates.
+    #[serde(default)]
+    pub(super) position: String,
+    /// Stands between words.
+    #[serde(default = "blank")]
+    pub(super) separator: String,
+    pub(super) decimals: Decimals,
+    pub(super) words: Words,
+    pub(super) spindle: Spindle,
+    /// The word for each kind of coolant, and for `off`.
+    #[serde(default)]
+    pub(super) coolant: BTreeMap<String, String>,
+    /// The word for each work offset, G54 to G59.3.
+    #[serde(default)]
+    pub(super) work_offset: BTreeMap<String, String>,
+    pub(super) three_axis: Option<Program>,
+    pub(super) five_axis: Option<Program>,
+}
+
+/// Numbers of blocks.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LineNumbers {
+    pub prefix: String,
+    pub first: u32,
+    pub step: u32,
+    /// Whether `first`, `last` and comments have them, too.
+    #[serde(default)]
+    pub all: bool,
+}
+
+/// Where the words of motion stand.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Motion {
+    /// Before the coordinates, where they change.
+    #[default]
+    Modal,
+    /// Before the coordinates of every block.
+    EveryBlock,
+    /// With the feed on lines of their own, before the line of the coordinates.
+    OwnLine,
+}
+
+/// How numbers are written.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Decimals {
+    /// Of lengths in mm.
+    pub length: u32,
+    /// Of angles in degrees.
+    #[serde(default = "angle_decimals")]
+    pub angle: u32,
+    /// Of the direction of the tool axis.
+    #[serde(default = "vector_decimals")]
+    pub vector: u32,
+    /// Of feeds in mm/min and in 1/min.
+    pub feed: u32,
+    /// Whether positive numbers have a sign.
+    #[serde(default)]
+    pub plus: bool,
+    /// Whether zeros at the end are left out: `1.5` and `2.` instead of `1.5000` and `2.0000`.
+    #[serde(default)]
+    pub trimmed: bool,
+}
+
+/// Words of coordinates and feed; `{}` is the number.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Words {
+    pub x: String,
+    pub y: String,
+    pub z: String,
+    /// Angles of the tables.
+    pub a: Option<String>,
+    pub c: Option<String>,
+    /// Direction of the tool axis.
+    pub i: Option<String>,
+    pub j: Option<String>,
+    pub k: Option<String>,
+    pub feed: String,
+}
+
+/// Words for the direction of the spindle.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(super) struct Spindle {
+    pub clockwise: String,
+    pub counter_clockwise: String,
+}
+
+/// What differs with the axes of the machine.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Program {
+    /// Blocks before the first move.
+    pub start: Vec<String>,
+    /// Blocks that turn tool centre control on and off, where the tip is programmed.
+    #[serde(default)]
+    pub control_on: Vec<String>,
+    #[serde(default)]
+    pub control_off: Vec<String>,
+    /// Blocks after the last move.
+    pub end: Vec<String>,
+    /// Instead of those of the post.
+    pub rapid: Option<String>,
+    pub feed: Option<String>,
+    #[serde(default)]
+    pub position: Position,
+    #[serde(default)]
+    pub orientation: Orientation,
+    #[serde(default)]
+    pub feed_mode: FeedMode,
+    /// Whether words that do not change are written all the same.
+    #[serde(default)]
+    pub repeat_words: bool,
+}
+
+/// What coordinates are those of.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Position {
+    /// Positions of the machine's axes.
+    #[default]
+    Machine,
+    /// The tip in the workpiece.
+    Tip,
+}
+
+/// How the tool axis is written.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Orientation {
+    /// By the angles of the tables.
+    #[default]
+    Angles,
+    /// By its direction in the workpiece.
+    Vector,
+}
+
+/// What the feed word says.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum FeedMode {
+    /// Speed of the tip, mm/min; where only the tool axis turns, degrees/min.
+    #[default]
+    PerMinute,
+    /// How often the block could be run in a minute.
+    InverseTime,
+}
+
+fn blank() -> String {
+    " ".to_string()
+}
+
+fn angle_decimals() -> u32 {
+    4
+}
+
+fn vector_decimals() -> u32 {
+    7
+}
+
+impl Dialect {
+    /// One of those that come along.
+    ///
+    /// # Errors
+    /// [`DialectError`], which a test rules out.
+    pub fn of(post: Post) -> Result<Self, DialectError> {
+        Self::read(Self::source(post).as_bytes())
+    }
+
+    /// The file of one of those that come along, TOML: to be copied and changed.
+    pub fn source(post: Post) -> &'static str {
+        match post {
+            Post::LinuxCnc => include_str!("../../posts/linuxcnc.toml"),
+            Post::Fanuc => include_str!("../../posts/fanuc.toml"),
+            Post::Haas => include_str!("../../posts/haas.toml"),
+            Post::Siemens => include_str!("../../posts/siemens.toml"),
+            Post::Heidenhain => include_str!("../../posts/heidenhain.toml"),
+            Post::Grbl => include_str!("../../posts/grbl.toml"),
+            Post::Cldata => include_str!("../../posts/cldata.toml"),
+        }
+    }
+
+    /// Reads a post's file.
+    ///
+    /// # Errors
+    /// [`DialectError`]: no TOML, an unknown or missing key, a value out of its range.
+    pub fn read(bytes: &[u8]) -> Result<Self, DialectError> {
+        if bytes.len() > LARGEST {
+            return Err(DialectError::Large { bytes: bytes.len(), most: LARGEST });
+        }
+        let text = core::str::from_utf8(bytes).map_err(|_| DialectError::NotText)?;
+        let text = text.trim_start_matches('\u{feff}');
+        let short = |message: String| message.trim_end().chars().take(LONGEST_MESSAGE).collect();
+        let dialect: Self =
+            toml::from_str(text).map_err(|error| DialectError::Toml(short(error.to_string())))?;
+        dialect.validate()?;
+        Ok(dialect)
+    }
+
+    /// Of angles in degrees.
+    pub(super) fn angle_decimals(&self) -> u32 {
+        self.decimals.angle
+    }
+
+    /// How programs for such a machine are written.
+    ///
+    /// # Errors
+    /// [`DialectError::Axes`] if this post has no such programs.
+    pub(super) fn program(&self, axes: Axes) -> Result<&Program, DialectError> {
+        let (program, table, what) = match axes {
+            Axes::ThreeAxis => (&self.three_axis, "three_axis", "three axes"),
+            Axes::Xyzac => (&self.five_axis, "five_axis", "five axes"),
+        };
+        let name = || self.name.clone();
+        program.as_ref().ok_or_else(|| DialectError::Axes { post: name(), table, axes: what })
+    }
+
+    /// The words that switch a coolant on and off; `None` for no coolant.
+    ///
+    /// # Errors
+    /// [`DialectError::Coolant`] if there is no word for it, or none for `off`.
+    pub(super) fn coolant(&self, coolant: Coolant) -> Result<Option<[&String; 2]>, DialectError> {
+        if coolant == Coolant::Off {
+            return Ok(None);
+        }
+        let words = [coolant.name(), Coolant::Off.name()].map(|name| self.coolant.get(name));
+        if let [Some(on), Some(off)] = words {
+            return Ok(Some([on, off]));
+        }
+        let (post, known) = (self.name.clone(), names(&self.coolant));
+        Err(DialectError::Coolant { post, coolant: coolant.name(), known })
+    }
+
+    /// The word for a work offset.
+    ///
+    /// # Errors
+    /// [`DialectError::WorkOffset`] if there is none.
+    pub(super) fn work_offset(
+        &self,
+        offset: Option<WorkOffset>,
+    ) -> Result<Option<&String>, DialectError> {
+        let Some(offset) = offset.map(WorkOffset::name) else { return Ok(None) };
+        let missing = || {
+            let (post, known) = (self.name.clone(), names(&self.work_offset));
+            DialectError::WorkOffset { post, offset, known }
+        };
+        self.work_offset.get(offset).map(Some).ok_or_else(missing)
+    }
+
+    fn validate(&self) -> Result<(), DialectError> {
+        let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
+        for (key, text, most) in [("name", &self.name, 40), ("extension", &self.extension, 8)] {
+            if !(1..=most).contains(&text.len()) || !text.chars().all(is_plain) {
+                let rule = format!("1 to {most} letters, digits, - and _");
+                return Err(value(key, format!("{text:?}"), rule));
+            }
+        }
+        let decimals = &self.decimals;
+        let all = [
+            ("length", decimals.length),
+            ("angle", decimals.angle),
+            ("vector", decimals.vector),
+            ("feed", decimals.feed),
+        ];
+        for (key, n) in all {
+            if n > MOST_DECIMALS {
+                let key = format!("decimals.{key}");
+                return Err(value(&key, n.to_string(), format!("0 to {MOST_DECIMALS}")));
+            }
+        }
+        if self.three_axis.is_none() && self.five_axis.is_none() {
+            let rule = "there; without both no program can be written".to_string();
+            return Err(value("three_axis", "missing".to_string(), rule));
+        }
+        self.validate_words()?;
+        self.texts().try_for_each(|(key, text)| validate_text(key, text))?;
+        self.five_axis.iter().try_for_each(|program| self.validate_orientation(program))
+    }
+
+    fn validate_words(&self) -> Result<(), DialectError> {
+        for (key, word) in self.words.all() {
+            if word.matches("{}").count() != 1 || word.matches(['{', '}']).count() != 2 {
+                let rule = "a text with {} once, for the number".to_string();
+                return Err(value(&format!("words.{key}"), format!("{word:?}"), rule));
+            }
+        }
+        Ok(())
+    }
+
+    fn validate_orientation(&self, program: &Program) -> Result<(), DialectError> {
+        let Words { a, c, i, j, k, .. } = &self.words;
+        let missing = |words: &[(&'static str, &Option<String>)]| {
+            words.iter().find(|(_, word)| word.is_none()).map(|(key, _)| format!("words.{key}"))
+        };
+        let (missing, what) = match program.orientation {
+            Orientation::Angles => (missing(&[("a", a), ("c", c)]), "five_axis.orientation angles"),
+            Orientation::Vector if program.position == Position::Machine => {
+                let rule = "\"tip\" where five_axis.orientation is \"vector\"".to_string();
+                return Err(value("five_axis.position", "\"machine\"".to_string(), rule));
+            }
+            Orientation::Vector => {
+                (missing(&[("i", i), ("j", j), ("k", k)]), "five_axis.orientation vector")
+            }
+        };
+        match missing {
+            None => Ok(()),
+            Some(key) => Err(value(&key, "missing".to_string(), format!("there for {what}"))),
+        }
+    }
+
+    /// All texts that come into a program, with their keys.
+    fn texts(&self) -> impl Iterator<Item = (&'static str, &String)> {
+        let own = [
+            ("rapid", &self.rapid),
+            ("feed", &self.feed),
+            ("rapid_feed", &self.rapid_feed),
+            ("position", &self.position),
+            ("separator", &self.separator),
+            ("spindle", &self.spindle.clockwise),
+            ("spindle", &self.spindle.counter_clockwise),
+        ];
+        let mut all: Vec<(&'static str, &String)> = own.to_vec();
+        all.extend(self.comment.iter().map(|text| ("comment", text)));
+        all.extend(self.first.iter().map(|text| ("first", text)));
+        all.extend(self.last.iter().map(|text| ("last", text)));
+        all.extend(self.line_numbers.iter().map(|n| ("line_numbers.prefix", &n.prefix)));
+        all.extend(self.words.all());
+        all.extend(self.coolant.values().map(|text| ("coolant", text)));
+        all.extend(self.work_offset.values().map(|text| ("work_offset", text)));
+        for (key, program) in [("three_axis", &self.three_axis), ("five_axis", &self.five_axis)] {
+            let Some(p) = program else { continue };
+            let blocks = [&p.start, &p.control_on, &p.control_off, &p.end];
+            all.extend(blocks.into_iter().flatten().map(|text| (key, text)));
+            all.extend(p.rapid.iter().chain(&p.feed).map(|text| (key, text)));
+        }
+        all.into_iter()
+    }
+}
+
+impl Words {
+    fn all(&self) -> impl Iterator<Item = (&'static str, &String)> {
+        let Self { x, y, z, a, c, i, j, k, feed } = self;
+        let always = [("x", x), ("y", y), ("z", z), ("feed", feed)];
+        let some = [("a", a), ("c", c), ("i", i), ("j", j), ("k", k)];
+        let some = some.into_iter().filter_map(|(key, word)| Some((key, word.as_ref()?)));
+        always.into_iter().chain(some)
+    }
+}
+
+/// Printable ASCII on one line, of which every `{name}` is known.
+fn validate_text(key: &str, text: &str) -> Result<(), DialectError> {
+    if text.len() > LONGEST || !text.chars().all(|c| c == ' ' || c.is_ascii_graphic()) {
+        let rule = format!("one line of at most {LONGEST} printable ASCII characters");
+        return Err(value(key, format!("{:?}", text.chars().take(40).collect::<String>()), rule));
+    }
+    for part in text.split('{').skip(1) {
+        let name = part.split('}').next().unwrap_or_default();
+        let is_closed = part.contains('}');
+        if !(is_closed && (name.is_empty() || FIELDS.contains(&name))) {
+            return Err(DialectError::Field {
+                key: key.to_string(),
+                name: name.chars().take(40).collect(),
+                known: FIELDS.join(", "),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The names that a table has, for messages.
+fn names(table: &BTreeMap<String, String>) -> String {
+    let all: Vec<&str> = table.keys().map(String::as_str).collect();
+    if all.is_empty() { "none".to_string() } else { all.join(", ") }
+}
+
+fn value(key: &str, value: String, rule: String) -> DialectError {
+    DialectError::Value { key: key.to_string(), value, rule }
 }

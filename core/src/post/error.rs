@@ -3,9 +3,86 @@
 use crate::geometry::DVec3;
 use thiserror::Error;
 
+/// Why a post-processor cannot be used.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum DialectError {
+    /// Its file was not given.
+    #[error("post: the job names the file {0:?} in output.gcode.post_file, but it was not given")]
+    NoFile(String),
+    /// Its file is too large.
+    #[error("post: the file has {bytes} bytes; at most {most} are read")]
+    Large {
+        /// How many it has.
+        bytes: usize,
+        /// How many are read.
+        most: usize,
+    },
+    /// Its file is no text.
+    #[error("post: the file is no text (UTF-8)")]
+    NotText,
+    /// Its file is no TOML, or a key is unknown or missing.
+    #[error("post: {0}")]
+    Toml(String),
+    /// A value out of its range.
+    #[error("post: {key} is {value}; it must be {rule}")]
+    Value {
+        /// Which.
+        key: String,
+        /// What it is.
+        value: String,
+        /// What it must be.
+        rule: String,
+    },
+    /// A block asks for something that there is not.
+    #[error("post: a text of {key} has {{{name}}}; known are {known}")]
+    Field {
+        /// The key of the text.
+        key: String,
+        /// What stands in braces.
+        name: String,
+        /// What may stand there.
+        known: String,
+    },
+    /// It has no programs for such a machine.
+    #[error(
+        "post: {post} writes no program for {axes}; choose another post, or give a post file with [{table}]"
+    )]
+    Axes {
+        /// Its name.
+        post: String,
+        /// The table that it lacks.
+        table: &'static str,
+        /// Which axes.
+        axes: &'static str,
+    },
+    /// It has no word for a coolant.
+    #[error("post: {post} has no coolant \"{coolant}\"; it has {known}")]
+    Coolant {
+        /// Its name.
+        post: String,
+        /// As asked for.
+        coolant: &'static str,
+        /// Those that it has.
+        known: String,
+    },
+    /// It has no word for a work offset.
+    #[error("post: {post} has no work offset {offset}; it has {known}")]
+    WorkOffset {
+        /// Its name.
+        post: String,
+        /// As asked for.
+        offset: &'static str,
+        /// Those that it has.
+        known: String,
+    },
+}
+
 /// Why a path cannot be written as a program.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum PostError {
+    /// The post-processor cannot write such programs.
+    #[error(transparent)]
+    Dialect(#[from] DialectError),
     /// There is nothing to write.
     #[error("post: the path has no points")]
     Empty,

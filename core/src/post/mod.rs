@@ -1,34 +1,50 @@
-//! [`Toolpath`] → [`Program`]: a dialect is data, the renderer is shared.
+//! [`Toolpath`] → [`Program`]: a post-processor is data, the renderer is shared.
 //!
 //! | file | what |
 //! |---|---|
-//! | `dialect` | what differs between controllers |
-//! | `linuxcnc` | that of LinuxCNC |
-//! | `render` | blocks, modal words, feeds |
+//! | `dialect` | a post's file: what differs between controllers; those that come along are in `core/posts` |
+//! | `blocks` | lines of a program: `{name}`s filled in, numbers formatted, unchanged words left out |
+//! | `render` | points → blocks |
 
+mod blocks;
 mod dialect;
 mod error;
-mod linuxcnc;
 mod program;
 mod render;
 
-pub use error::PostError;
+pub use dialect::Dialect;
+pub use error::{DialectError, PostError};
 pub use program::{Program, ProgramOptions};
 
-use crate::machine::Post;
+use crate::machine::{Axes, Setup};
 use crate::toolpath::Toolpath;
 
 /// Writes a path as a program.
 ///
-/// Three-axis programs give the tip and feed per minute; five-axis ones the position of the tip in the
-/// turned table (rotary centre at program zero) and inverse time, so that the feed holds at the
-/// contact; rotary moves are split until the tip stays within half the tolerance of the straight line.
+/// Three-axis programs give the tip and feed per minute. Five-axis ones give what the post asks for: positions of the
+/// machine's axes (rotary centre at program zero), or the tip in the workpiece with tool centre control on; the tool
+/// axis by the angles of the tables or by its direction. Moves are split until what the controller makes of them stays
+/// within half the tolerance of the path; the feed holds at the contact, by inverse time or by the speed of the tip in
+/// each block.
 ///
 /// # Errors
 /// [`PostError`]; nothing is written that would rapid below the rapid plane or feed at no speed.
-pub fn program(path: &Toolpath, options: &ProgramOptions) -> Result<Program, PostError> {
-    let dialect = match options.post {
-        Post::LinuxCnc => &linuxcnc::DIALECT,
-    };
+pub fn program(
+    path: &Toolpath,
+    options: &ProgramOptions,
+    dialect: &Dialect,
+) -> Result<Program, PostError> {
+    check(dialect, options.machine.axes, &options.setup)?;
     render::render(path, options, dialect)
+}
+
+/// Whether a post can write programs for such a machine with such a setup.
+///
+/// # Errors
+/// [`DialectError`]: no such axes, coolant or work offset.
+pub fn check(dialect: &Dialect, axes: Axes, setup: &Setup) -> Result<(), DialectError> {
+    dialect.program(axes)?;
+    dialect.coolant(setup.coolant)?;
+    dialect.work_offset(setup.work_offset)?;
+    Ok(())
 }

@@ -1,13 +1,11 @@
 //! What a program is made of, and what is made.
 
-use crate::machine::{Machine, Post};
+use crate::machine::{Machine, Setup};
 use crate::tool::Tool;
 
 /// What a program needs beside the path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProgramOptions {
-    /// The dialect.
-    pub post: Post,
     /// Name of the job, for a comment.
     pub name: String,
     /// The machine.
@@ -17,8 +15,8 @@ pub struct ProgramOptions {
     pub rapid_plane: f64,
     /// The cutter.
     pub tool: Tool,
-    /// Its number in the tool table.
-    pub tool_number: u32,
+    /// Numbers of program, cutter and offsets; coolant; direction of the spindle.
+    pub setup: Setup,
     /// Spindle speed, rev/s.
     pub spindle: f64,
     /// Path tolerance, mm: blending on the machine, and half of it for interpolation between rotary
@@ -32,5 +30,5 @@ pub struct Program {
     /// The text, ASCII, lines ended by a line feed.
     pub text: String,
     /// Customary extension of its file.
-    pub extension: &'static str,
+    pub extension: String,
 }

@@ -1,16 +1,23 @@
-//! The renderer: points → blocks, with unchanged words left out.
+//! The renderer: points → blocks.
 
-use super::dialect::Dialect;
+use super::blocks::{Blocks, Letter, notes};
+use super::dialect::{Dialect, FeedMode, Orientation, Position};
 use super::error::PostError;
 use super::program::{Program, ProgramOptions};
-use crate::geometry::DVec3;
+use crate::geometry::{DVec3, math};
 use crate::machine::{Axes, Leg, Rotary, Tables};
 use crate::machine_time::commanded_time;
-use crate::toolpath::{MoveKind, PathPoint, Toolpath, push_fixed};
+use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use crate::units::{MINUTE, per_minute};
 
 /// How far below the rapid plane a rapid may be through rounding, mm.
 const ROUNDING: f64 = 1e-6;
+/// How far below it a point is lifted to it, mm: less is left of rounded angles.
+const LOW: f64 = 1e-3;
+/// Travel of the tip below which a block is timed by the turn of the axis, mm: a few of the last digits.
+const STILL: f64 = 1e-3;
+/// Shortest time of a block, s.
+const SHORTEST: f64 = 1e-4;
 
 pub(super) fn render(
     path: &Toolpath,
@@ -18,27 +25,34 @@ pub(super) fn render(
     dialect: &Dialect,
 ) -> Result<Program, PostError> {
     check(path, options)?;
-    let mut text = String::with_capacity(48 * path.points.len() + 1024);
-    header(&mut text, options, dialect);
-    let tables = Tables::new(&options.machine, options.tolerance, options.tool.radius());
-    let tables = tables.rounded(dialect.decimals[1]);
-    let reach = [(f64::INFINITY, f64::NEG_INFINITY); 3];
-    let mut writer = Writer {
-        text,
-        options,
-        dialect,
-        tables,
-        modal: Default::default(),
-        reach,
-        legs: Vec::new(),
+    let program = dialect.program(options.machine.axes)?;
+    let form = match (options.machine.axes, program.position, program.orientation) {
+        (Axes::ThreeAxis, ..) => Form::Linear,
+        (Axes::Xyzac, Position::Machine, _) => Form::Machine,
+        (Axes::Xyzac, Position::Tip, Orientation::Angles) => Form::TipAngles,
+        (Axes::Xyzac, Position::Tip, Orientation::Vector) => Form::TipVector,
     };
-    writer.start(&path.points)?;
+    let tables = Tables::new(&options.machine, options.tolerance, options.tool.radius())
+        .keeping_tip(form.keeps_tip());
+    let tables = match form {
+        // The controller finds the angles by itself.
+        Form::TipVector => tables,
+        _ => tables.rounded(dialect.angle_decimals()),
+    };
+    let mut blocks = Blocks::new(options, dialect)?;
+    blocks.text.reserve(48 * path.points.len() + 1024);
+    blocks.header(options, notes(options.machine.axes, form.keeps_tip()));
+    blocks.start();
+    let reach = [(f64::INFINITY, f64::NEG_INFINITY); 3];
+    let (feed_mode, legs) = (program.feed_mode, Vec::new());
+    let mut writer = Writer { blocks, options, form, feed_mode, tables, reach, legs };
+    writer.start(&path.points);
     for pair in path.points.windows(2) {
         writer.step(&pair[0], &pair[1])?;
     }
     writer.finish(&path.points[path.points.len() - 1], last_feed(&path.points));
     check_travel(&writer.reach, options)?;
-    Ok(Program { text: writer.text, extension: dialect.extension })
+    Ok(Program { text: writer.blocks.text, extension: dialect.extension.clone() })
 }
 
 /// Everything that would make the program wrong, before anything is written.
@@ -95,68 +109,32 @@ fn last_feed(points: &[PathPoint]) -> Option<f64> {
     feed_of(points[1..].iter().rev())
 }
 
-fn header(text: &mut String, options: &ProgramOptions, dialect: &Dialect) {
-    let tool = &options.tool;
-    let kind = tool.kind().name();
-    let mut cutter = format!("tool {}: {kind} end mill, diameter ", options.tool_number);
-    push_fixed(&mut cutter, 2.0 * tool.radius(), 4);
-    cutter.push_str(" corner radius ");
-    push_fixed(&mut cutter, tool.corner_radius(), 4);
-    let name = format!("job: {}", options.name);
-    let mut comments = vec!["evencut", &name, &cutter, "mm, tool tip programmed"];
-    if options.machine.axes == Axes::Xyzac {
-        comments.push("table A about X carries table C about Z, centre at program zero");
-        comments.push("machine coordinates: run with trivial kinematics, tool centre control off");
-    }
-    for comment in comments {
-        text.push_str(dialect.comment[0]);
-        text.extend(comment.chars().take(100).map(plain));
-        text.push_str(dialect.comment[1]);
-        text.push('\n');
-    }
-    for block in dialect.preamble {
-        text.push_str(&filled(block, options, dialect));
-        text.push('\n');
-    }
+/// What the coordinates of a program are.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+enum Form {
+    /// The tip, on three axes.
+    Linear,
+    /// Positions of the axes of the machine.
+    Machine,
+    /// The tip in the workpiece and the angles of the tables.
+    TipAngles,
+    /// The tip in the workpiece and the direction of the tool axis.
+    TipVector,
 }
 
-/// A character that means nothing to a controller inside a comment.
-fn plain(c: char) -> char {
-    let harmless = c.is_ascii_alphanumeric() || " .,:-+_=/".contains(c);
-    if harmless { c } else { '_' }
-}
-
-fn filled(block: &str, options: &ProgramOptions, dialect: &Dialect) -> String {
-    let number = |value: f64, decimals: u32| {
-        let mut out = String::new();
-        push_fixed(&mut out, value, decimals);
-        out
-    };
-    let feed_mode = match options.machine.axes {
-        Axes::ThreeAxis => dialect.feed_per_minute,
-        Axes::Xyzac => dialect.inverse_time,
-    };
-    block
-        .replace("{tolerance}", &number(options.tolerance, 4))
-        .replace("{tool}", &options.tool_number.to_string())
-        .replace("{speed}", &number(per_minute(options.spindle), 0))
-        .replace("{feed_mode}", feed_mode)
-}
-
-/// What the controller remembers, as written.
-#[derive(Default)]
-struct Modal {
-    motion: Option<bool>,
-    words: [String; 5],
-    feed: String,
+impl Form {
+    /// Whether the controller keeps the tip on its line while the tables turn.
+    fn keeps_tip(self) -> bool {
+        matches!(self, Self::TipAngles | Self::TipVector)
+    }
 }
 
 struct Writer<'a> {
-    text: String,
+    blocks: Blocks<'a>,
     options: &'a ProgramOptions,
-    dialect: &'a Dialect,
+    form: Form,
+    feed_mode: FeedMode,
     tables: Tables,
-    modal: Modal,
     /// Least and greatest position of each linear axis so far, mm.
     reach: [(f64, f64); 3],
     /// Of the move that is being written.
@@ -169,133 +147,200 @@ enum Speed {
     Rapid,
     /// mm/s.
     Feed(f64),
-    /// Time of the block, s.
-    Time(f64),
+    /// Time of the block, s; travel of the tip in the workpiece, mm; turn of the axis, rad.
+    Time {
+        time: f64,
+        travel: f64,
+        turn: f64,
+    },
+}
+
+/// Where a block ends.
+#[derive(Copy, Clone)]
+struct Place {
+    /// In the workpiece.
+    tip: DVec3,
+    axis: DVec3,
+    rotary: Rotary,
+}
+
+impl Place {
+    fn machine(&self) -> DVec3 {
+        self.rotary.to_machine(self.tip)
+    }
 }
 
 impl Writer<'_> {
     /// To the first point: up to the rapid plane, across, then down.
-    fn start(&mut self, points: &[PathPoint]) -> Result<(), PostError> {
+    fn start(&mut self, points: &[PathPoint]) {
         let first = &points[0];
         let plane = self.options.rapid_plane;
         let target = self.place(first);
-        let safe = target.z.max(plane);
-        self.block(Speed::Rapid, [None, None, Some(safe)], None);
-        self.block(
-            Speed::Rapid,
-            [Some(target.x), Some(target.y), Some(safe)],
-            Some(self.tables.at),
-        );
-        if target.z < plane - ROUNDING {
-            let feed = feed_of(points[1..].iter()).unwrap_or(self.options.machine.max_feed);
-            self.vertical(target, safe - target.z, feed);
+        let low = Some(plane - target.machine().z).filter(|low| *low > LOW).unwrap_or(0.0);
+        let safe = Place { tip: target.tip + low * target.axis, ..target };
+        match self.form {
+            // Blocks of which each gives all coordinates cannot go up alone.
+            Form::Linear | Form::Machine if self.blocks.repeats_words() => {}
+            Form::Linear | Form::Machine => {
+                self.extend(safe.machine());
+                self.blocks.go(None, &[(Letter::Z, safe.machine().z)]);
+            }
+            // The tables turn before the control follows them.
+            Form::TipAngles => {
+                self.blocks.go(None, &angles(safe.rotary));
+                self.blocks.control(true);
+            }
+            Form::TipVector => self.blocks.control(true),
         }
-        Ok(())
+        self.block(Speed::Rapid, safe);
+        if low > 0.0 {
+            let feed = feed_of(points[1..].iter()).unwrap_or(self.options.machine.max_feed);
+            self.along_axis(target, low, feed);
+        }
     }
 
     fn finish(&mut self, last: &PathPoint, feed: Option<f64>) {
-        let plane = self.options.rapid_plane;
-        let at = self.tables.at.to_machine(last.tip);
-        if at.z < plane - ROUNDING {
+        let at = Place { tip: last.tip, axis: last.axis, rotary: self.tables.at };
+        let low = self.options.rapid_plane - at.machine().z;
+        if low > LOW {
             let feed = feed.unwrap_or(self.options.machine.max_feed);
-            self.vertical(DVec3::new(at.x, at.y, plane), plane - at.z, feed);
+            self.along_axis(Place { tip: at.tip + low * at.axis, ..at }, low, feed);
         }
-        for block in self.dialect.ending {
-            self.text.push_str(block);
-            self.text.push('\n');
+        if self.form.keeps_tip() {
+            self.blocks.control(false);
         }
+        self.blocks.end();
     }
 
-    /// A move at feed along the machine's Z.
-    fn vertical(&mut self, target: DVec3, length: f64, feed: f64) {
-        let speed = match self.options.machine.axes {
-            Axes::ThreeAxis => Speed::Feed(feed),
-            Axes::Xyzac => Speed::Time(length / feed),
+    /// A move at feed along the tool axis.
+    fn along_axis(&mut self, to: Place, travel: f64, feed: f64) {
+        let speed = match self.form {
+            Form::Linear => Speed::Feed(feed),
+            _ => Speed::Time { time: travel / feed, travel, turn: 0.0 },
         };
-        self.block(speed, target.to_array().map(Some), Some(self.tables.at));
+        self.block(speed, to);
     }
 
     /// The move between two points of the path.
     fn step(&mut self, from: &PathPoint, to: &PathPoint) -> Result<(), PostError> {
-        if to.kind == MoveKind::Rapid {
-            let target = self.place(to);
-            self.block(Speed::Rapid, target.to_array().map(Some), Some(self.tables.at));
+        if self.form == Form::Linear {
+            let speed = match to.kind {
+                MoveKind::Rapid => Speed::Rapid,
+                _ => Speed::Feed(to.feed),
+            };
+            let place = self.place(to);
+            self.block(speed, place);
             return Ok(());
         }
-        if self.options.machine.axes == Axes::ThreeAxis {
-            self.block(Speed::Feed(to.feed), to.tip.to_array().map(Some), None);
+        if to.kind == MoveKind::Rapid {
+            self.rapid(from, to);
             return Ok(());
         }
         let time = commanded_time(from, to, &self.options.tool, &self.options.machine);
+        if self.form == Form::TipVector {
+            let least = self.tables.turn(to.axis);
+            let place = Place { tip: to.tip, axis: to.axis, rotary: self.tables.at };
+            let travel = from.tip.distance(to.tip);
+            let turn = angle(from.axis, to.axis);
+            self.block(Speed::Time { time: time.max(least), travel, turn }, place);
+            return Ok(());
+        }
+        self.legs(from, to, time)
+    }
+
+    /// A move at feed with the angles of the tables.
+    fn legs(&mut self, from: &PathPoint, to: &PathPoint, time: f64) -> Result<(), PostError> {
         let mut legs = core::mem::take(&mut self.legs);
         legs.clear();
-        let tolerance = self.options.tolerance;
+        let mut before = Place { tip: from.tip, axis: from.axis, rotary: self.tables.at };
         let ends = ((from.tip, from.axis), (to.tip, to.axis));
         let gone = self.tables.go(ends.0, ends.1, time, &mut legs);
+        let tolerance = self.options.tolerance;
         gone.map_err(|place| PostError::Singular { place, tolerance })?;
         for leg in &legs {
-            self.block(Speed::Time(leg.time), leg.to.to_array().map(Some), Some(leg.rotary));
+            let rotary = leg.rotary;
+            let place = Place { tip: rotary.to_part(leg.to), axis: rotary.axis(), rotary };
+            let travel = before.tip.distance(place.tip);
+            let turn = before.rotary.turn_to(rotary);
+            self.block(Speed::Time { time: leg.time, travel, turn }, place);
+            before = place;
         }
         self.legs = legs;
         Ok(())
     }
 
-    /// Turns the tables for a point and gives its machine coordinates.
-    fn place(&mut self, p: &PathPoint) -> DVec3 {
-        if self.options.machine.axes == Axes::ThreeAxis {
-            return p.tip;
-        }
-        self.tables.turn(p.axis);
-        self.tables.at.to_machine(p.tip)
-    }
-
-    /// Writes a block of the words that change; `None` leaves a coordinate, or the tables, alone.
-    fn block(&mut self, speed: Speed, position: [Option<f64>; 3], tables: Option<Rotary>) {
-        let [lengths, angles, feeds] = self.dialect.decimals;
-        for (reach, p) in self.reach.iter_mut().zip(position) {
-            *reach = (reach.0.min(p.unwrap_or(reach.0)), reach.1.max(p.unwrap_or(reach.1)));
-        }
-        let rotary = match (self.options.machine.axes, tables) {
-            (Axes::Xyzac, Some(Rotary { a, c })) => [Some(a.to_degrees()), Some(c.to_degrees())],
-            _ => [None, None],
-        };
-        let values = position.into_iter().chain(rotary);
-        let mut moved = String::new();
-        for (i, value) in values.enumerate() {
-            let Some(value) = value else { continue };
-            let mut word = String::with_capacity(16);
-            word.push(['X', 'Y', 'Z', 'A', 'C'][i]);
-            push_fixed(&mut word, value, if i < 3 { lengths } else { angles });
-            if word != self.modal.words[i] {
-                moved.push(' ');
-                moved.push_str(&word);
-                self.modal.words[i] = word;
-            }
-        }
-        if moved.is_empty() {
+    /// A rapid: the linear axes of the machine run straight, above part and stock.
+    fn rapid(&mut self, from: &PathPoint, to: &PathPoint) {
+        if !self.form.keeps_tip() {
+            let place = self.place(to);
+            self.block(Speed::Rapid, place);
             return;
         }
-        let feeding = !matches!(speed, Speed::Rapid);
-        let mut block = String::with_capacity(48);
-        if self.modal.motion != Some(feeding) {
-            self.modal.motion = Some(feeding);
-            block.push_str(if feeding { self.dialect.feed } else { self.dialect.rapid });
+        for (tip, rotary) in self.tables.turn_straight(from.tip, (to.tip, to.axis)) {
+            let axis = if tip == to.tip { to.axis } else { rotary.axis() };
+            self.block(Speed::Rapid, Place { tip, axis, rotary });
         }
-        block.push_str(&moved);
-        let mut feed = String::new();
-        match speed {
-            Speed::Rapid => {}
-            Speed::Feed(feed_rate) => push_fixed(&mut feed, per_minute(feed_rate), feeds),
-            // Each block is timed by itself; a move too short to time takes a tenth of a ms.
-            Speed::Time(time) => push_fixed(&mut feed, MINUTE / time.max(1e-4), feeds),
-        }
-        let always = matches!(speed, Speed::Time(_));
-        if feeding && (always || feed != self.modal.feed) {
-            block.push_str(" F");
-            block.push_str(&feed);
-            self.modal.feed = feed;
-        }
-        self.text.push_str(block.trim_start());
-        self.text.push('\n');
     }
+
+    /// Turns the tables for a point.
+    fn place(&mut self, p: &PathPoint) -> Place {
+        if self.form != Form::Linear {
+            self.tables.turn(p.axis);
+        }
+        Place { tip: p.tip, axis: p.axis, rotary: self.tables.at }
+    }
+
+    fn extend(&mut self, machine: DVec3) {
+        for (reach, p) in self.reach.iter_mut().zip(machine.to_array()) {
+            *reach = (reach.0.min(p), reach.1.max(p));
+        }
+    }
+
+    /// Writes a block that ends at a place.
+    fn block(&mut self, speed: Speed, to: Place) {
+        let machine = to.machine();
+        self.extend(machine);
+        let [a, c] = angles(to.rotary);
+        let linear = |p: DVec3| [(Letter::X, p.x), (Letter::Y, p.y), (Letter::Z, p.z)];
+        let feed = self.feed(speed);
+        match self.form {
+            Form::Linear => self.blocks.go(feed, &linear(to.tip)),
+            Form::Machine | Form::TipAngles => {
+                let position = if self.form == Form::Machine { machine } else { to.tip };
+                let [x, y, z] = linear(position);
+                self.blocks.go(feed, &[x, y, z, a, c]);
+            }
+            Form::TipVector => {
+                let [x, y, z] = linear(to.tip);
+                let axis = to.axis;
+                let vector = [(Letter::I, axis.x), (Letter::J, axis.y), (Letter::K, axis.z)];
+                self.blocks.go(feed, &[x, y, z, vector[0], vector[1], vector[2]]);
+            }
+        }
+    }
+
+    /// The number of the feed word, and whether it is to be written even if it does not change.
+    fn feed(&self, speed: Speed) -> Option<(f64, bool)> {
+        match (speed, self.feed_mode) {
+            (Speed::Rapid, _) => None,
+            (Speed::Feed(feed), _) => Some((per_minute(feed), false)),
+            // Each block is timed by itself.
+            (Speed::Time { time, .. }, FeedMode::InverseTime) => {
+                Some((MINUTE / time.max(SHORTEST), true))
+            }
+            (Speed::Time { time, travel, turn }, FeedMode::PerMinute) => {
+                let way = if travel > STILL { travel } else { turn.to_degrees() };
+                Some((MINUTE * way / time.max(SHORTEST), false))
+            }
+        }
+    }
+}
+
+fn angles(rotary: Rotary) -> [(Letter, f64); 2] {
+    [(Letter::A, rotary.a.to_degrees()), (Letter::C, rotary.c.to_degrees())]
+}
+
+/// Between two unit vectors, rad.
+fn angle(a: DVec3, b: DVec3) -> f64 {
+    math::atan2(a.cross(b).length(), a.dot(b))
 }

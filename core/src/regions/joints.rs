@@ -13,7 +13,7 @@ use crate::flat_path::Terrain;
 use crate::flatten::Locator;
 use crate::footprint::Footprint;
 use crate::geometry::DVec2;
-use crate::job::{CutDirection, Job, Traverse};
+use crate::job::{Job, Traverse};
 use crate::level_set::{ClosingOptions, Gap, Pass, PassField, shortened, uncovered};
 use crate::link::oriented;
 
@@ -182,8 +182,8 @@ struct Lags {
 
 impl Lags {
     fn of(options: &LayoutOptions) -> Self {
-        let job @ Job { path, cut, .. } = options.job;
-        let is_forward = cut.direction == CutDirection::Climb;
+        let job @ Job { path, .. } = options.job;
+        let is_forward = job.keeps_material_on_right();
         let ways = match path.traverse {
             Traverse::OneWay => [is_forward, !is_forward],
             Traverse::Zigzag => [true, true],

@@ -89,6 +89,11 @@ fn damaged_ply_files_are_read_or_refused() {
 }
 
 #[test]
+fn damaged_posts_are_read_or_refused() {
+    damaged_files("post", 4_000);
+}
+
+#[test]
 fn damaged_programs_are_read_or_refused() {
     damaged_files("program", 10_000);
 }

@@ -2,7 +2,7 @@
 import { $, bytes, make } from "./dom.js";
 import { Editor, spoken } from "./editor.js";
 import { CANCELLED, Engine } from "./engine.js";
-import { Drafts, Surfaces, base, isJob, isMesh, saveTheme, savedTheme } from "./store.js";
+import { Drafts, Surfaces, base, isJob, isMesh, isPost, saveTheme, savedTheme } from "./store.js";
 import { Views } from "./views.js";
 
 /** Rest after the last key before a job is checked, ms. */
@@ -173,7 +173,12 @@ async function plan() {
   };
   try {
     const held = async (file) => (file ? await surfaces.bytes(file) : null) ?? undefined;
-    const contents = { surface: await held(found.surface), wall: await held(found.wall), blades: [] };
+    const contents = {
+      surface: await held(found.surface),
+      wall: await held(found.wall),
+      post: await held(found.post),
+      blades: [],
+    };
     for (const file of found.blades) contents.blades.push([file, await held(file)]);
     if (run !== own) return;
     files = contents;
@@ -335,9 +340,9 @@ async function content(file) {
 async function take(list, afresh = false) {
   tell();
   const all = [...list];
-  const known = all.filter(({ name }) => isJob(name) || isMesh(name));
+  const known = all.filter(({ name }) => isJob(name) || isMesh(name) || isPost(name));
   const troubles = all.filter((file) => !known.includes(file))
-    .map(({ name }) => `${name}: not a job (.toml) and not a surface (.stl, .obj, .ply, .off, .json, .step, .stp)`);
+    .map(({ name }) => `${name}: not a job (.toml), a surface (.stl, .obj, .ply, .off, .json, .step, .stp) or a post (.post.toml)`);
   const files = await Promise.all(known.map(content));
   troubles.push(...files.filter((file) => file.trouble).map(({ name, trouble }) => `${name}: ${trouble}`));
   const good = files.filter((file) => !file.trouble);
@@ -350,7 +355,7 @@ async function take(list, afresh = false) {
     if (action) actions.push(action);
     pane("job");
   };
-  for (const file of meshes) {
+  for (const file of good.filter(({ name }) => !isJob(name))) {
     const stays = await surfaces.add(file.name, file.bytes);
     if (!stays) troubles.push(`${file.name}: too large, or not allowed, to be kept in this browser: it is gone when the page is closed`);
   }
@@ -369,7 +374,7 @@ async function surfaceAlone(meshes, open, troubles, actions, afresh) {
   const found = await check();
   const wanted = found?.surface;
   const isGiven = (file) => file && meshes.some(({ name }) => base(file) === name) && !surfaces.isExample(file);
-  if (isGiven(wanted) || isGiven(found?.wall) || found?.blades.some(isGiven)) return;
+  if (isGiven(wanted) || isGiven(found?.wall) || isGiven(found?.post) || found?.blades.some(isGiven)) return;
   // A job that can be read has no other error than that its surface is not here.
   const waits = wanted ? found.faults.find((fault) => fault.severity === "error") : null;
   const [mesh] = meshes;

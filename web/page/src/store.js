@@ -7,7 +7,8 @@ const MOST = 400e6;
 const MESHES = /\.(stl|obj|ply|off|json|step|stp)$/i;
 
 export const isMesh = (name) => MESHES.test(name);
-export const isJob = (name) => /\.toml$/i.test(name);
+export const isPost = (name) => /\.post\.toml$/i.test(name);
+export const isJob = (name) => /\.toml$/i.test(name) && !isPost(name);
 export const base = (name) => name.split("/").pop();
 
 // ---- surfaces

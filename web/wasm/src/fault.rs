@@ -29,7 +29,7 @@ pub fn check(source: &str, surfaces: &[String]) -> Value {
         Err(faults) => {
             let faults: Vec<Value> =
                 faults.0.iter().map(|fault| as_json(fault, Severity::Error, source)).collect();
-            json!({ "faults": faults, "surface": null, "wall": null, "blades": [], "name": null })
+            json!({ "faults": faults, "surface": null, "wall": null, "post": null, "blades": [], "name": null })
         }
         Ok(resolved) => {
             let surface = match &resolved.job.surface.source {
@@ -43,8 +43,10 @@ pub fn check(source: &str, surfaces: &[String]) -> Value {
             let no_wall = wall.filter(is_missing).map(missing(NamedFile::Wall));
             let blades = resolved.job.blade_files();
             let no_blade = blades.iter().copied().filter(is_missing).map(missing(NamedFile::Blade));
+            let post = resolved.job.post_file();
+            let no_post = post.filter(is_missing).map(missing(NamedFile::Post));
             let missing: Vec<Fault> =
-                no_surface.into_iter().chain(no_wall).chain(no_blade).collect();
+                no_surface.into_iter().chain(no_wall).chain(no_blade).chain(no_post).collect();
             let errors = missing.iter().map(|fault| as_json(fault, Severity::Error, source));
             let warnings =
                 resolved.warnings.0.iter().map(|f| as_json(f, Severity::Warning, source));
@@ -53,6 +55,7 @@ pub fn check(source: &str, surfaces: &[String]) -> Value {
                 "faults": faults,
                 "surface": surface,
                 "wall": wall,
+                "post": post,
                 "blades": blades,
                 "name": resolved.job.name,
             })

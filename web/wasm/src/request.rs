@@ -55,6 +55,9 @@ pub struct JobFiles {
     /// The mesh beside it.
     #[serde(default, with = "serde_bytes")]
     pub wall: Option<Vec<u8>>,
+    /// The post-processor's file.
+    #[serde(default, with = "serde_bytes")]
+    pub post: Option<Vec<u8>>,
     /// The surfaces of blades, by their names in the job.
     #[serde(default, deserialize_with = "named_bytes")]
     pub blades: Vec<(String, Vec<u8>)>,
@@ -81,7 +84,12 @@ impl JobFiles {
 
     /// The files that the job names.
     pub fn named(&self) -> Files<'_> {
-        Files { surface: self.surface.as_deref(), wall: self.wall.as_deref(), blades: &self.blades }
+        Files {
+            surface: self.surface.as_deref(),
+            wall: self.wall.as_deref(),
+            post: self.post.as_deref(),
+            blades: &self.blades,
+        }
     }
 
     /// A fault, with its place in the job file.
@@ -134,7 +142,7 @@ mod tests {
         );
         assert_eq!(
             asked(json!({ "texture": {
-                "job": { "source": "name", "surface": [1], "wall": [2], "blades": [["b.json", [9]]] },
+                "job": { "source": "name", "surface": [1], "wall": [2], "post": [5], "blades": [["b.json", [9]]] },
                 "path": [3], "at": [4.0, 5, 6.5],
             } })),
             Request::Texture {
@@ -142,6 +150,7 @@ mod tests {
                     source: source(),
                     surface: Some(vec![1]),
                     wall: Some(vec![2]),
+                    post: Some(vec![5]),
                     blades: vec![("b.json".into(), vec![9])],
                 },
                 path: vec![3],

@@ -86,6 +86,7 @@ impl Resolver<'_> {
             trochoid: trochoid?,
             machine,
             texture: None,
+            setup: self.setup(),
             output: self.output(),
         };
         if file.regions.blend.is_none() {

@@ -6,6 +6,7 @@ use crate::job::complete::Job;
 use crate::job::file::TextureTable;
 use crate::job::texture::{TextureCells, TextureOptions};
 use crate::job::units::radians;
+use crate::machine::SpindleDirection;
 
 impl Resolver<'_> {
     /// The window, if the job has one. `job`: all of it but its window.
@@ -26,6 +27,10 @@ impl Resolver<'_> {
         if whole && table.discretisation == Some(TextureCells::Constant) {
             let message = "a net of constant cells cannot cover a whole surface";
             self.fault("texture.discretisation", message, "use \"uniform\"");
+        }
+        if job.setup.spindle == SpindleDirection::CounterClockwise {
+            let message = "textures are simulated of cutters that turn clockwise";
+            self.fault("cut.spindle_direction", message, "leave it out, or leave out [texture]");
         }
         let flutes = by_default.tooth_runout.len();
         let teeth = match &table.tooth_runout {
