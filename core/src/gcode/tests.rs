@@ -193,6 +193,67 @@ fn arcs_that_miss_their_circle_are_findings() {
     assert_eq!(end(&plain("G0 X10 Y0 Z0\nG3 X0 Y10.25 I-10 F60\nM2")), DVec3::Y * 10.25);
 }
 
+/// With tool centre control on, what is programmed is the tip in the workpiece, whichever way the axis is given.
+#[test]
+fn tool_centre_control_programs_the_tip() {
+    let forms = [
+        // The axis that stands along Z with A at 90 and C at 0 degrees is Y.
+        "G0 A0 C0\nG43.4 H1\nG0 X1 Y2 Z3\nG1 X5 Y2 Z3 A90 F60",
+        "G0 A0 C0\nG43.5 H1\nG0 X1 Y2 Z3\nG1 X5 J1 K0 F60",
+        "G0 A0 C0\nG234 H1\nG0 X1 Y2 Z3\nG1 X5 A90 F60",
+        "TRAORI\nG0 X1 Y2 Z3 A3=0 B3=0 C3=1\nG1 X5 B3=1 C3=0 F60",
+    ];
+    let heidenhain = "0 BEGIN PGM P MM\n1 TOOL CALL 3 Z S100\n2 M3\n3 FUNCTION TCPM F TCP AXIS SPAT PATHCTRL VECTOR\n4 LN X+1 \
+                      Y+2 Z+3 TX+0 TY+0 TZ+1 FMAX\n5 LN X+5 Y+2 Z+3 TX+0 TY+1 TZ+0 F60\n6 M30\n7 END PGM P MM";
+    let cldata = "PARTNO P\nSPINDL/RPM,100,CLW\nRAPID\nGOTO/1,2,3,0,0,1\nFEDRAT/60,MMPM\nGOTO/5,2,3,0,1,0\nFINI";
+    let words = forms.map(|moves| format!("S100 M3\n{moves}\nG49\nM30"));
+    let programs = words.iter().map(String::as_str).chain([heidenhain, cldata]);
+    let options = ReadOptions { kinematics: Kinematics::Xyzac, ..ReadOptions::default() };
+    for text in programs {
+        let program = read(text, &options).unwrap_or_else(|error| panic!("{error}\n{text}"));
+        let (first, last) = (program.path.points[0], program.path.points.last().unwrap());
+        assert!(first.tip.distance(DVec3::new(1.0, 2.0, 3.0)) < 1e-12, "{text}");
+        assert!(last.tip.distance(DVec3::new(5.0, 2.0, 3.0)) < 1e-12, "{text}");
+        assert!(last.axis.distance(DVec3::Y) < 1e-12, "{text}: {}", last.axis);
+        // The tip goes straight, 4 mm at 60 mm/min, while the axis turns in the plane of Y and Z.
+        assert!((last.time - 4.0).abs() < 1e-12, "{text}: {} s", last.time);
+        assert!(program.path.points.len() > 3, "{text}");
+        for p in &program.path.points {
+            let way = (p.tip.x - 1.0) / 4.0;
+            assert!((p.tip.y - 2.0).abs() + (p.tip.z - 3.0).abs() < 1e-9, "{text}: {}", p.tip);
+            assert!(p.axis.x.abs() < 1e-9 && (0.0..=1.0).contains(&way), "{text}: {}", p.axis);
+        }
+        // Tables A and C carry the tip from where it is programmed: Rx(90) Rz(0) of it.
+        let at = program.machine.last().unwrap();
+        assert!(at.linear.distance(DVec3::new(5.0, -3.0, 2.0)) < 1e-9, "{text}: {}", at.linear);
+    }
+    // Tables B and C stand elsewhere for the same axis; tip and axis are the same.
+    let other = ReadOptions { kinematics: Kinematics::Xyzbc, ..ReadOptions::default() };
+    for text in [heidenhain, cldata] {
+        let program = read(text, &other).unwrap();
+        let last = program.path.points.last().unwrap();
+        assert!(last.axis.distance(DVec3::Y) < 1e-12 && (last.tip.x - 5.0).abs() < 1e-12);
+        // Any tables carry the tip to the same height.
+        assert!((program.machine.last().unwrap().linear.z - 2.0).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn other_formats_name_what_they_do_not_read() {
+    let heidenhain = |line: &str| fault(&format!("0 BEGIN PGM P MM\n{line}\n9 END PGM P MM")).1;
+    for line in ["1 CC X+1 Y+1", "1 CALL LBL 1", "L X+1 RL F100", "1 CYCL DEF 200 DRILLING", "FN 0: Q1 = 5"] {
+        assert!(matches!(heidenhain(line), Fault::Refused { .. }), "{line}");
+    }
+    for line in ["1 L X+1..2", "1 L IX+1", "1 L TX+", "1 L X1,5"] {
+        assert!(matches!(heidenhain(line), Fault::Word(_)), "{line}");
+    }
+    let cldata = |line: &str| fault(&format!("PARTNO P\n{line}\nFINI")).1;
+    for line in ["CYCLE/DRILL", "GOTO/1,2", "FEDRAT/0.1,MMPR", "CIRCLE/1,2,3,0,0,1,5"] {
+        assert!(matches!(cldata(line), Fault::Refused { .. }), "{line}");
+    }
+    assert!(matches!(cldata("GOTO/1,2,x"), Fault::Word(_)));
+}
+
 #[test]
 fn errors_name_the_line_and_the_remedy() {
     let at_start = "G0 X0 Y0 Z0\n";
@@ -212,7 +273,7 @@ fn errors_name_the_line_and_the_remedy() {
         "G10 L2 P1",
         "G52 X1",
         "G68 R10",
-        "G43.4",
+        "G43.1",
         "G95",
         "G96 S100",
         "G33",
