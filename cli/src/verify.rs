@@ -310,6 +310,7 @@ impl Verify {
             inaccessible: Vec::new(),
             bridges: Vec::new(),
             walls: None,
+            above: None,
             threads: self.threads(),
         };
         Ok(Subject {

@@ -68,6 +68,7 @@ fn judge(c: &mut Criterion) {
             inaccessible: Vec::new(),
             bridges: Vec::new(),
             walls: None,
+            above: None,
             threads: 2,
         };
         group.bench_function(name, |b| {

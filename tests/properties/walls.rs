@@ -306,3 +306,33 @@ fn check_clamp(cutter: &Cutter) {
     let gouge = found.figures.gouge.unwrap();
     assert!(gouge.height < -1.0, "{name}: {gouge:?}");
 }
+
+/// A holder of 40 mm over a clamp that is 12 mm high: it hits it where it begins 10 mm above the tip, and is clear of it
+/// where it begins as much higher as the simulation says.
+#[test]
+fn a_holder_keeps_clear_of_a_clamp() {
+    let clamp = block([-30.0, -10.0, -5.0], [-15.0, 10.0, 12.0]);
+    let files = Files { wall: Some(&clamp), ..Files::default() };
+    let with_stickout = |stickout: f64| {
+        let text = format!(
+            "version = 1\n[surface.analytic]\nkind = \"plane\"\nsize = 50.0\nresolution = 2.0\n[tool]\nkind = \"ball\"\ndiameter = \
+             6.0\nlength = 8.0\nstickout = {stickout}\nholder = [{{ diameter = 40.0, length = 30.0 }}]\nclearance = \
+             1.9\n[cut]\nscallop = 0.05\nfeed = 1000.0\ntolerance = 0.01\n[path]\npattern = \"iso-scallop\"\nwall_file = \
+             \"clamp.obj\"\n"
+        );
+        let job = job::read(text.as_bytes()).unwrap_or_else(|f| panic!("{f:?}")).job;
+        let again = job::read(job.to_toml().as_bytes()).unwrap().job;
+        assert_eq!(again, job);
+        let plan = plan(&job, files, 2, &mut |_, _| {}).unwrap();
+        judged(&job, &plan, 2).unwrap().verification().unwrap().clone()
+    };
+    let short = with_stickout(10.0);
+    let [sentence] = &short.broken[..] else { panic!("{:?}", short.broken) };
+    assert!(sentence.starts_with("the holder stays only -"), "{sentence}");
+    // Over the floor the holder has to begin 1.9 mm above the clamp.
+    assert!(sentence.ends_with("; 4 mm more of stickout would clear it"), "{sentence}");
+    let long = with_stickout(14.0);
+    assert!(long.passed, "{:?}", long.broken);
+    let [holder] = &long.above_cutter[..] else { panic!("{:?}", long.above_cutter) };
+    assert!((1.95..=2.05).contains(&holder.clearance_mm), "{holder:?}");
+}

@@ -37,7 +37,8 @@ use evencut_core::surface;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
 use evencut_core::units::per_minute;
 use evencut_core::verify::{
-    Facets, LoadOptions, Rise, Sphere, Verification, VerifyError, VerifyOptions, Walls, verify,
+    AboveCutter, Facets, LoadOptions, Rise, Sphere, Verification, VerifyError, VerifyOptions,
+    Walls, verify,
 };
 use texture::{TextureResults, texture_on};
 
@@ -499,8 +500,15 @@ pub fn verify_options(job: &Job, cusp_limit: f64, threads: usize) -> VerifyOptio
         inaccessible: Vec::new(),
         bridges: Vec::new(),
         walls: (job.path.boundary == Boundary::Wall).then(|| walls(job)),
+        above: above_cutter(job),
         threads,
     }
+}
+
+/// What is above the cutter of a job; of a hub it is measured against its blades, apart.
+fn above_cutter(job: &Job) -> Option<AboveCutter> {
+    let is_known = job.hub.is_none() && !job.assembly.sections.is_empty();
+    is_known.then(|| AboveCutter { assembly: job.assembly.clone(), clearance: job.clearance })
 }
 
 /// The teeth of a job's cutter, and what may be asked of them.

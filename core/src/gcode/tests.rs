@@ -241,7 +241,9 @@ fn tool_centre_control_programs_the_tip() {
 #[test]
 fn other_formats_name_what_they_do_not_read() {
     let heidenhain = |line: &str| fault(&format!("0 BEGIN PGM P MM\n{line}\n9 END PGM P MM")).1;
-    for line in ["1 CC X+1 Y+1", "1 CALL LBL 1", "L X+1 RL F100", "1 CYCL DEF 200 DRILLING", "FN 0: Q1 = 5"] {
+    for line in
+        ["1 CC X+1 Y+1", "1 CALL LBL 1", "L X+1 RL F100", "1 CYCL DEF 200 DRILLING", "FN 0: Q1 = 5"]
+    {
         assert!(matches!(heidenhain(line), Fault::Refused { .. }), "{line}");
     }
     for line in ["1 L X+1..2", "1 L IX+1", "1 L TX+", "1 L X1,5"] {

@@ -25,8 +25,10 @@ pub struct Job {
     pub flatten: FlattenMethod,
     /// The cutter.
     pub tool: Tool,
-    /// The cutter with shank and holder.
+    /// The cutter with shank and holder; without sections where nothing is known of them.
     pub assembly: Assembly,
+    /// How far what is wider than the cutter stays clear, mm.
+    pub clearance: f64,
     /// Number of flutes.
     pub flutes: u32,
     /// Helix angle of the flutes, rad.
@@ -110,7 +112,8 @@ impl Job {
     pub fn cutter_length(&self) -> f64 {
         match self.machine.axes {
             Axes::ThreeAxis => f64::INFINITY,
-            Axes::Xyzac => 4.0 * self.tool.radius(),
+            Axes::Xyzac if self.assembly.sections.is_empty() => 4.0 * self.tool.radius(),
+            Axes::Xyzac => self.assembly.cutter_length.min(4.0 * self.tool.radius()),
         }
     }
 

@@ -268,18 +268,23 @@ pub struct ToolTable {
     /// Number of the offset of its diameter (D). The program compensates no diameter; a post may name it.
     #[schemars(extend("x-default" = "`length_offset`", "minimum" = 0, "maximum" = 99_999))]
     pub diameter_offset: Option<u32>,
-    /// Length from the tip to where the shank begins: flutes and neck. With `path.pattern = "hub"`.
+    /// Length from the tip to where the shank begins: flutes and neck.
     #[schemars(extend("x-unit" = "mm", "x-default" = "twice the diameter", "minimum" = 0.001, "maximum" = 1000.0))]
     pub length: Option<f64>,
-    /// Diameter of the shank. With `path.pattern = "hub"`.
+    /// Diameter of the shank.
     #[schemars(extend("x-unit" = "mm", "x-default" = "`diameter`", "minimum" = 0.001, "maximum" = 500.0))]
     pub shank_diameter: Option<f64>,
-    /// Length from the tip to the holder. With `path.pattern = "hub"`.
+    /// Length from the tip to the holder.
     #[schemars(extend("x-unit" = "mm", "x-default" = "ten diameters", "minimum" = 0.001, "maximum" = 2000.0))]
     pub stickout: Option<f64>,
-    /// The holder as cylinders and cones, from the shank upward. With `path.pattern = "hub"`.
+    /// The holder as cylinders and cones, from the shank upward.
     #[schemars(extend("x-default" = "none", "minItems" = 1, "maxItems" = 100))]
     pub holder: Option<Vec<HolderTable>>,
+    /// How far holder and shank, where they are wider than the cutter, must stay clear of part, stock and `path.wall_file`:
+    /// the simulation measures it on every move. Where the axis turns, a shank that is not wider must not cut in. Checked where
+    /// one of `length`, `shank_diameter`, `stickout` and `holder` is given; with `path.pattern = "hub"` there is `hub.clearance`.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "0.5 mm", "minimum" = 0.0, "maximum" = 100.0))]
+    pub clearance: Option<f64>,
 }
 
 /// A cylinder or a cone of a holder.

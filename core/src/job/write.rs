@@ -75,7 +75,7 @@ impl Job {
 
     /// What of the tool is above the cutter, where it is asked for.
     fn shank_and_holder(&self) -> ToolTable {
-        if self.hub.is_none() {
+        if self.assembly.sections.is_empty() {
             return ToolTable::default();
         }
         let of_part = |part| self.assembly.sections.iter().filter(move |s| s.part == part);
@@ -90,6 +90,7 @@ impl Job {
             shank_diameter: of_part(AssemblyPart::Shank).next().map(|s| 2.0 * s.radii[0]),
             stickout: of_part(AssemblyPart::Shank).next().map(|s| s.heights[1]),
             holder: (!holder.is_empty()).then_some(holder),
+            clearance: self.hub.is_none().then_some(self.clearance),
             ..ToolTable::default()
         }
     }

@@ -448,6 +448,7 @@ mod tests {
             inaccessible: Vec::new(),
             bridges: Vec::new(),
             walls: None,
+            above: None,
             threads: 1,
         };
         verify(path, PLANE, rest, &options, &mut |_| {}).unwrap()

@@ -302,6 +302,7 @@ mod tests {
             inaccessible: Vec::new(),
             bridges: Vec::new(),
             walls: None,
+            above: None,
             threads: 1,
         };
         let design = Facets { positions, faces: &faces };

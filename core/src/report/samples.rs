@@ -302,6 +302,14 @@ fn verification() -> VerificationFigures {
         inaccessible_residual_mm: 0.4,
         rest_mm2: 1.5,
         rest_height_mm: 0.4,
+        above_cutter: vec![AboveCutterFigures {
+            part: "holder".into(),
+            clearance_mm: 3.25,
+            is_at_least: false,
+            asked_mm: 0.5,
+            at_mm: [10.0, 4.0, 22.5],
+            line: Some(77),
+        }],
         load: Some(LoadFigures {
             engagement_deg: 108.0,
             engagement_limit_deg: Some(110.0),

@@ -5,8 +5,8 @@ use super::record::{FileRecord, Versions};
 use crate::geometry::DVec3;
 use crate::units::per_minute;
 use crate::verify::{
-    Band, Broken, Crests, Fault, Load, LoadOptions, Quantity, Spot, Verification, VerifyOptions,
-    WallFigures, Window, Worst,
+    Band, Broken, Crests, Fault, Load, LoadOptions, Nearest, Quantity, Spot, Verification,
+    VerifyOptions, WallFigures, Window, Worst,
 };
 use serde::Serialize;
 use std::fmt::Write;
@@ -68,6 +68,8 @@ pub struct VerificationFigures {
     pub mrr: Option<MrrFigures>,
     /// What was asked of the cutter at worst; null where the depth of the stock or the teeth are not known.
     pub load: Option<LoadFigures>,
+    /// How far shank and holder stay clear of part and stock, as far as they are known and can come near.
+    pub above_cutter: Vec<AboveCutterFigures>,
     /// Number of rapids that touch stock or part.
     pub rapids_in_stock: u64,
     /// The first of them.
@@ -287,6 +289,37 @@ impl LoadFigures {
     }
 }
 
+/// How far shank or holder stay clear of part and stock.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct AboveCutterFigures {
+    /// `shank` or `holder`.
+    pub part: String,
+    /// Least distance, mm; negative where it cuts in.
+    pub clearance_mm: f64,
+    /// Whether it is at least that: farther was not looked.
+    pub is_at_least: bool,
+    /// What was asked, mm.
+    pub asked_mm: f64,
+    /// The nearest place of the part, mm.
+    pub at_mm: [f64; 3],
+    /// Line of the path.
+    pub line: Option<u64>,
+}
+
+fn above_cutter(verification: &Verification, lines: &Lines) -> Vec<AboveCutterFigures> {
+    let nearest = verification.above.iter().flat_map(|above| &above.nearest);
+    let figures = |n: &Nearest| AboveCutterFigures {
+        part: n.part.name().to_owned(),
+        clearance_mm: n.distance,
+        is_at_least: n.is_farther,
+        asked_mm: n.wanted.max(0.0),
+        at_mm: n.place.to_array(),
+        line: lines.of(n.of),
+    };
+    nearest.map(figures).collect()
+}
+
 /// A move that may not be.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -370,6 +403,7 @@ impl VerificationFigures {
             rest_height_mm: if f.inaccessible.above > 0.0 { f.inaccessible.largest } else { 0.0 },
             mrr: mrr(verification, options, &lines),
             load: verification.load.zip(options.load).map(|(l, o)| LoadFigures::of(&l, &o)),
+            above_cutter: above_cutter(verification, &lines),
             rapids_in_stock: f.rapids.len() as u64,
             rapids: faults(&f.rapids),
             moves_without_feed: f.without_feed.len() as u64,
@@ -381,10 +415,25 @@ impl VerificationFigures {
     /// What was measured: labels and lines, that of the walls only where there are some.
     pub fn short(&self) -> Vec<(&'static str, String)> {
         let walls = self.walls.as_ref().map(|walls| ("walls", self.walls_line(walls)));
-        let first = [("scallop", self.scallop_line()), ("gouge", self.gouge_line())];
+        let gouge = self.gouge_line() + &self.above_line();
+        let first = [("scallop", self.scallop_line()), ("gouge", gouge)];
         let last = [("reach", self.reach_line()), ("rate", self.rate_line())];
         let load = self.load.as_ref().map(|load| ("load", load.line()));
         first.into_iter().chain(walls).chain(last).chain(load).collect()
+    }
+
+    /// How far shank and holder stay clear, after what is said of gouges.
+    fn above_line(&self) -> String {
+        let of = |n: &AboveCutterFigures| {
+            let least = if n.is_at_least { "at least " } else { "" };
+            format!("{} {least}{:.2}", n.part, n.clearance_mm)
+        };
+        let parts: Vec<String> = self.above_cutter.iter().map(of).collect();
+        let asked = self.above_cutter.iter().map(|n| n.asked_mm).fold(0.0, f64::max);
+        match parts.is_empty() {
+            true => String::new(),
+            false => format!("; {} mm clear ({asked:.2} asked)", parts.join(", ")),
+        }
     }
 
     fn scallop_line(&self) -> String {
@@ -728,6 +777,21 @@ fn described(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String 
                 format!("{} µm", micrometres(*tolerance))
             }
         ),
+        Broken::TooNear { nearest: n, farther_out } => {
+            let part = n.part.name();
+            let remedy = farther_out.map_or_else(
+                || "; no longer stickout would clear it".to_owned(),
+                |more| format!("; {more:.0} mm more of stickout would clear it"),
+            );
+            let how = match n.wanted > 0.0 {
+                true => format!(
+                    "the {part} stays only {:.3} mm clear of part and stock, asked are {:.3} mm,",
+                    n.distance, n.wanted
+                ),
+                false => format!("the {part} cuts {:.3} mm into the part", -n.distance),
+            };
+            format!("{how} at {}{}{remedy}", at(n.place), line(n.of))
+        }
         Broken::FitsNowhere { area } => format!(
             "nothing could be verified: the cutter fits nowhere on the {area:.2} mm²; use a smaller one"
         ),

@@ -81,36 +81,62 @@ pub fn clearance(
     threads: usize,
 ) -> Option<ClearanceFigures> {
     let survey = Survey::new(path, facets, assembly, beyond, accuracy)?;
-    let starts: Vec<usize> = (0..path.points.len()).step_by(CHUNK).collect();
-    let chunks = parallel::map(threads, &starts, |&from| survey.chunk(&path.points, from));
-    let first = nearest(path.points[0].tip, facets)?;
-    let mut figures = ClearanceFigures {
-        smallest: survey.beyond,
-        part: AssemblyPart::Cutter,
-        at: first,
-        move_index: 0,
-        by_part: PARTS.map(|p| survey.solids.iter().any(|s| s.0 == p).then_some(survey.beyond)),
-        at_by_part: [first; 3],
-        along: Vec::with_capacity(path.points.len()),
-    };
-    for (i, of_move) in chunks.iter().flatten().enumerate() {
-        let mut least = [survey.beyond; 3];
-        for (k, known) in of_move.iter().enumerate() {
-            let Some(known) = known else { continue };
-            let distance = known.distance();
-            least[k] = least[k].min(distance);
-            if let (true, Some(at)) = (figures.by_part[k].is_some_and(|d| distance < d), known.at) {
-                figures.at_by_part[k] = at;
-            }
-            figures.by_part[k] = figures.by_part[k].map(|d| d.min(distance));
-            if let (true, Some(at)) = (distance < figures.smallest, known.at) {
-                figures.smallest = distance;
-                (figures.part, figures.at, figures.move_index) = (PARTS[k], at, i);
-            }
-        }
-        figures.along.push(least);
+    survey.figures(path, facets, threads)
+}
+
+/// The same for shank and holder alone; `None` also where the assembly has neither.
+pub(super) fn clearance_of_sections(
+    path: &Toolpath,
+    facets: Facets,
+    assembly: &Assembly,
+    beyond: f64,
+    accuracy: f64,
+    threads: usize,
+) -> Option<ClearanceFigures> {
+    let mut survey = Survey::new(path, facets, assembly, beyond, accuracy)?;
+    survey.solids.retain(|(part, _)| *part != AssemblyPart::Cutter);
+    if survey.solids.is_empty() {
+        return None;
     }
-    Some(figures)
+    survey.figures(path, facets, threads)
+}
+
+impl Survey {
+    fn figures(&self, path: &Toolpath, facets: Facets, threads: usize) -> Option<ClearanceFigures> {
+        let survey = self;
+        let starts: Vec<usize> = (0..path.points.len()).step_by(CHUNK).collect();
+        let chunks = parallel::map(threads, &starts, |&from| survey.chunk(&path.points, from));
+        let first = nearest(path.points[0].tip, facets)?;
+        let mut figures = ClearanceFigures {
+            smallest: survey.beyond,
+            part: AssemblyPart::Cutter,
+            at: first,
+            move_index: 0,
+            by_part: PARTS.map(|p| survey.solids.iter().any(|s| s.0 == p).then_some(survey.beyond)),
+            at_by_part: [first; 3],
+            along: Vec::with_capacity(path.points.len()),
+        };
+        for (i, of_move) in chunks.iter().flatten().enumerate() {
+            let mut least = [survey.beyond; 3];
+            for (k, known) in of_move.iter().enumerate() {
+                let Some(known) = known else { continue };
+                let distance = known.distance();
+                least[k] = least[k].min(distance);
+                if let (true, Some(at)) =
+                    (figures.by_part[k].is_some_and(|d| distance < d), known.at)
+                {
+                    figures.at_by_part[k] = at;
+                }
+                figures.by_part[k] = figures.by_part[k].map(|d| d.min(distance));
+                if let (true, Some(at)) = (distance < figures.smallest, known.at) {
+                    figures.smallest = distance;
+                    (figures.part, figures.at, figures.move_index) = (PARTS[k], at, i);
+                }
+            }
+            figures.along.push(least);
+        }
+        Some(figures)
+    }
 }
 
 /// The place of the facets nearest to a point.

@@ -6,6 +6,7 @@ use super::outcome::Outcome;
 use super::rate::{Rate, Window};
 use super::sweep::{SweptTile, Touch};
 use crate::geometry::{DVec3, math};
+use crate::tool::AssemblyPart;
 use crate::toolpath::{MoveKind, Toolpath};
 
 /// Upper ends of the slope bands, degrees; the last has none.
@@ -147,6 +148,23 @@ pub enum Quantity {
     Force,
 }
 
+/// The distance of a part of the assembly.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Nearest {
+    /// Shank or holder.
+    pub part: AssemblyPart,
+    /// Least distance from part and stock, mm, too small by the accuracy at most; negative where it cuts in.
+    pub distance: f64,
+    /// Whether it may be greater: farther is not looked.
+    pub is_farther: bool,
+    /// What was asked, mm.
+    pub wanted: f64,
+    /// Where on the part, mm.
+    pub place: DVec3,
+    /// Index of the move.
+    pub of: u32,
+}
+
 /// A limit that is broken, or the lack of anything to verify.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub enum Broken {
@@ -172,6 +190,13 @@ pub enum Broken {
         is_deeper: bool,
         /// Tolerance, mm.
         tolerance: f64,
+    },
+    /// Shank or holder come too near to part or stock.
+    TooNear {
+        /// What comes how near.
+        nearest: Nearest,
+        /// By how much farther the cutter would have to stand out, mm, if that would do.
+        farther_out: Option<f64>,
     },
     /// The cutter fits nowhere, so that nothing can be verified.
     FitsNowhere {

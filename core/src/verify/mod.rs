@@ -22,6 +22,7 @@
 //! method: Jerard, Drysdale, Hauck, Schaudt, Magewick, "Methods for detecting errors in numerically
 //! controlled machining of sculptured surfaces", IEEE CG&A 9(1) (1989).
 
+mod above;
 mod body;
 mod bound;
 mod clearance;
@@ -42,11 +43,12 @@ mod solids;
 mod sweep;
 mod walls;
 
+pub use above::AboveFigures;
 pub use clearance::{ClearanceFigures, clearance};
 pub use crests::Crests;
-pub use figures::{Band, Broken, Fault, Figures, MRR_NOISE, Quantity, Spot, WallFigures};
+pub use figures::{Band, Broken, Fault, Figures, MRR_NOISE, Nearest, Quantity, Spot, WallFigures};
 pub use load::{Load, LoadOptions, Worst};
-pub use options::{Sphere, VerifyOptions};
+pub use options::{AboveCutter, Sphere, VerifyOptions};
 pub use outcome::Outcome;
 pub use rate::{Rate, Window};
 pub use samples::Facets;
@@ -129,6 +131,8 @@ pub struct Verification {
     pub rate: Rate,
     /// What was asked of the cutter, where its teeth are known.
     pub load: Option<Load>,
+    /// How far shank and holder stay clear, where they are known.
+    pub above: Option<AboveFigures>,
     /// The samples, for pictures.
     pub samples: Vec<Outcome>,
 }
@@ -201,7 +205,8 @@ pub fn verify(
     let found = figures::Found { samples: &samples, further: &further, highest: scallops.highest };
     let walls = WallFigures::of(&on_walls, options);
     let measured = (&rate, load.as_ref());
-    let figures = figures::Figures::of(path, found, walls, &touches, measured, spacing, options);
+    let mut figures =
+        figures::Figures::of(path, found, walls, &touches, measured, spacing, options);
     let survey = crests::Survey {
         path,
         motion: &motion,
@@ -210,8 +215,10 @@ pub fn verify(
         allowance: options.allowance,
     };
     let crests = survey.crests(design, &samples, options.threads);
+    let above = above::measure(path, design, rest, options);
+    figures.broken.extend(above.iter().flat_map(AboveFigures::broken));
     progress(1.0);
-    Ok(Verification { figures, crests, rate, load, samples })
+    Ok(Verification { figures, crests, rate, load, above, samples })
 }
 
 /// The swept walls after the sweep.

@@ -3,7 +3,7 @@
 use super::load::LoadOptions;
 use super::walls::Walls;
 use crate::geometry::DVec3;
-use crate::tool::Tool;
+use crate::tool::{Assembly, Tool};
 
 /// Cutter, stock and limits.
 #[derive(Clone, Debug)]
@@ -37,8 +37,19 @@ pub struct VerifyOptions {
     /// Faces of the design surface over which the cutter bridges the part, by their numbers; empty where there are none.
     /// Nothing can be cut into there but the part, which is the rest.
     pub bridges: Vec<bool>,
+    /// What is above the cutter; `None` where it is not known.
+    pub above: Option<AboveCutter>,
     /// Number of threads; the result does not depend on it.
     pub threads: usize,
+}
+
+/// What is above the cutter, and how far it must stay clear.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AboveCutter {
+    /// The cutter with shank and holder.
+    pub assembly: Assembly,
+    /// Distance of what is wider than the cutter from part and stock, mm.
+    pub clearance: f64,
 }
 
 /// A sphere.

@@ -3,7 +3,7 @@
 use super::*;
 use crate::footprint::Footprint;
 use crate::geometry::math;
-use crate::tool::Tool;
+use crate::tool::{Assembly, AssemblyPart, Tool};
 use crate::toolpath::PathPoint;
 
 /// A triangle mesh made from a grid.
@@ -89,6 +89,7 @@ fn options(radius: f64, corner: f64) -> VerifyOptions {
         inaccessible: Vec::new(),
         bridges: Vec::new(),
         walls: None,
+        above: None,
         threads: 1,
     }
 }
@@ -992,4 +993,96 @@ fn nothing_need_be_reached_nearer_to_a_wall_than_the_tolerance() {
     let walls = Some(Walls { height: 3.0, rise: Rise::Up });
     assert_eq!(untouched(0.21, walls), 0.0);
     assert!(untouched(0.05, walls) > 3.0 && untouched(0.21, None) > 6.0);
+}
+
+/// A cutter with a holder of that radius, mm, that begins so high above its tip.
+fn above(stickout: f64, holder: f64, clearance: f64) -> Option<AboveCutter> {
+    let tool = Tool::new(5.0, 5.0).unwrap();
+    let section =
+        |part, heights, radius| crate::tool::Section { part, heights, radii: [radius; 2] };
+    let sections = vec![
+        section(AssemblyPart::Shank, [15.0, stickout], 5.0),
+        section(AssemblyPart::Holder, [stickout, stickout + 40.0], holder),
+    ];
+    Some(AboveCutter { assembly: Assembly { tool, cutter_length: 15.0, sections }, clearance })
+}
+
+/// Passes over a floor, the last one 15 mm from a wall of 60 mm.
+fn beside_a_wall(stickout: f64, clearance: f64) -> Verification {
+    let floor = Part::plane(40.0, 20.0);
+    let wall = Part::grid(2, 2, |u, v| DVec3::new(40.0 * u, 20.0, 60.0 * v));
+    let options = VerifyOptions {
+        above: above(stickout, 12.0, clearance),
+        spacing: 0.5,
+        ..options(5.0, 5.0)
+    };
+    let path = path(&raster(40.0, &evenly(-5.0, 1.0, 11)));
+    verify(&path, floor.facets(), wall.facets(), &options, &mut |_| {}).unwrap()
+}
+
+#[test]
+fn a_holder_stays_as_far_from_a_wall_as_it_is() {
+    // 15 mm from the axis to the wall, a holder of 12 mm, beside the wall from 30 mm up.
+    let v = beside_a_wall(30.0, 1.0);
+    let [holder] = &v.above.as_ref().unwrap().nearest[..] else { panic!("{:?}", v.above) };
+    assert_eq!(holder.part, AssemblyPart::Holder);
+    assert!((2.97..=3.0).contains(&holder.distance) && !holder.is_farther, "{holder:?}");
+    assert!((holder.place.y - 20.0).abs() < 1e-9 && holder.place.z > 29.9, "{holder:?}");
+    assert_eq!(v.above.as_ref().unwrap().farther_out, None);
+    assert!(!v.figures.broken.iter().any(|b| matches!(b, Broken::TooNear { .. })));
+    // 4 mm are kept once the holder begins `sqrt(4² - 3²)` above the wall: 62.65 mm, 33 whole mm farther out.
+    let v = beside_a_wall(30.0, 4.0);
+    let near = v.figures.broken.iter().find_map(|b| match b {
+        Broken::TooNear { nearest, farther_out } => Some((*nearest, *farther_out)),
+        _ => None,
+    });
+    let (nearest, farther_out) = near.expect("the holder is too near");
+    assert!((nearest.wanted, farther_out) == (4.0, Some(33.0)), "{nearest:?}, {farther_out:?}");
+    let v = beside_a_wall(63.0, 4.0);
+    assert!(!v.figures.broken.iter().any(|b| matches!(b, Broken::TooNear { .. })), "{:?}", v.above);
+    // Upright, a shank as wide as the cutter goes where that went.
+    assert!(v.above.unwrap().nearest.iter().all(|n| n.part == AssemblyPart::Holder));
+}
+
+/// Stock counts as part: a holder that begins 2 mm above the floor, with 0.5 mm of stock on it.
+#[test]
+fn a_holder_stays_clear_of_stock() {
+    let options =
+        VerifyOptions { above: above(15.0, 40.0, 1.0), spacing: 0.5, ..options(5.0, 5.0) };
+    let path = path(&raster(40.0, &evenly(-5.0, 1.0, 11)));
+    let floor = Part::plane(40.0, 20.0);
+    let v = judged(&path, &floor, &options);
+    let [holder] = &v.above.as_ref().unwrap().nearest[..] else { panic!("{:?}", v.above) };
+    let farthest = options.above.unwrap().clearance + 10.0;
+    assert!(holder.is_farther && (holder.distance - farthest).abs() < 1e-9, "{holder:?}");
+}
+
+/// A shank no wider than the cutter must not cut in where the axis leans toward a wall.
+#[test]
+fn a_leaning_shank_is_measured() {
+    let floor = Part::plane(40.0, 20.0);
+    let wall = Part::grid(2, 2, |u, v| DVec3::new(40.0 * u, 20.0, 60.0 * v));
+    let judged = |lean: f64| {
+        let axis = DVec3::new(0.0, math::sin(lean), math::cos(lean));
+        let pass = vec![(DVec3::new(0.0, 5.0, 0.0), DVec3::Z), (DVec3::new(40.0, 5.0, 0.0), axis)];
+        let options = VerifyOptions {
+            above: above(60.0, 5.0, 0.5),
+            spacing: 0.5,
+            length: 15.0,
+            ..options(5.0, 5.0)
+        };
+        let v = verify(&path(&[pass]), floor.facets(), wall.facets(), &options, &mut |_| {});
+        v.unwrap()
+            .above
+            .unwrap()
+            .nearest
+            .into_iter()
+            .find(|n| n.part == AssemblyPart::Shank)
+            .unwrap()
+    };
+    // At the height of 60 mm the axis leans by `60 tan`, and the shank reaches 5 mm across it.
+    for (lean, is_clear) in [(0.05_f64, true), (0.3, false)] {
+        let shank = judged(lean);
+        assert_eq!(shank.distance > 0.0, is_clear, "{lean}: {shank:?}");
+    }
 }

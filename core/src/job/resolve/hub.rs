@@ -30,12 +30,16 @@ impl Resolver<'_> {
     pub(super) fn assembly(&mut self, tool: Tool) -> Assembly {
         let table = &self.file.tool;
         let is_hub = self.is_hub();
-        for key in ["length", "shank_diameter", "stickout", "holder"] {
-            let key = format!("tool.{key}");
-            if !is_hub && self.places.has(&key) {
-                let help = "leave it out, or give `path.pattern = \"hub\"`";
-                self.fault(&key, "shank and holder are checked with the pattern hub only", help);
-            }
+        let given = ["length", "shank_diameter", "stickout", "holder"];
+        let is_known = is_hub || given.iter().any(|key| self.places.has(&format!("tool.{key}")));
+        if self.places.has("tool.clearance") {
+            let faulty = match (is_hub, is_known) {
+                (true, _) => Some("of a hub it is `hub.clearance`"),
+                (_, false) => Some("nothing is known of what is above the cutter"),
+                _ => None,
+            };
+            let help = "leave it out, or give `tool.stickout` and `tool.holder`";
+            faulty.into_iter().for_each(|message| self.fault("tool.clearance", message, help));
         }
         let ToolTable { length, shank_diameter, stickout, holder, .. } = table;
         let diameter = 2.0 * tool.radius();
@@ -67,7 +71,7 @@ impl Resolver<'_> {
             sections.push(Section { part: AssemblyPart::Holder, heights: [from, to], radii });
             from = to;
         }
-        sections.retain(|s| s.heights[1] > s.heights[0]);
+        sections.retain(|s| is_known && s.heights[1] > s.heights[0]);
         Assembly { tool, cutter_length, sections }
     }
 

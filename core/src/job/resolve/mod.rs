@@ -51,6 +51,8 @@ pub(super) fn resolve(document: Document) -> Result<Resolved, Faults> {
     }
 }
 
+/// How far what is wider than the cutter stays clear by default, mm.
+const CLEARANCE: f64 = 0.5;
 /// Overlap of the strips of neighbouring regions by default, nominal side steps. Smaller: the error of
 /// the passes shows in the cusps along borders; larger: longer paths.
 const BLEND: f64 = 0.1;
@@ -75,6 +77,7 @@ impl Resolver<'_> {
             surface,
             flatten: file.flatten.method.unwrap_or(FlattenMethod::Bff),
             assembly,
+            clearance: self.length(file.tool.clearance, CLEARANCE),
             tool,
             flutes: file.tool.flutes.unwrap_or(4),
             helix: radians(file.tool.helix.unwrap_or(30.0)),
