@@ -1,6 +1,7 @@
 //! The outline of the flat surface: one outer loop and its islands.
 
 use crate::flatten::Chart;
+use crate::geometry::OrderBy;
 use crate::geometry::{DVec2, cross2};
 use crate::surface::Surface;
 
@@ -25,7 +26,7 @@ impl Outline {
 
     /// A region from loops that have it on their left, in any order.
     pub fn from_loops(mut loops: Vec<Vec<DVec2>>) -> Self {
-        loops.sort_by(|a, b| signed_area(b).total_cmp(&signed_area(a)));
+        loops.order_by(|a, b| signed_area(b).total_cmp(&signed_area(a)));
         Self { loops }
     }
 

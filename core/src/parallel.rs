@@ -1,5 +1,6 @@
 //! Independent work on several threads, with results that do not depend on their number.
 
+use crate::geometry::OrderBy;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// `work` on every item, the results in the items' order.
@@ -30,7 +31,7 @@ pub fn map<T: Sync, R: Send>(threads: usize, items: &[T], work: impl Fn(&T) -> R
         }
         all
     });
-    all.sort_by_key(|(i, _)| *i);
+    all.order_by_key(|(i, _)| *i);
     all.into_iter().map(|(_, r)| r).collect()
 }
 

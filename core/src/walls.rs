@@ -12,6 +12,7 @@ use crate::cutter_location::{
     CheckMesh, Obstacles, PassOptions, Ruling, Stand, ToolAxis, tip, tool_axis,
 };
 use crate::flatten::Locator;
+use crate::geometry::OrderBy;
 use crate::geometry::{DVec2, DVec3};
 use crate::level_set::PassMesh;
 use crate::mesh::{FaceId, HalfEdgeId, VertexId};
@@ -337,7 +338,7 @@ impl<'a> SteepFaces<'a> {
             let next = keys(corners).into_iter().filter_map(|key| self.beside.get(&key)).flatten();
             open.extend(next.filter(|f| !known.contains(f)).map(|&f| (f, up)));
         }
-        out.sort_by_key(|f| f.0);
+        out.order_by_key(|f| f.0);
         out
     }
 }

@@ -278,7 +278,18 @@ fn a_post_that_cannot_be_read_says_why() {
         Dialect::read(source.replacen(old, new, 1).as_bytes()).unwrap_err().to_string()
     };
     let message = read("rapid = \"G0\"", "rapids = \"G0\"");
-    assert!(message.contains("unknown field `rapids`") && message.contains("line 5"), "{message}");
+    assert_eq!(message, "post: rapid: it is missing; it must be a text");
+    let message = read("rapid = \"G0\"", "colour = 3\nrapid = \"G0\"");
+    assert!(
+        message.starts_with("post: line 5: colour: there is no such key; there are name"),
+        "{message}"
+    );
+    let message = read("feed = 4", "feed = \"4\"");
+    assert!(message.ends_with("decimals.feed: it must be a whole number from 0"), "{message}");
+    let message = read("position = \"machine\"", "position = \"part\"");
+    assert!(message.ends_with("five_axis.position: it must be one of machine, tip"), "{message}");
+    let message = read("[words]", "[words");
+    assert!(message.contains("line 13"), "{message}");
     let message = read("{tool} M6", "{tol} M6");
     assert!(
         message.starts_with("post: a text of three_axis has {tol}; known are program"),

@@ -5,6 +5,7 @@
 //!   are a *group*; groups that meet the same face of the body are blades, and that face is the hub.
 //! - *Kind*: blades that are one another turned about the axis; the largest are main blades, others splitters.
 
+use evencut_core::geometry::OrderBy;
 use evencut_core::geometry::math::atan2;
 use evencut_core::geometry::{DMat3, DVec2, DVec3, any_perpendicular};
 use evencut_core::nurbs::NurbsSurface;
@@ -346,7 +347,7 @@ fn groups(
     for (i, of_face) in corners.iter().enumerate().filter(|(i, _)| !is_body(*i)) {
         all.extend(of_face.iter().map(|p| (*p, i)));
     }
-    all.sort_by(|a, b| a.0.x.total_cmp(&b.0.x).then(a.1.cmp(&b.1)));
+    all.order_by(|a, b| a.0.x.total_cmp(&b.0.x).then(a.1.cmp(&b.1)));
     // The first face of each group, by face.
     let mut first: Vec<usize> = (0..corners.len()).collect();
     for (k, (p, face)) in all.iter().enumerate() {
@@ -398,7 +399,7 @@ fn around(groups: &[&Group], axis: &Axis) -> usize {
         atan2(axis.way.cross(across).dot(off), across.dot(off))
     };
     let mut angles: Vec<f64> = groups.iter().map(middle).map(angle).collect();
-    angles.sort_by(f64::total_cmp);
+    angles.order_by(f64::total_cmp);
     let next = angles.iter().skip(1).copied().chain(angles.first().map(|a| a + TAU));
     let least = angles.iter().zip(next).map(|(a, b)| b - a).fold(TAU, f64::min);
     let count = (TAU / least.max(1e-3)).round();
@@ -423,7 +424,7 @@ fn kinds<'a>(groups: &[&'a Group]) -> Vec<Vec<&'a Group>> {
         }
     }
     let extent = |kind: &Vec<&Group>| kind.first().map_or(0.0, |g| g.extent());
-    kinds.sort_by(|a, b| extent(b).total_cmp(&extent(a)));
+    kinds.order_by(|a, b| extent(b).total_cmp(&extent(a)));
     kinds
 }
 

@@ -13,6 +13,7 @@ pub use files::{Input, OutputFile};
 use core::f64::consts::PI;
 use evencut_core::gcode::{self, GcodeError};
 use evencut_core::geometry::DVec3;
+use evencut_core::geometry::OrderBy;
 use evencut_core::job::{
     Boundary, FlattenMethod, ForceControl, Job, MinChip, Picture, PostSource, SurfaceSource,
 };
@@ -317,7 +318,7 @@ impl Written {
 
     fn drawings<'a>(&'a self, job: &Job, measured: Vec<&'a Drawing>) -> Vec<&'a Drawing> {
         let mut all: Vec<&Drawing> = self.pictures.iter().chain(measured).collect();
-        all.sort_by_key(|d| job.output.pictures.iter().position(|p| *p == d.picture));
+        all.order_by_key(|d| job.output.pictures.iter().position(|p| *p == d.picture));
         all
     }
 

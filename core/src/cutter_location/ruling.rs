@@ -7,6 +7,7 @@
 //! A cutter is pushed off walls across its axis: out of the worst ruling, then out of the next; if that brings it
 //! back into the previous one, to the place where it touches both, as in a corner.
 
+use crate::geometry::OrderBy;
 use crate::geometry::{DVec3, any_perpendicular};
 use crate::tool::Tool;
 use core::cmp::Ordering;
@@ -149,7 +150,7 @@ impl Rulings {
         let on_line = nearest.iter().filter(|n| n.2.distance(across) <= SAME_LINE);
         let mut inwards: Vec<DVec3> = on_line.map(|n| n.1.inward).collect();
         // In an order that is not that of the tree.
-        inwards.sort_by(|a, b| a.to_array().partial_cmp(&b.to_array()).unwrap_or(Ordering::Equal));
+        inwards.order_by(|a, b| a.to_array().partial_cmp(&b.to_array()).unwrap_or(Ordering::Equal));
         let out: DVec3 = inwards.into_iter().sum();
         let inward = query.inward(ruling);
         if across.dot(out.reject_from(axis)) > 0.0 {

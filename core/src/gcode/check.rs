@@ -6,6 +6,7 @@ use super::error::GcodeError;
 use super::interpret::read;
 use super::options::ReadOptions;
 use super::program::{Finding, FindingKind, GcodeProgram, Move};
+use crate::geometry::OrderBy;
 use crate::machine::Travel;
 use crate::units::{per_minute, per_second};
 
@@ -38,7 +39,7 @@ pub fn check(program: &GcodeProgram, options: &CheckOptions) -> Vec<Finding> {
     findings.extend(checker.rapids());
     findings.extend(checker.feeds());
     findings.extend(checker.travel());
-    findings.sort_by_key(|finding| (finding.line, finding.kind));
+    findings.order_by_key(|finding| (finding.line, finding.kind));
     findings
 }
 

@@ -3,11 +3,13 @@
 pub mod beyond;
 pub mod disc;
 pub mod math;
+mod order;
 pub mod polyline;
 pub mod shape;
 mod shown;
 
 pub use glam::{DMat3, DVec2, DVec3};
+pub use order::OrderBy;
 pub use shown::Shown;
 
 /// Twice the signed area of triangle `a b c`: positive when counter-clockwise.

@@ -15,6 +15,7 @@
 use super::error::HubError;
 use super::sampling::{Samples, toward_corner};
 use super::spline::{ParameterCurve, area};
+use crate::geometry::OrderBy;
 use crate::geometry::{DVec2, DVec3};
 use crate::nurbs::NurbsSurface;
 
@@ -339,7 +340,7 @@ impl<'a> Finder<'a> {
         };
         let mut left: Vec<(f64, &Vec<DVec2>)> =
             bounds.into_iter().map(|line| (length(line), line)).collect();
-        left.sort_by(|a, b| a.0.total_cmp(&b.0));
+        left.order_by(|a, b| a.0.total_cmp(&b.0));
         let mut rings = Vec::new();
         while let Some((mut total, first)) = left.pop() {
             let mut row: Vec<Vec<DVec2>> = vec![first.clone()];

@@ -21,6 +21,7 @@ use super::error::HubError;
 use super::geodesic::{Geodesic, geodesic};
 use super::sampling::{Sample, Samples, toward_corner};
 use super::spline::{ParameterCurve, area};
+use crate::geometry::OrderBy;
 use crate::geometry::{DVec2, DVec3, cross2};
 use crate::nurbs::NurbsSurface;
 
@@ -212,7 +213,7 @@ fn crossings(raw: &Samples, closed: bool) -> Vec<Event> {
     let ends = |i: usize| (raw.list[i].at, raw.list[(i + 1) % n].at);
     let mut order: Vec<usize> = (0..segments).collect();
     let low = |i: usize| ends(i).0.x.min(ends(i).1.x);
-    order.sort_by(|a, b| low(*a).total_cmp(&low(*b)));
+    order.order_by(|a, b| low(*a).total_cmp(&low(*b)));
     let mut events = Vec::new();
     for (k, &i) in order.iter().enumerate() {
         let (a, b) = ends(i);
@@ -232,7 +233,7 @@ fn crossings(raw: &Samples, closed: bool) -> Vec<Event> {
             events.push(Event { segment: j, m: m[1], crossing, change, at });
         }
     }
-    events.sort_by(|a, b| a.segment.cmp(&b.segment).then(a.m.total_cmp(&b.m)));
+    events.order_by(|a, b| a.segment.cmp(&b.segment).then(a.m.total_cmp(&b.m)));
     events
 }
 

@@ -12,6 +12,7 @@ use super::spline::ParameterCurve;
 use super::strips::{Line, Measured, Strip, ways};
 use super::wheel::Wheel;
 use crate::footprint::Footprint;
+use crate::geometry::OrderBy;
 use crate::geometry::{DVec2, DVec3};
 use crate::job::{HubChannels, HubOptions, HubPasses};
 use crate::nurbs::{NurbsSurface, TrimLoop};
@@ -574,7 +575,7 @@ fn gone_over(routes: &[Route], lines: &[Vec<Line>]) -> Gone {
             }
         }
     }
-    choices.sort_by(|a, b| a.0.total_cmp(&b.0));
+    choices.order_by(|a, b| a.0.total_cmp(&b.0));
     for (_, i, j) in choices {
         let (before, behind) = (&befores[i], &behinds[j]);
         let (Some(&from), Some(&to)) = (before.stations.last(), behind.stations.first()) else {

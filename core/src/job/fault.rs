@@ -1,5 +1,6 @@
 //! What is wrong with a job file, shown at the place where it is written.
 
+use crate::geometry::OrderBy;
 use std::fmt::Write;
 use std::ops::Range;
 
@@ -71,7 +72,7 @@ impl Faults {
 
     /// Puts the faults in the order of the file; those without a place come last.
     pub(super) fn sort(&mut self) {
-        self.0.sort_by_key(|f| f.span.as_ref().map_or((usize::MAX, 0), |s| (s.start, s.end)));
+        self.0.order_by_key(|f| f.span.as_ref().map_or((usize::MAX, 0), |s| (s.start, s.end)));
     }
 
     /// The faults as text: message, file, line, column, the source line with carets, and help.

@@ -1,5 +1,6 @@
 //! A commented job file to start from.
 
+use crate::geometry::OrderBy;
 use std::fmt::Write;
 
 use crate::geometry::{DVec3, math};
@@ -90,7 +91,7 @@ pub fn template(file: &str, facts: &SurfaceFacts) -> String {
     let radius = placed.concave_radius.map(|r| r * unit.mm());
     let size = facts.size.map(|s| if s.is_finite() { s.abs() * unit.mm() } else { 0.0 });
     let mut sorted = size;
-    sorted.sort_by(f64::total_cmp);
+    sorted.order_by(f64::total_cmp);
     let middle = sorted[1];
     // What the cutter bridges of a part does not limit it.
     let diameter = diameter_for(middle, radius.filter(|_| !whole));
@@ -277,7 +278,7 @@ impl Placed {
 
     fn is_rough(&self, facts: &SurfaceFacts) -> bool {
         let mut size = facts.size;
-        size.sort_by(f64::total_cmp);
+        size.order_by(f64::total_cmp);
         self.concave_radius.is_some_and(|radius| 2.0 * radius < ROUGH * size[1])
     }
 

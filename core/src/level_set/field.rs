@@ -6,6 +6,7 @@ use super::front::{Accuracy, Front};
 use super::refine::PassMesh;
 use super::strip_metric::{FlatMetric, StripMetric};
 use crate::flatten::{Chart, Locator};
+use crate::geometry::OrderBy;
 use crate::geometry::{DVec2, DVec3};
 use crate::mesh::{Connectivity, FaceId, HalfEdgeId, VertexId};
 use crate::surface::Surface;
@@ -132,7 +133,7 @@ impl PassField {
         let mut near = beside_curve(mesh, locator, curve);
         if !near.is_empty() {
             near.extend(beside_ways_on(mesh, curve));
-            near.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.abs().total_cmp(&b.1.abs())));
+            near.order_by(|a, b| a.0.cmp(&b.0).then(a.1.abs().total_cmp(&b.1.abs())));
             near.dedup_by_key(|n| n.0);
         }
         Self::from_beside(mesh, near, accuracy)
@@ -181,7 +182,7 @@ impl PassField {
             return Err(LevelSetError::Uneven { passes: f64::INFINITY });
         }
         let mut sorted: Vec<f64> = paces.iter().map(|p| p.passes).collect();
-        sorted.sort_by(f64::total_cmp);
+        sorted.order_by(f64::total_cmp);
         let typical = sorted.get(sorted.len() / 2).copied().unwrap_or(1.0) * (high - low);
         let count = (INTERVALS * typical).ceil().clamp(1.0, MOST_INTERVALS) as usize;
         let step = (high - low) / count as f64;
@@ -303,7 +304,7 @@ impl PassField {
     pub fn length_of_levels(&self, mesh: &PassMesh, last: f64) -> f64 {
         let of_face = |face: &[VertexId; 3]| {
             let mut corners = face.map(|v| (self.values[v.index()], mesh.positions()[v.index()]));
-            corners.sort_by(|a, b| a.0.total_cmp(&b.0));
+            corners.order_by(|a, b| a.0.total_cmp(&b.0));
             let [(low, a), (middle, b), (high, c)] = corners;
             // A corner that nothing reaches has no level.
             if !(high.is_finite() && low < high) {
@@ -405,7 +406,7 @@ fn beside_curve(mesh: &PassMesh, locator: &Locator, curve: &[DVec2]) -> Vec<(Ver
         near.extend(touched(&faces));
         near.extend(touched(&around));
     }
-    near.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.abs().total_cmp(&b.1.abs())));
+    near.order_by(|a, b| a.0.cmp(&b.0).then(a.1.abs().total_cmp(&b.1.abs())));
     near.dedup_by_key(|n| n.0);
     near
 }
@@ -425,7 +426,7 @@ struct Pace {
 /// The pace that makes passes and the branches beside them shortest: stretches that need more passes are machined
 /// once more, out and back; those that need more than twice as many, as often as passes are missing.
 fn cheapest_pace(list: &mut [Pace]) -> f64 {
-    list.sort_by(|a, b| b.passes.total_cmp(&a.passes));
+    list.order_by(|a, b| b.passes.total_cmp(&a.passes));
     let whole: f64 = list.iter().map(|p| p.length).sum();
     let mut best = (f64::INFINITY, 0.0);
     // Of the stretches that ask for more than the pace, and than twice the pace: their length, and the passes

@@ -1,5 +1,7 @@
 //! Symmetric sparse matrices and their graphs.
 
+use crate::geometry::OrderBy;
+
 /// A symmetric sparse matrix: its lower triangle with the diagonal, by columns.
 ///
 /// Rows ascend inside a column and the diagonal entry comes first.
@@ -37,7 +39,7 @@ impl SymmetricMatrix {
         column_start.push(0);
         for c in 0..n {
             let column = &mut grouped[start[c] as usize..start[c + 1] as usize];
-            column.sort_by_key(|e| e.0);
+            column.order_by_key(|e| e.0);
             row.push(c as u32);
             value.push(diagonal[c]);
             for &(r, v) in column.iter() {

@@ -8,6 +8,7 @@ use super::order::{Precedence, Sequence};
 use crate::engagement::Simulation;
 use crate::flat_path::FlatPoint;
 use crate::geometry::DVec2;
+use crate::geometry::OrderBy;
 use crate::job::{ForceControl, Links, RingOrder};
 use crate::level_set::{Branch, Pass};
 use crate::toolpath::MoveKind;
@@ -146,7 +147,7 @@ impl Course<'_> {
                 points: &branch.points,
             })
             .collect();
-        branches.sort_by_key(|b| b.at);
+        branches.order_by_key(|b| b.at);
         branches
     }
 }

@@ -9,6 +9,7 @@ use super::order::{Precedence, Sequence};
 use crate::flat_path::{FlatPoint, Terrain};
 use crate::footprint::Footprint;
 use crate::geometry::DVec2;
+use crate::geometry::OrderBy;
 use crate::job::{Links, RingOrder, Traverse};
 use crate::level_set::{INSIDE, Pass};
 use crate::toolpath::MoveKind;
@@ -142,7 +143,7 @@ impl Layer<'_> {
         let n = pass.points.len();
         let last = if pass.is_closed { n } else { n - 1 };
         let mut branches: Vec<_> = pass.branches.iter().collect();
-        branches.sort_by_key(|s| s.at);
+        branches.order_by_key(|s| s.at);
         let branches_at = |i: usize| branches.iter().filter(move |s| s.at == i);
         for i in 0..=last {
             let p = pass.points[i % n];

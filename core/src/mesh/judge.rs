@@ -3,6 +3,7 @@
 use super::edges::{Edges, Sets, component_roots, ends, fans, next_side};
 use super::repair::{face_area, orientation};
 use crate::geometry::DVec3;
+use crate::geometry::OrderBy;
 
 /// A connected component; faces hang together by edges.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -127,7 +128,7 @@ fn components(positions: &[DVec3], faces: &[[u32; 3]], edges: &Edges) -> Vec<Com
         component.faces += 1;
         component.area += face_area(positions, faces[f]);
     }
-    list.sort_by(|a, b| b.area.total_cmp(&a.area).then(a.first_face.cmp(&b.first_face)));
+    list.order_by(|a, b| b.area.total_cmp(&a.area).then(a.first_face.cmp(&b.first_face)));
     list
 }
 
@@ -150,7 +151,7 @@ fn boundary_loops(
         length[root] += (positions[b as usize] - positions[a as usize]).length();
     }
     let mut lengths: Vec<f64> = length.into_iter().filter(|l| *l > 0.0).collect();
-    lengths.sort_by(|a, b| b.total_cmp(a));
+    lengths.order_by(|a, b| b.total_cmp(a));
     lengths
 }
 

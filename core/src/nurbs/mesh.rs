@@ -12,6 +12,7 @@ use super::sizing::{Limits, Sizing};
 use super::start::Start;
 use super::surface::NurbsSurface;
 use crate::geometry::DVec2;
+use crate::geometry::OrderBy;
 use crate::mesh::TriangleSoup;
 use crate::mesh::repair::compact;
 
@@ -130,7 +131,7 @@ fn reach(mesh: &mut Mesh<'_>, chord: f64) -> Result<f64, Missed> {
         if far.is_empty() {
             return Ok(worst.0);
         }
-        far.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        far.order_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let sides = far.into_iter().map(|(_, side)| side).collect();
         mesh.split(sides).map_err(Missed::TooMany)?;
         // Flips and moves may undo what a split did; the last rounds go without.

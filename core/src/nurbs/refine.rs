@@ -14,6 +14,7 @@ use super::metric::{Metric, shape};
 use super::sizing::Sizing;
 use super::start::Start;
 use super::surface::NurbsSurface;
+use crate::geometry::OrderBy;
 use crate::geometry::{DVec2, DVec3};
 
 const NONE: u32 = u32::MAX;
@@ -269,7 +270,7 @@ impl<'a> Mesh<'a> {
                 long.push(if by_excess { (excess, side) } else { self.longest_beside(side) });
             }
         }
-        long.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        long.order_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let sides = long.into_iter().map(|(_, s)| s).collect();
         self.split(sides)
     }

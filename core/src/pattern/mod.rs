@@ -23,6 +23,7 @@ pub use spiral::spiral;
 
 use crate::flatten::Locator;
 use crate::footprint::Footprint;
+use crate::geometry::OrderBy;
 use crate::geometry::math::{cos, sin};
 use crate::geometry::{DVec2, DVec3};
 use crate::job::{FirstPass, Parameter, PathOptions, Pattern};
@@ -173,7 +174,7 @@ impl Sketch<'_> {
         };
         let rated = candidates.into_iter().map(|s| (cost(&s, Accuracy::Sketch), s));
         let mut rated: Vec<_> = rated.filter(|(cost, _)| cost.is_finite()).collect();
-        rated.sort_by(|a, b| a.0.total_cmp(&b.0));
+        rated.order_by(|a, b| a.0.total_cmp(&b.0));
         rated.truncate(FINALISTS);
         for (length, source) in &mut rated {
             *length = cost(source, Accuracy::Full);

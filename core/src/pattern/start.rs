@@ -1,6 +1,7 @@
 //! Start curves of iso-scallop passes.
 
 use crate::flatten::Locator;
+use crate::geometry::OrderBy;
 use crate::geometry::math::{atan2, cos, sin};
 use crate::geometry::{DVec2, DVec3};
 use crate::job::Start;
@@ -48,7 +49,7 @@ pub fn long_side(mesh: &PassMesh) -> DVec2 {
 
 /// The convex hull, counter-clockwise (Andrew's monotone chain).
 fn convex_hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
-    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    points.order_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     let mut hull: Vec<DVec2> = Vec::new();
     for pass in 0..2 {
         let start = hull.len();
@@ -347,7 +348,7 @@ fn sides(mesh: &PassMesh) -> Vec<Source> {
         (0..(to + n - from) % n).map(|i| at(from + i).distance(at(from + i + 1))).sum()
     };
     let mut order: Vec<usize> = (0..corners.len()).collect();
-    order.sort_by(|&a, &b| length(b).total_cmp(&length(a)).then(a.cmp(&b)));
+    order.order_by(|&a, &b| length(b).total_cmp(&length(a)).then(a.cmp(&b)));
     let at = |k: usize| mesh.uv()[outer[corners[k % corners.len()]].index()];
     let side = |k: usize| Source::Side(at(k), at(k + 1));
     order.into_iter().take(MOST_SIDES).map(side).collect()

@@ -1,9 +1,10 @@
 //! A post-processor as data: what differs between controllers.
 
 use super::error::DialectError;
+use super::keys::Keys;
 use crate::machine::{Axes, Coolant, Post, WorkOffset};
-use serde::Deserialize;
 use std::collections::BTreeMap;
+use toml::de::DeTable;
 
 /// Largest file that is read, bytes.
 const LARGEST: usize = 1 << 16;
@@ -35,8 +36,7 @@ pub(super) const FIELDS: [&str; 14] = [
 /// A post-processor: how the program of a controller is written. `docs/posts.md` has its keys.
 ///
 /// In the blocks `{name}` is replaced, and a block of which a `{name}` has no value is left out.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Dialect {
     /// Its name.
     pub(super) name: String,
@@ -45,54 +45,43 @@ pub struct Dialect {
     /// What opens and closes a comment.
     pub(super) comment: [String; 2],
     /// Blocks before the comments at the top, and after all others.
-    #[serde(default)]
     pub(super) first: Vec<String>,
-    #[serde(default)]
     pub(super) last: Vec<String>,
     pub(super) line_numbers: Option<LineNumbers>,
     /// Where the words of motion stand.
-    #[serde(default)]
     pub(super) motion: Motion,
     /// What begins a block at rapid speed, and one at feed.
     pub(super) rapid: String,
     pub(super) feed: String,
     /// Word of the feed in a block at rapid speed.
-    #[serde(default)]
     pub(super) rapid_feed: String,
     /// Stands before the coordinates.
-    #[serde(default)]
     pub(super) position: String,
     /// Stands between words.
-    #[serde(default = "blank")]
     pub(super) separator: String,
     pub(super) decimals: Decimals,
     pub(super) words: Words,
     pub(super) spindle: Spindle,
     /// The word for each kind of coolant, and for `off`.
-    #[serde(default)]
     pub(super) coolant: BTreeMap<String, String>,
     /// The word for each work offset, G54 to G59.3.
-    #[serde(default)]
     pub(super) work_offset: BTreeMap<String, String>,
     pub(super) three_axis: Option<Program>,
     pub(super) five_axis: Option<Program>,
 }
 
 /// Numbers of blocks.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct LineNumbers {
     pub prefix: String,
     pub first: u32,
     pub step: u32,
     /// Whether `first`, `last` and comments have them, too.
-    #[serde(default)]
     pub all: bool,
 }
 
 /// Where the words of motion stand.
-#[derive(Copy, Clone, Debug, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Default)]
 pub(super) enum Motion {
     /// Before the coordinates, where they change.
     #[default]
@@ -104,30 +93,24 @@ pub(super) enum Motion {
 }
 
 /// How numbers are written.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Decimals {
     /// Of lengths in mm.
     pub length: u32,
     /// Of angles in degrees.
-    #[serde(default = "angle_decimals")]
     pub angle: u32,
     /// Of the direction of the tool axis.
-    #[serde(default = "vector_decimals")]
     pub vector: u32,
     /// Of feeds in mm/min and in 1/min.
     pub feed: u32,
     /// Whether positive numbers have a sign.
-    #[serde(default)]
     pub plus: bool,
     /// Whether zeros at the end are left out: `1.5` and `2.` instead of `1.5000` and `2.0000`.
-    #[serde(default)]
     pub trimmed: bool,
 }
 
 /// Words of coordinates and feed; `{}` is the number.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Words {
     pub x: String,
     pub y: String,
@@ -143,43 +126,34 @@ pub(super) struct Words {
 }
 
 /// Words for the direction of the spindle.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Spindle {
     pub clockwise: String,
     pub counter_clockwise: String,
 }
 
 /// What differs with the axes of the machine.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Program {
     /// Blocks before the first move.
     pub start: Vec<String>,
     /// Blocks that turn tool centre control on and off, where the tip is programmed.
-    #[serde(default)]
     pub control_on: Vec<String>,
-    #[serde(default)]
     pub control_off: Vec<String>,
     /// Blocks after the last move.
     pub end: Vec<String>,
     /// Instead of those of the post.
     pub rapid: Option<String>,
     pub feed: Option<String>,
-    #[serde(default)]
     pub position: Position,
-    #[serde(default)]
     pub orientation: Orientation,
-    #[serde(default)]
     pub feed_mode: FeedMode,
     /// Whether words that do not change are written all the same.
-    #[serde(default)]
     pub repeat_words: bool,
 }
 
 /// What coordinates are those of.
-#[derive(Copy, Clone, Debug, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Default)]
 pub(super) enum Position {
     /// Positions of the machine's axes.
     #[default]
@@ -189,8 +163,7 @@ pub(super) enum Position {
 }
 
 /// How the tool axis is written.
-#[derive(Copy, Clone, Debug, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Default)]
 pub(super) enum Orientation {
     /// By the angles of the tables.
     #[default]
@@ -200,26 +173,13 @@ pub(super) enum Orientation {
 }
 
 /// What the feed word says.
-#[derive(Copy, Clone, Debug, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Default)]
 pub(super) enum FeedMode {
     /// Speed of the tip, mm/min; where only the tool axis turns, degrees/min.
     #[default]
     PerMinute,
     /// How often the block could be run in a minute.
     InverseTime,
-}
-
-fn blank() -> String {
-    " ".to_string()
-}
-
-fn angle_decimals() -> u32 {
-    4
-}
-
-fn vector_decimals() -> u32 {
-    7
 }
 
 impl Dialect {
@@ -254,10 +214,50 @@ impl Dialect {
         }
         let text = core::str::from_utf8(bytes).map_err(|_| DialectError::NotText)?;
         let text = text.trim_start_matches('\u{feff}');
-        let short = |message: String| message.trim_end().chars().take(LONGEST_MESSAGE).collect();
-        let dialect: Self =
-            toml::from_str(text).map_err(|error| DialectError::Toml(short(error.to_string())))?;
+        let syntax = |error: toml::de::Error| {
+            let message = error.to_string();
+            DialectError::Toml(message.trim_end().chars().take(LONGEST_MESSAGE).collect())
+        };
+        let document = DeTable::parse(text).map_err(syntax)?;
+        let dialect = Self::of_table(&mut Keys::of(document.get_ref(), "", text))?;
         dialect.validate()?;
+        Ok(dialect)
+    }
+
+    fn of_table(keys: &mut Keys) -> Result<Self, DialectError> {
+        let program = |keys: &mut Keys, name| keys.table(name, Program::of_table);
+        let dialect = Self {
+            name: keys.text("name")?,
+            extension: keys.text("extension")?,
+            comment: match &keys.texts("comment")?[..] {
+                [open, close] => [open.clone(), close.clone()],
+                _ => return Err(keys.fault("comment", "it must be two texts, before and after")),
+            },
+            first: keys.texts("first")?,
+            last: keys.texts("last")?,
+            line_numbers: keys.table("line_numbers", LineNumbers::of_table)?,
+            motion: keys.choice(
+                "motion",
+                &[
+                    ("modal", Motion::Modal),
+                    ("every-block", Motion::EveryBlock),
+                    ("own-line", Motion::OwnLine),
+                ],
+            )?,
+            rapid: keys.text("rapid")?,
+            feed: keys.text("feed")?,
+            rapid_feed: keys.optional("rapid_feed")?.unwrap_or_default(),
+            position: keys.optional("position")?.unwrap_or_default(),
+            separator: keys.optional("separator")?.unwrap_or_else(|| " ".to_string()),
+            decimals: keys.required("decimals", Decimals::of_table)?,
+            words: keys.required("words", Words::of_table)?,
+            spindle: keys.required("spindle", Spindle::of_table)?,
+            coolant: keys.table("coolant", |texts| texts.all_texts())?.unwrap_or_default(),
+            work_offset: keys.table("work_offset", |texts| texts.all_texts())?.unwrap_or_default(),
+            three_axis: program(keys, "three_axis")?,
+            five_axis: program(keys, "five_axis")?,
+        };
+        keys.nothing_left()?;
         Ok(dialect)
     }
 
@@ -401,7 +401,86 @@ impl Dialect {
     }
 }
 
+impl LineNumbers {
+    fn of_table(keys: &mut Keys) -> Result<Self, DialectError> {
+        let numbers = Self {
+            prefix: keys.text("prefix")?,
+            first: keys.number("first", None)?,
+            step: keys.number("step", None)?,
+            all: keys.flag("all")?,
+        };
+        keys.nothing_left()?;
+        Ok(numbers)
+    }
+}
+
+impl Decimals {
+    fn of_table(keys: &mut Keys) -> Result<Self, DialectError> {
+        let decimals = Self {
+            length: keys.number("length", None)?,
+            angle: keys.number("angle", Some(4))?,
+            vector: keys.number("vector", Some(7))?,
+            feed: keys.number("feed", None)?,
+            plus: keys.flag("plus")?,
+            trimmed: keys.flag("trimmed")?,
+        };
+        keys.nothing_left()?;
+        Ok(decimals)
+    }
+}
+
+impl Spindle {
+    fn of_table(keys: &mut Keys) -> Result<Self, DialectError> {
+        let clockwise = keys.text("clockwise")?;
+        let spindle = Self { clockwise, counter_clockwise: keys.text("counter-clockwise")? };
+        keys.nothing_left()?;
+        Ok(spindle)
+    }
+}
+
+impl Program {
+    fn of_table(keys: &mut Keys) -> Result<Self, DialectError> {
+        let program = Self {
+            start: keys.texts("start")?,
+            control_on: keys.texts("control_on")?,
+            control_off: keys.texts("control_off")?,
+            end: keys.texts("end")?,
+            rapid: keys.optional("rapid")?,
+            feed: keys.optional("feed")?,
+            position: keys
+                .choice("position", &[("machine", Position::Machine), ("tip", Position::Tip)])?,
+            orientation: keys.choice(
+                "orientation",
+                &[("angles", Orientation::Angles), ("vector", Orientation::Vector)],
+            )?,
+            feed_mode: keys.choice(
+                "feed_mode",
+                &[("per-minute", FeedMode::PerMinute), ("inverse-time", FeedMode::InverseTime)],
+            )?,
+            repeat_words: keys.flag("repeat_words")?,
+        };
+        keys.nothing_left()?;
+        Ok(program)
+    }
+}
+
 impl Words {
+    fn of_table(keys: &mut Keys) -> Result<Self, DialectError> {
+        let words = Self {
+            x: keys.text("x")?,
+            y: keys.text("y")?,
+            z: keys.text("z")?,
+            a: keys.optional("a")?,
+            c: keys.optional("c")?,
+            i: keys.optional("i")?,
+            j: keys.optional("j")?,
+            k: keys.optional("k")?,
+            feed: keys.text("feed")?,
+        };
+        keys.nothing_left()?;
+        Ok(words)
+    }
+
     fn all(&self) -> impl Iterator<Item = (&'static str, &String)> {
         let Self { x, y, z, a, c, i, j, k, feed } = self;
         let always = [("x", x), ("y", y), ("z", z), ("feed", feed)];

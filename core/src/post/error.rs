@@ -20,7 +20,17 @@ pub enum DialectError {
     /// Its file is no text.
     #[error("post: the file is no text (UTF-8)")]
     NotText,
-    /// Its file is no TOML, or a key is unknown or missing.
+    /// A key that is unknown or missing, or a value of another kind.
+    #[error("post: {line}{key}: {rule}")]
+    Key {
+        /// Line of the file and a colon, if it is there.
+        line: String,
+        /// Which.
+        key: String,
+        /// What is wrong with it.
+        rule: String,
+    },
+    /// Its file is no TOML.
     #[error("post: {0}")]
     Toml(String),
     /// A value out of its range.

@@ -3,12 +3,14 @@
 //! | file | what |
 //! |---|---|
 //! | `dialect` | a post's file: what differs between controllers; those that come along are in `core/posts` |
+//! | `keys` | keys of a file, with the line of what is wrong |
 //! | `blocks` | lines of a program: `{name}`s filled in, numbers formatted, unchanged words left out |
 //! | `render` | points → blocks |
 
 mod blocks;
 mod dialect;
 mod error;
+mod keys;
 mod program;
 mod render;
 

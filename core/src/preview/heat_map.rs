@@ -9,6 +9,7 @@ use super::places::{self, Place};
 use super::png;
 use super::svg::{Anchor, Svg};
 use super::view::{Canvas, Shape, View, triad};
+use crate::geometry::OrderBy;
 use crate::geometry::{DVec2, DVec3};
 use crate::toolpath::Toolpath;
 use crate::units::per_minute;
@@ -251,7 +252,7 @@ fn add_highest(spots: &mut Vec<Spot>, samples: &[Outcome], scale: &Scale, apart:
         judged && scale.is_over(MICRO * f64::from(s.residual))
     };
     let mut over: Vec<&Outcome> = samples.iter().filter(over).collect();
-    over.sort_by(|a, b| b.residual.total_cmp(&a.residual));
+    over.order_by(|a, b| b.residual.total_cmp(&a.residual));
     for sample in over {
         if spots.len() >= MOST_PLACES {
             return;

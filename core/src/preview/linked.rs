@@ -13,6 +13,7 @@ use super::placement::Placement;
 use super::surface_view;
 use crate::flatten::Chart;
 use crate::geometry::DVec3;
+use crate::geometry::OrderBy;
 use crate::report::Profile;
 use crate::surface::Surface;
 use crate::toolpath::{PathPoint, Toolpath};
@@ -232,7 +233,7 @@ impl<'a> Heat<'a> {
         let cell = |s: &Outcome| s.position.map(|x| (f64::from(x) / cube).floor() as i64);
         let samples = self.verification.samples.iter().filter(|s| s.machined);
         let mut rows: Vec<([i64; 3], &Outcome)> = samples.map(|s| (cell(s), s)).collect();
-        rows.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.residual.abs().total_cmp(&a.1.residual.abs())));
+        rows.order_by(|a, b| a.0.cmp(&b.0).then(b.1.residual.abs().total_cmp(&a.1.residual.abs())));
         rows.dedup_by_key(|row| row.0);
         let mut table = SampleTable::default();
         rows.iter().for_each(|(_, s)| self.push(&mut table, s, drawn.path));

@@ -8,6 +8,7 @@
 //! Maths Applics 16 (1975).
 
 use crate::geometry::DVec2;
+use crate::geometry::OrderBy;
 
 /// Most steps.
 const STEPS: u32 = 32;
@@ -63,7 +64,7 @@ pub(super) fn lowest(
         let values = (0..count).map(|i| (of(i, best.1, floor), i));
         let is_near = |(value, _): &(f64, usize)| value.is_finite() && *value > floor;
         let mut values: Vec<(f64, usize)> = values.filter(is_near).collect();
-        values.sort_by(|a, b| b.0.total_cmp(&a.0));
+        values.order_by(|a, b| b.0.total_cmp(&a.0));
         values.truncate(PLANES);
         let planes: Vec<Plane> = values
             .into_iter()

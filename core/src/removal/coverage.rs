@@ -4,6 +4,7 @@ use super::body::{Cutter, Layer, Line};
 use super::columns::{Column, Columns};
 use super::remains::Strokes;
 use crate::cutter_location::{Obstacles, PassOptions, ToolAxis, lowest_off_walls, raise_at};
+use crate::geometry::OrderBy;
 use crate::geometry::{DVec2, DVec3};
 use crate::parallel;
 use crate::toolpath::{PathPoint, Toolpath};
@@ -163,7 +164,7 @@ impl FeedIndex {
                 path.points.iter().filter_map(|p| Some((p.flat?, facing(p)))).collect()
             }
         };
-        points.sort_by(|a, b| a.0.x.total_cmp(&b.0.x));
+        points.order_by(|a, b| a.0.x.total_cmp(&b.0.x));
         Self { points }
     }
 
@@ -188,7 +189,7 @@ impl FeedIndex {
 fn gathered(places: &[DVec3], cell: f64, margin: f64) -> Vec<Place> {
     let mut keyed: Vec<([i64; 3], DVec3)> =
         places.iter().map(|&p| ((p / cell).to_array().map(|x| x.floor() as i64), p)).collect();
-    keyed.sort_by_key(|k| k.0);
+    keyed.order_by_key(|k| k.0);
     keyed
         .chunk_by(|a, b| a.0 == b.0)
         .map(|group| {

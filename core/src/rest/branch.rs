@@ -5,6 +5,7 @@ use super::samples::Sample;
 use crate::cutter_location::is_way_clear;
 use crate::flat_path::FlatPoint;
 use crate::geometry::DVec2;
+use crate::geometry::OrderBy;
 use crate::link::{DeliverError, Delivered, Deliverer, OnSurface};
 use crate::toolpath::{MoveKind, PathPoint};
 
@@ -206,7 +207,7 @@ pub(super) fn inserted(
         }
     }
     let place = |b: &Anchored| (b.anchor.to, b.anchor.part);
-    on.sort_by(|a, b| place(a).0.cmp(&place(b).0).then(place(a).1.total_cmp(&place(b).1)));
+    on.order_by(|a, b| place(a).0.cmp(&place(b).0).then(place(a).1.total_cmp(&place(b).1)));
     let same = SAME * deliverer.options.pass.tolerance;
     let mut next = on.into_iter().peekable();
     let mut out = Delivered { lifted: path.lifted, ..Delivered::default() };

@@ -4,6 +4,7 @@ use super::context::{Rest, RestOptions};
 use super::samples::{Ball, LEVELS, Sample};
 use crate::cutter_location::ToolAxis;
 use crate::geometry::DVec2;
+use crate::geometry::OrderBy;
 use crate::geometry::math::cos;
 use crate::link::Delivered;
 use crate::removal::{Columns, Cutter, Layer, Line, Strokes};
@@ -172,7 +173,7 @@ impl Rest<'_> {
         let side = self.cell();
         let cell = |i: usize| (self.samples[i].at / side).to_array().map(|x| x.floor() as i64);
         let mut keyed: Vec<([i64; 3], usize)> = some.map(|i| (cell(i), i)).collect();
-        keyed.sort_by(|a, b| a.0.cmp(&b.0).then(heights[b.1].total_cmp(&heights[a.1])));
+        keyed.order_by(|a, b| a.0.cmp(&b.0).then(heights[b.1].total_cmp(&heights[a.1])));
         let cells = keyed.chunk_by(|a, b| a.0 == b.0);
         cells.map(|cell| cell.iter().map(|c| c.1).collect()).collect()
     }

@@ -19,6 +19,7 @@
 //! 5. The surroundings of what is nearly too high are searched for higher places, and 2 to 4 are repeated.
 
 use crate::cutter_location::{is_in_wall, lowest_off_walls, raise_at, standing_clear};
+use crate::geometry::OrderBy;
 use crate::geometry::{DVec2, DVec3};
 use crate::link::{DeliverError, Delivered};
 use crate::parallel;
@@ -142,7 +143,7 @@ impl Rest<'_> {
         let RestOptions { limit, .. } = self.options;
         let low = self.climbed_from();
         let lowerable: BTreeSet<usize> = high.iter().copied().collect();
-        high.sort_by(|&a, &b| heights[b].total_cmp(&heights[a]));
+        high.order_by(|&a, &b| heights[b].total_cmp(&heights[a]));
         let mut branches: Vec<Branch> = Vec::new();
         for _ in 0..MOST_TRIED {
             let Some(&worst) = high.first().filter(|_| branches.len() < MOST_BRANCHES) else {

@@ -4,6 +4,7 @@ use super::edge::{Curve, Edge, Edges};
 use super::error::StepError;
 use super::face::{StepFace, Trimmed};
 use super::part21::{Instance, Record, Value};
+use crate::geometry::OrderBy;
 use crate::geometry::math::tan;
 use crate::geometry::{DVec3, Shown, any_perpendicular};
 use crate::nurbs::{NurbsCurve, NurbsError, NurbsParts, NurbsSurface};
@@ -91,7 +92,7 @@ struct Model<'a> {
 impl<'a> Model<'a> {
     fn new(instances: &'a [Instance]) -> Result<Self, StepError> {
         let mut by_id: Vec<&Instance> = instances.iter().collect();
-        by_id.sort_by_key(|i| i.id);
+        by_id.order_by_key(|i| i.id);
         if let Some(pair) = by_id.windows(2).find(|p| p[0].id == p[1].id) {
             let what = "the number is given twice".to_owned();
             return Err(StepError::Instance { id: pair[0].id, name: pair[0].name().into(), what });

@@ -5,6 +5,7 @@
 //! parameters that a file may give are not needed: they are approximations of the same edges.
 
 use super::edge::{Edge, Edges};
+use crate::geometry::OrderBy;
 use crate::geometry::{DVec2, DVec3};
 use crate::nurbs::{NurbsSurface, TrimLoop};
 
@@ -83,7 +84,7 @@ impl<'a> Tracker<'a> {
     fn anywhere(&self, p: DVec3) -> (DVec2, f64) {
         let mut near: Vec<(f64, DVec2)> =
             self.seeds.iter().map(|(at, q)| (q.distance_squared(p), *at)).collect();
-        near.sort_by(|a, b| a.0.total_cmp(&b.0));
+        near.order_by(|a, b| a.0.total_cmp(&b.0));
         let tried = near.iter().take(SEEDS.1).map(|(_, at)| self.surface.project(p, *at));
         tried.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((DVec2::ZERO, f64::INFINITY))
     }

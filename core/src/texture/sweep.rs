@@ -25,6 +25,7 @@ use super::kinematics::FeedMove;
 use super::steps::edge_step;
 use super::tile::{Local, SIDE, Tile};
 use crate::geometry::DVec3;
+use crate::geometry::OrderBy;
 use crate::parallel;
 use over::{Over, Swept};
 use simulation::{Group, Sweep};
@@ -130,7 +131,7 @@ impl Sweep<'_> {
             .filter(|stint| may(&stint.ball))
             .map(|stint| (stint.distance_squared(local.middle), stint))
             .collect();
-        near.sort_by(|a, b| a.0.total_cmp(&b.0));
+        near.order_by(|a, b| a.0.total_cmp(&b.0));
         near.into_iter().map(|(_, stint)| stint).collect()
     }
 }

@@ -13,6 +13,7 @@ use super::figures::{Broken, Nearest};
 use super::options::{AboveCutter, VerifyOptions};
 use super::samples::Facets;
 use crate::geometry::DVec3;
+use crate::geometry::OrderBy;
 use crate::tool::{Assembly, AssemblyPart, Section};
 use crate::toolpath::Toolpath;
 
@@ -137,7 +138,7 @@ impl<'a> Survey<'a> {
                 None => least.push(n),
             }
         }
-        least.sort_by_key(|n| n.part as u8);
+        least.order_by_key(|n| n.part as u8);
         least
     }
 

@@ -19,6 +19,7 @@ use super::samples::{Facets, Sample};
 use super::section::{Chain, Surface};
 use super::sweep::swept;
 use crate::geometry::DVec3;
+use crate::geometry::OrderBy;
 use crate::parallel;
 use crate::toolpath::{MoveKind, Toolpath};
 
@@ -142,7 +143,7 @@ impl Survey<'_> {
         });
         let mut crests: Vec<(f64, DVec3)> =
             found.into_iter().flatten().flatten().flatten().collect();
-        crests.sort_by(|a, b| a.0.total_cmp(&b.0));
+        crests.order_by(|a, b| a.0.total_cmp(&b.0));
         Crests {
             sides: 2 * contacts.len(),
             highest_at: crests.last().map(|c| c.1),

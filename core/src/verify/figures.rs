@@ -5,6 +5,7 @@ use super::options::VerifyOptions;
 use super::outcome::Outcome;
 use super::rate::{Rate, Window};
 use super::sweep::{SweptTile, Touch};
+use crate::geometry::OrderBy;
 use crate::geometry::{DVec3, math};
 use crate::tool::AssemblyPart;
 use crate::toolpath::{MoveKind, Toolpath};
@@ -456,7 +457,7 @@ fn percentiles(samples: &[&Outcome]) -> [f64; 2] {
 fn spots(samples: &[&Outcome], limit: f64, apart: f64) -> Vec<Spot> {
     let mut above: Vec<Spot> =
         samples.iter().filter(|s| f64::from(s.residual) > limit).map(|s| s.spot()).collect();
-    above.sort_by(|a, b| b.height.total_cmp(&a.height));
+    above.order_by(|a, b| b.height.total_cmp(&a.height));
     let mut out: Vec<Spot> = Vec::new();
     for spot in above {
         if out.len() < MOST_SPOTS && out.iter().all(|o| o.place.distance(spot.place) > apart) {

@@ -55,6 +55,7 @@ pub use samples::Facets;
 pub use walls::{Rise, Walls};
 
 use crate::geometry::DVec3;
+use crate::geometry::OrderBy;
 use crate::parallel;
 use crate::toolpath::{MoveKind, Toolpath};
 use body::Body;
@@ -355,7 +356,7 @@ fn checked(
 /// Volume by step, adding the tiles in their order.
 fn summed(swept: &[SweptTile]) -> Vec<(u64, f64)> {
     let mut all: Vec<(u64, f64)> = swept.iter().flat_map(|t| t.removed.iter().copied()).collect();
-    all.sort_by_key(|r| r.0);
+    all.order_by_key(|r| r.0);
     all.dedup_by(|next, sum| {
         let same = next.0 == sum.0;
         if same {
@@ -370,7 +371,7 @@ fn summed(swept: &[SweptTile]) -> Vec<(u64, f64)> {
 fn touches<'a>(swept: impl Iterator<Item = &'a SweptTile>) -> Vec<Touch> {
     let mut all: Vec<Touch> = swept.flat_map(|t| t.touched.iter().copied()).collect();
     all.retain(|t| t.depth > GRAZE);
-    all.sort_by(|a, b| a.of.cmp(&b.of).then(b.depth.total_cmp(&a.depth)));
+    all.order_by(|a, b| a.of.cmp(&b.of).then(b.depth.total_cmp(&a.depth)));
     all.dedup_by_key(|t| t.of);
     all
 }

@@ -18,6 +18,7 @@ use super::samples::{BLOCK, CREASE, Patch, Sample, Tile};
 use super::sweep::{SweptTile, swept};
 use super::walls::{Facet, depth_behind, ends_part};
 use crate::geometry::DVec3;
+use crate::geometry::OrderBy;
 use crate::parallel;
 
 /// By this factor the places of the last lattice are closer together than samples.
@@ -130,14 +131,14 @@ impl Search<'_> {
                 }
             }
         }
-        starts.sort_by(|a, b| b.score.total_cmp(&a.score));
+        starts.order_by(|a, b| b.score.total_cmp(&a.score));
         let part = if sought == Sought::Gouge { FOR_GOUGES } else { 1 };
         let most = (count / ONE_OF).max(AT_LEAST) / part;
         for start in starts.drain(most.min(starts.len())..) {
             let most = start.score + self.bound(sought, start.score, self.spacing);
             found.highest = found.highest.max(most);
         }
-        starts.sort_by_key(|s| s.tile);
+        starts.order_by_key(|s| s.tile);
         let groups: Vec<&[Start]> = starts.chunk_by(|a, b| a.tile == b.tile).collect();
         let climbed = parallel::map(self.options.threads, &groups, |group: &&[Start]| {
             self.around_tile(sought, group, least, false)
@@ -148,7 +149,7 @@ impl Search<'_> {
             tops.push(peak);
         }
         // The highest on a ridge may be a step aside of where its ridge was met best.
-        tops.sort_by(|a, b| b.score.total_cmp(&a.score));
+        tops.order_by(|a, b| b.score.total_cmp(&a.score));
         let least = tops.first().map_or(least, |t| t.score);
         let ridges: Vec<&[Start]> = tops.chunks(1).take(RIDGES).collect();
         let along = parallel::map(self.options.threads, &ridges, |group: &&[Start]| {
@@ -211,7 +212,7 @@ impl Search<'_> {
                 Some(Start { tile: start.tile, of, score, peak: Some(outcome) })
             };
             let mut places: Vec<Start> = swept.into_iter().filter_map(started).collect();
-            places.sort_by(|a, b| b.score.total_cmp(&a.score));
+            places.order_by(|a, b| b.score.total_cmp(&a.score));
             let climb = |p| self.climb(sought, p, &around, &excused, least, 0.125 * self.spacing);
             out.extend(places.iter().take(ON_RIDGE).map(climb));
         }

@@ -11,6 +11,7 @@
 //! wall, and what the cutter does beyond the far side does not count.
 
 use super::samples::{CREASE, Facets, Side};
+use crate::geometry::OrderBy;
 use crate::geometry::{DVec3, nearest_on_triangle};
 use std::collections::BTreeMap;
 
@@ -87,7 +88,7 @@ impl Outline {
     /// `is_walled`: whether walls stand around all of `design`; otherwise only where `rest` rises from it.
     pub fn of(design: Facets, rest: Facets, is_walled: bool) -> Self {
         let mut edges = boundary(design);
-        edges.sort_by_key(|e| (undirected(e), key(e.ends[0])));
+        edges.order_by_key(|e| (undirected(e), key(e.ends[0])));
         let mut out = Self::default();
         for (edge, is_own) in edges.iter().zip(own_walls(&edges, rest)) {
             match is_walled || is_own {
@@ -104,7 +105,7 @@ impl Walls {
     /// The swept walls around `design`; `rest` has its own. `up`: unit.
     pub fn swept(&self, design: Facets, rest: Facets, up: DVec3) -> Sheet {
         let mut edges = boundary(design);
-        edges.sort_by_key(|e| (undirected(e), key(e.ends[0])));
+        edges.order_by_key(|e| (undirected(e), key(e.ends[0])));
         let is_own = own_walls(&edges, rest);
         let rises = match self.rise {
             Rise::Up => edges.iter().flat_map(|e| e.ends).map(|p| (key(p), up)).collect(),
@@ -274,7 +275,7 @@ fn boundary(design: Facets) -> Vec<Edge> {
         })
         .collect();
     // Facets that share positions, but no vertices.
-    edges.sort_by_key(undirected);
+    edges.order_by_key(undirected);
     let single = edges.chunk_by(|a, b| undirected(a) == undirected(b)).filter(|e| e.len() == 1);
     single.map(|e| e[0]).collect()
 }

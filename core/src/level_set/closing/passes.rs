@@ -4,6 +4,7 @@ use super::branch::{Anchor, AnchoredBranch, Line, closed};
 use super::gaps::Place;
 use super::options::ClosingOptions;
 use super::tree::Tree;
+use crate::geometry::OrderBy;
 use crate::geometry::beyond::Parabola;
 use crate::geometry::{DVec2, DVec3};
 use crate::level_set::passes::{Branch, Pass};
@@ -193,7 +194,7 @@ impl Passes {
             }
         }
         for list in children.iter_mut().chain(&mut nested) {
-            list.sort_by(|&a, &b| {
+            list.order_by(|&a, &b| {
                 let (a, b) = (&self.branches[a].anchor, &self.branches[b].anchor);
                 a.segment.cmp(&b.segment).then(a.t.total_cmp(&b.t))
             });

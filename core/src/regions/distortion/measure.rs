@@ -1,6 +1,7 @@
 //! How evenly a flat map scales a piece.
 
 use crate::flatten::{Chart, Distortion};
+use crate::geometry::OrderBy;
 use crate::geometry::math;
 use crate::job::DistortionMeasure;
 use crate::mesh::FaceId;
@@ -54,7 +55,7 @@ impl Stretch {
     pub fn evenness(&self) -> Evenness {
         let mut rated: Vec<(f64, f64)> =
             self.faces.iter().map(|d| d.sigma_ave()).zip(self.areas.iter().copied()).collect();
-        rated.sort_by(|a, b| a.0.total_cmp(&b.0));
+        rated.order_by(|a, b| a.0.total_cmp(&b.0));
         let (low, high) = (percentile(&rated, PERCENTILES.0), percentile(&rated, PERCENTILES.1));
         let range = self.vertices.iter().copied();
         Evenness {

@@ -2,6 +2,7 @@
 
 use super::flattened::Flattened;
 use super::measure::percentile;
+use crate::geometry::OrderBy;
 use crate::geometry::math::{atan2, cos, sin};
 use crate::geometry::{DVec2, cross2};
 use crate::job::DistortionOptions;
@@ -112,7 +113,7 @@ fn shares(piece: &Flattened, values: &[f64]) -> [f64; 3] {
     };
     let count = piece.piece.connectivity.face_count() as u32;
     let mut rated: Vec<(f64, f64)> = (0..count).map(of_face).collect();
-    rated.sort_by(|a, b| a.0.total_cmp(&b.0));
+    rated.order_by(|a, b| a.0.total_cmp(&b.0));
     SHARES.map(|share| percentile(&rated, share))
 }
 

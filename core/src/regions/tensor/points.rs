@@ -15,6 +15,7 @@
 use super::field::TensorField;
 use super::jet::{Patch, Zero};
 use super::topology::{Cancelled, DegeneratePoint, FreeArea, Kind};
+use crate::geometry::OrderBy;
 use crate::geometry::math::cbrt;
 use crate::geometry::{DVec2, DVec3, nearest_on_triangle};
 use crate::mesh::{FaceId, HalfEdgeId};
@@ -124,7 +125,7 @@ fn noise(surface: &Surface, sizes: Sizes) -> f64 {
         Some(Patch::fit(surface, at, normal, NOISE_RADIUS * sizes.edge)?.deviation)
     };
     let mut all: Vec<f64> = (0..count).step_by(step).filter_map(deviation).collect();
-    all.sort_by(f64::total_cmp);
+    all.order_by(f64::total_cmp);
     all.get(all.len() / 2).copied().unwrap_or(0.0)
 }
 
@@ -267,7 +268,7 @@ pub fn cancel(mut crossings: Vec<Crossing>, distance: f64) -> (Vec<Crossing>, Ve
             }
         }
     }
-    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    pairs.order_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
     let mut gone = vec![false; crossings.len()];
     let mut cancelled = Vec::new();
     for (apart, i, j) in pairs {
@@ -288,7 +289,7 @@ pub fn on_mesh(field: &TensorField, sizes: Sizes, smoothing: f64) -> Found {
     let mut all = crossings(field);
     all.retain(|c| !field.is_filled(c.at.face));
     let found = all.len();
-    all.sort_by(|a, b| {
+    all.order_by(|a, b| {
         let order = b.delta.abs().total_cmp(&a.delta.abs());
         order.then(a.at.face.0.cmp(&b.at.face.0))
     });
@@ -303,7 +304,7 @@ pub fn on_mesh(field: &TensorField, sizes: Sizes, smoothing: f64) -> Found {
             points.push(point);
         }
     }
-    points.sort_by_key(|p| p.at.face);
+    points.order_by_key(|p| p.at.face);
     let doubtful = found - 2 * cancelled.len() - points.len();
     Found { points, cancelled, doubtful }
 }

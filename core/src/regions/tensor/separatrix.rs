@@ -10,6 +10,7 @@
 //! Delmarcelle (1994); Xu, Li, Liu (2016).
 
 use crate::geometry::DVec2;
+use crate::geometry::OrderBy;
 use crate::geometry::math::{acos_clamped, atan, atan2, cbrt, cos, sin};
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -43,7 +44,7 @@ pub fn rays(linear: [f64; 4]) -> Vec<f64> {
         })
         .map(|angle| angle - TAU * (angle / TAU).round())
         .collect();
-    angles.sort_by(f64::total_cmp);
+    angles.order_by(f64::total_cmp);
     angles.dedup_by(|a, b| (*a - *b).abs() < SAME);
     angles
 }
