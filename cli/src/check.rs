@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use evencut_core::job::{self, Fault, Faults, Job, Severity, line_and_column};
+use evencut_service::failure;
+use evencut_service::results::dialect;
 use serde_json::{Value, json};
 
 use crate::input::Paths;
@@ -83,6 +85,9 @@ fn find(path: &Path) -> Finding {
             let missing = missing_files(path, &resolved.job, &finding.source);
             if !missing.is_empty() {
                 finding.fail(Exit::BadSurface, Faults(missing));
+            } else if let Some((exit, fault)) = unusable_post(path, &resolved.job, &finding.source)
+            {
+                finding.fail(exit, Faults(vec![fault]));
             }
             finding.job = Some(resolved.job);
         }
@@ -103,6 +108,13 @@ fn missing_files(job_path: &Path, job: &Job, source: &[u8]) -> Vec<Fault> {
     let paths = Paths::of_job(job_path, job);
     let missing = paths.all().filter(|(_, path)| !path.is_file());
     missing.map(|(file, path)| file.missing(input::shown(path), source)).collect()
+}
+
+/// Why no program can be written.
+fn unusable_post(job_path: &Path, job: &Job, source: &[u8]) -> Option<(Exit, Fault)> {
+    let file = Paths::of_job(job_path, job).post.and_then(|path| std::fs::read(path).ok());
+    let error = dialect(job, file.as_deref()).err()?;
+    Some(failure::explain(&error.into(), source, None))
 }
 
 fn report(finding: &Finding, streams: &mut Streams<'_>) {

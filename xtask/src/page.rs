@@ -25,8 +25,8 @@ const FIRST_LOAD: [&str; 7] = [
     "evencut.wasm",
     "examples.json",
 ];
-/// Most that the first load may weigh, compressed, bytes. 1.5 million are wanted; with the planner of hubs it is
-/// 0.2 million more, until that is loaded when a job asks for it.
+/// Most that the first load may weigh, compressed, bytes. 1.5 million are wanted; the planner of hubs and the
+/// simulation of textures are in it, until they are loaded when a job asks for them.
 const MOST: usize = 1_700_000;
 
 /// Builds the page; returns its folder.

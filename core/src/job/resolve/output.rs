@@ -34,7 +34,7 @@ impl Resolver<'_> {
                 let message = format!("given beside {}", self.named("output.gcode.post"));
                 self.fault("output.gcode.post_file", message, "keep one of the two");
             }
-            self.check_file("output.gcode.post_file", &file, &[".toml"]);
+            self.check_file("output.gcode.post_file", &file, &["toml"]);
             return Some(PostSource::File(file));
         }
         let post = match table.and_then(|gcode| gcode.post) {
