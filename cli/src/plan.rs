@@ -88,6 +88,10 @@ impl Plan {
             Some(verification) if !verification.passed => {
                 Err(Failed(Exit::NotVerified, broken(&verification.broken)))
             }
+            // Of a program that is wrong nobody is left in the dark, simulated or not.
+            None if !results.program.is_empty() => {
+                Err(Failed(Exit::NotVerified, broken(&results.program)))
+            }
             _ => self.asked_texture(&read, &results),
         }
     }

@@ -61,8 +61,11 @@ pub(crate) fn chosen(asked: &str) -> Result<Chosen, Failed> {
         return Ok((Some(PostSource::Named(named(asked)?)), None));
     }
     let path = PathBuf::from(asked);
-    match std::fs::read(&path) {
-        Ok(bytes) => Ok((Some(PostSource::File(asked.to_owned())), Some((path, bytes)))),
-        Err(error) => Err(Failed::file(Exit::BadJob, format!("post: {error}"), &path)),
+    let failed = |message: String| Failed::file(Exit::BadJob, message, &path);
+    if path.exists() && !path.is_file() {
+        return Err(failed("post: this is no file".to_owned()));
     }
+    let bytes = std::fs::read(&path).map_err(|error| failed(format!("post: {error}")))?;
+    Dialect::read(&bytes).map_err(|error| failed(error.to_string()))?;
+    Ok((Some(PostSource::File(asked.to_owned())), Some((path, bytes))))
 }

@@ -4,7 +4,9 @@
     reason = "a witness that shares no functions with the product"
 )]
 
-use evencut_core::gcode::{CheckOptions, Fault, FindingKind, GcodeError, ReadOptions, check, read};
+use evencut_core::gcode::{
+    CheckOptions, Fault, FindingKind, GcodeError, ReadOptions, check, leaves, read,
+};
 use evencut_core::geometry::DVec3;
 use evencut_core::machine::{Axes, Coolant, Machine, Post, Setup, SpindleDirection, WorkOffset};
 use evencut_core::machine_time::{fill_time, machine_time};
@@ -132,6 +134,30 @@ fn reading_back_gives_the_path() {
         assert!(last >= RAPID_PLANE - 1e-4, "{post:?} ends below the rapid plane");
         let rules = CheckOptions { clearance_plane: Some(RAPID_PLANE - TOLERANCE), ..limits() };
         assert_eq!(check(&program, &rules), [], "{post:?}");
+        assert_eq!(leaves(&program, &path, TOLERANCE, RADIUS), None, "{post:?}");
+    }
+}
+
+/// A post that means another path is found out, whichever way it does.
+#[test]
+fn a_program_that_is_not_the_path_is_found_out() {
+    let changes = [
+        ("x = \"X{}\"\ny = \"Y{}\"", "x = \"Y{}\"\ny = \"X{}\""),
+        ("length = 4", "length = 1"),
+        ("\"G21 G90", "\"G20 G90"),
+        ("\"G21 G90", "\"G21 G91"),
+        ("z = \"Z{}\"", "z = \"Z-{}\""),
+    ];
+    let path = rings(Axes::ThreeAxis, 3, 200);
+    for (old, new) in changes {
+        let source = Dialect::source(Post::Grbl);
+        assert!(source.contains(old), "{old}");
+        let dialect = Dialect::read(source.replacen(old, new, 1).as_bytes()).unwrap();
+        let text = post::program(&path, &options(Axes::ThreeAxis), &dialect).unwrap().text;
+        // Some are refused as no program at all.
+        let Ok(program) = read(&text, &ReadOptions::default()) else { continue };
+        let found = leaves(&program, &path, TOLERANCE, RADIUS);
+        assert_eq!(found.map(|f| f.kind), Some(FindingKind::OffPath), "{new}");
     }
 }
 
@@ -200,11 +226,11 @@ fn numbers_coolant_and_offsets_come_into_every_program() {
     );
     holds(
         Post::Fanuc,
-        &["%\nO0012 (", "T7 M6\nG55\nS7980 M4\nG0 G43 H17 Z60.0000\nM8\n", "M30\n%\n"],
+        &["%\nO0012 (", "T7 M6\nG55\nS7980 M4\nM8\nG0 X", "G43 H17 Z60.0000\n", "M30\n%\n"],
     );
     holds(
         Post::Haas,
-        &["%\nO0012 (", "T7 M6\nG55\nS7980 M4\nG0 G43 H17 Z60.0000\nM8\n", "M30\n%\n"],
+        &["%\nO0012 (", "T7 M6\nG55\nS7980 M4\nM8\nG0 X", "G43 H17 Z60.0000\n", "M30\n%\n"],
     );
     holds(Post::Siemens, &["\nG55\nT7 M6\nD1\nS7980 M4\nM8\n", "M9\nM5\nM30\n"]);
     holds(

@@ -64,6 +64,8 @@ pub struct Results {
     pub files: Vec<OutputFile>,
     /// The report.
     pub report: Report,
+    /// What is wrong with the program, in words; part of the verification, if there is one.
+    pub program: Vec<String>,
 }
 
 /// How results are made.
@@ -287,7 +289,7 @@ impl Written {
                 tolerance: job.cut.tolerance,
             };
             let program = program(&planned.toolpath, &options, dialect)?;
-            match checked(&program.text, job, planned.rapid_plane) {
+            match checked(&program.text, job, planned) {
                 Ok(found) => findings = found,
                 // A post of one's own may write for a controller that is not known here.
                 Err(error) if job.post_file().is_some() => unread = Some(error),
@@ -383,7 +385,7 @@ impl Written {
         files.push(OutputFile { name: "report.html".into(), bytes: page.into_bytes() });
         files.push(OutputFile { name: "report.json".into(), bytes: report.to_json().into_bytes() });
         progress(Stage::Write, 1.0);
-        Results { files, report }
+        Results { files, report, program: self.findings.clone() }
     }
 }
 
@@ -537,7 +539,7 @@ fn walls(job: &Job) -> Walls {
 }
 
 /// Findings of the check of an emitted program.
-fn checked(text: &str, job: &Job, rapid_plane: f64) -> Result<Vec<String>, GcodeError> {
+fn checked(text: &str, job: &Job, planned: &Planned) -> Result<Vec<String>, GcodeError> {
     // Where the tip is programmed, rapids are chords of the way on which the machine stays above the plane.
     let off_plane = match job.machine.axes {
         Axes::ThreeAxis => 0.0,
@@ -549,12 +551,15 @@ fn checked(text: &str, job: &Job, rapid_plane: f64) -> Result<Vec<String>, Gcode
         ..gcode::ReadOptions::default()
     };
     let rules = gcode::CheckOptions {
-        clearance_plane: Some(rapid_plane - off_plane),
+        clearance_plane: Some(planned.rapid_plane - off_plane),
         travel: job.machine.travel,
         max_feed: Some(job.machine.max_feed),
         ..gcode::CheckOptions::default()
     };
-    let findings = gcode::check_text(text, &reading, &rules)?;
+    let program = gcode::read(text, &reading)?;
+    let mut findings = gcode::check(&program, &rules);
+    let (tolerance, radius) = (job.cut.tolerance, job.tool.radius());
+    findings.extend(gcode::leaves(&program, &planned.toolpath, tolerance, radius));
     Ok(findings.iter().map(ToString::to_string).collect())
 }
 

@@ -2,9 +2,6 @@
 //!
 //! Neighbouring moves with the same fault are one finding, at the line of the first.
 
-use super::error::GcodeError;
-use super::interpret::read;
-use super::options::ReadOptions;
 use super::program::{Finding, FindingKind, GcodeProgram, Move};
 use crate::geometry::OrderBy;
 use crate::machine::Travel;
@@ -41,18 +38,6 @@ pub fn check(program: &GcodeProgram, options: &CheckOptions) -> Vec<Finding> {
     findings.extend(checker.travel());
     findings.order_by_key(|finding| (finding.line, finding.kind));
     findings
-}
-
-/// Reads a program and checks it.
-///
-/// # Errors
-/// [`GcodeError`] where it cannot be read.
-pub fn check_text(
-    text: &str,
-    reading: &ReadOptions,
-    options: &CheckOptions,
-) -> Result<Vec<Finding>, GcodeError> {
-    Ok(check(&read(text, reading)?, options))
 }
 
 struct Checker<'a> {

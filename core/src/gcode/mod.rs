@@ -23,6 +23,7 @@
 //! | `motion` | a move → chords |
 //! | `interpret` | blocks → path |
 //! | `check` | findings |
+//! | `follow` | whether a program is the path that it was written from |
 //! | `options`, `program`, `error` | what is asked, what was read, why not |
 //!
 //! Source: Kramer, Proctor, Messina, "The NIST RS274/NGC Interpreter, Version 3" (2000); LinuxCNC's
@@ -34,6 +35,7 @@ mod check;
 mod cldata;
 mod codes;
 mod error;
+mod follow;
 mod heidenhain;
 mod interpret;
 mod kinematics;
@@ -45,8 +47,9 @@ mod scanner;
 #[cfg(test)]
 mod tests;
 
-pub use check::{CheckOptions, check, check_text};
+pub use check::{CheckOptions, check};
 pub use error::{Fault, GcodeError};
+pub use follow::leaves;
 pub use interpret::read;
 pub use kinematics::{Kinematics, MachinePosition};
 pub use options::ReadOptions;

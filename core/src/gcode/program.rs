@@ -89,4 +89,6 @@ pub enum FindingKind {
     Travel,
     /// The program does not end.
     NoEnd,
+    /// It is not the path that it was written from.
+    OffPath,
 }

@@ -526,7 +526,7 @@ fn findings_say_how_far_and_for_how_long() {
         said[1].contains("line 10: X goes to 31.000; the machine allows 0 to 30 mm"),
         "{said:?}"
     );
-    let found = check_text(&text, &ReadOptions::default(), &limits()).unwrap();
+    let found = check(&read(&text, &ReadOptions::default()).unwrap(), &limits());
     assert_eq!(found, findings);
     assert_eq!(check(&plain(&text), &CheckOptions::default()).len(), 1, "limits are optional");
 }

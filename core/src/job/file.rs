@@ -262,8 +262,8 @@ pub struct ToolTable {
     /// Number in the tool table of the machine.
     #[schemars(extend("default" = 1, "minimum" = 1, "maximum" = 99_999))]
     pub number: Option<u32>,
-    /// Number of the offset of its length (H).
-    #[schemars(extend("x-default" = "`number`", "minimum" = 0, "maximum" = 99_999))]
+    /// Number of the offset of its length (H), where its post names one.
+    #[schemars(extend("x-default" = "`number`", "minimum" = 1, "maximum" = 99_999))]
     pub length_offset: Option<u32>,
     /// Number of the offset of its diameter (D). The program compensates no diameter; a post may name it.
     #[schemars(extend("x-default" = "`length_offset`", "minimum" = 0, "maximum" = 99_999))]

@@ -116,6 +116,11 @@ impl<'a> Blocks<'a> {
         self.fixed(&self.program.start, true);
     }
 
+    /// Whether there are blocks between the approach and the descent.
+    pub fn has_control(&self) -> bool {
+        !self.program.control_on.is_empty()
+    }
+
     /// Whether every block gives all coordinates.
     pub fn repeats_words(&self) -> bool {
         self.program.repeat_words

@@ -10,7 +10,7 @@ use toml::de::DeTable;
 const LARGEST: usize = 1 << 16;
 /// Most decimals of a number.
 const MOST_DECIMALS: u32 = 9;
-/// Longest message of the TOML reader, characters: it quotes the line.
+/// Longest message of the TOML reader, characters.
 const LONGEST_MESSAGE: usize = 350;
 /// Longest text of a block, characters.
 const LONGEST: usize = 200;
@@ -62,7 +62,7 @@ pub struct Dialect {
     pub(super) decimals: Decimals,
     pub(super) words: Words,
     pub(super) spindle: Spindle,
-    /// The word for each kind of coolant, and for `off`.
+    /// The word for each kind of coolant, and for `off`; `air-off` and its like where that has a word of its own.
     pub(super) coolant: BTreeMap<String, String>,
     /// The word for each work offset, G54 to G59.3.
     pub(super) work_offset: BTreeMap<String, String>,
@@ -137,7 +137,8 @@ pub(super) struct Spindle {
 pub(super) struct Program {
     /// Blocks before the first move.
     pub start: Vec<String>,
-    /// Blocks that turn tool centre control on and off, where the tip is programmed.
+    /// Blocks that turn tool centre control on and off, where the tip is programmed; on three axes those that take up
+    /// the tool's length, once the cutter stands over the first point.
     pub control_on: Vec<String>,
     pub control_off: Vec<String>,
     /// Blocks after the last move.
@@ -215,8 +216,11 @@ impl Dialect {
         let text = core::str::from_utf8(bytes).map_err(|_| DialectError::NotText)?;
         let text = text.trim_start_matches('\u{feff}');
         let syntax = |error: toml::de::Error| {
-            let message = error.to_string();
-            DialectError::Toml(message.trim_end().chars().take(LONGEST_MESSAGE).collect())
+            let lines = |at: usize| text.bytes().take(at).filter(|b| *b == b'\n').count();
+            let line = error.span().map_or(1, |span| 1 + lines(span.start));
+            let message = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
+            let message = format!("line {line}: {message}");
+            DialectError::Toml(message.chars().take(LONGEST_MESSAGE).collect())
         };
         let document = DeTable::parse(text).map_err(syntax)?;
         let dialect = Self::of_table(&mut Keys::of(document.get_ref(), "", text))?;
@@ -287,8 +291,9 @@ impl Dialect {
         if coolant == Coolant::Off {
             return Ok(None);
         }
-        let words = [coolant.name(), Coolant::Off.name()].map(|name| self.coolant.get(name));
-        if let [Some(on), Some(off)] = words {
+        let own = format!("{}-off", coolant.name());
+        let off = self.coolant.get(&own).or_else(|| self.coolant.get(Coolant::Off.name()));
+        if let (Some(on), Some(off)) = (self.coolant.get(coolant.name()), off) {
             return Ok(Some([on, off]));
         }
         let (post, known) = (self.name.clone(), names(&self.coolant));
@@ -330,6 +335,19 @@ impl Dialect {
             if n > MOST_DECIMALS {
                 let key = format!("decimals.{key}");
                 return Err(value(&key, n.to_string(), format!("0 to {MOST_DECIMALS}")));
+            }
+        }
+        if self.line_numbers.as_ref().is_some_and(|numbers| numbers.step == 0) {
+            return Err(value("line_numbers.step", "0".to_string(), "at least 1".to_string()));
+        }
+        let spindle = &self.spindle;
+        for (key, text) in [
+            ("rapid", &self.rapid),
+            ("spindle.clockwise", &spindle.clockwise),
+            ("spindle.counter-clockwise", &spindle.counter_clockwise),
+        ] {
+            if text.is_empty() {
+                return Err(value(key, "empty".to_string(), "a word".to_string()));
             }
         }
         if self.three_axis.is_none() && self.five_axis.is_none() {

@@ -179,6 +179,12 @@ impl Writer<'_> {
         let low = Some(plane - target.machine().z).filter(|low| *low > LOW).unwrap_or(0.0);
         let safe = Place { tip: target.tip + low * target.axis, ..target };
         match self.form {
+            // Retracted before, the cutter goes over the first point before it goes down.
+            Form::Linear if self.blocks.has_control() => {
+                let machine = safe.machine();
+                self.blocks.go(None, &[(Letter::X, machine.x), (Letter::Y, machine.y)]);
+                self.blocks.control(true);
+            }
             // Blocks of which each gives all coordinates cannot go up alone.
             Form::Linear | Form::Machine if self.blocks.repeats_words() => {}
             Form::Linear | Form::Machine => {

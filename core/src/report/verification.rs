@@ -3,6 +3,7 @@
 use super::json;
 use super::record::{FileRecord, Versions};
 use crate::geometry::DVec3;
+use crate::tool::AssemblyPart;
 use crate::units::per_minute;
 use crate::verify::{
     Band, Broken, Crests, Fault, Load, LoadOptions, Nearest, Quantity, Spot, Verification,
@@ -779,16 +780,21 @@ fn described(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String 
         ),
         Broken::TooNear { nearest: n, farther_out } => {
             let part = n.part.name();
-            let remedy = farther_out.map_or_else(
-                || "; no longer stickout would clear it".to_owned(),
-                |more| format!("; {more:.0} mm more of stickout would clear it"),
-            );
-            let how = match n.wanted > 0.0 {
-                true => format!(
+            let remedy = match (farther_out, n.part) {
+                (Some(more), _) => format!("; {more:.0} mm more of stickout would clear it"),
+                (None, AssemblyPart::Shank) => {
+                    "; a longer tool.length or a thinner shank may clear it, more stickout does not"
+                        .to_owned()
+                }
+                (None, _) => "; no longer stickout would clear it".to_owned(),
+            };
+            let how = match n.distance < 0.0 {
+                // Depths are known to a tenth.
+                true => format!("the {part} cuts up to {:.1} mm into part or stock", -n.distance),
+                false => format!(
                     "the {part} stays only {:.3} mm clear of part and stock, asked are {:.3} mm,",
                     n.distance, n.wanted
                 ),
-                false => format!("the {part} cuts {:.3} mm into the part", -n.distance),
             };
             format!("{how} at {}{}{remedy}", at(n.place), line(n.of))
         }

@@ -47,7 +47,7 @@ pub fn plan(
     let input = Input { name, bytes: given.source.as_bytes() };
     let watch = Watch { progress, show: &mut show };
     match linked_results(&job, input, given.named(), OPTIONS, watch) {
-        Ok((Results { files, report }, linked)) => {
+        Ok((Results { files, report, .. }, linked)) => {
             Ok(Plan { files, report: Some(report), linked, job })
         }
         Err(error) => Err(given.failure(&job, &error)),

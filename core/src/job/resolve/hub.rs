@@ -53,7 +53,10 @@ impl Resolver<'_> {
         if stickout < cutter_length {
             let key =
                 if self.places.has("tool.stickout") { "tool.stickout" } else { "tool.length" };
-            let help = format!("give a stickout of at least {}", self.show(cutter_length));
+            let help = format!(
+                "give a stickout of at least {}, or a shorter `tool.length`",
+                self.show(cutter_length)
+            );
             self.fault(key, "the cutter is longer than what stands out of the holder", help);
         }
         let radius = 0.5 * self.length(*shank_diameter, diameter);
