@@ -164,6 +164,10 @@ fn read_named(path: &Path, file: NamedFile, job_source: &[u8]) -> Result<Vec<u8>
     if !path.exists() {
         return Err(file.missing(shown(path), job_source));
     }
+    // A pipe or a device may never end.
+    if !path.is_file() {
+        return Err(file.fault(format_args!("{} is no file", shown(path)), job_source));
+    }
     let failed = |error| file.fault(format_args!("{}: {error}", shown(path)), job_source);
     std::fs::read(path).map_err(failed)
 }

@@ -89,6 +89,11 @@ fn a_copied_post_is_named_by_the_job_or_by_the_run() {
         assert_ne!(code, 0);
         assert!(messages.contains("there is no file shop.post.toml"), "{messages}");
     }
+    fs::create_dir(directory.join("shop.post.toml")).unwrap();
+    let (code, _, messages) = run(&["plan", "own.toml"]);
+    assert!(code != 0 && messages.contains("shop.post.toml is no file"), "{messages}");
+    let (code, _, messages) = run(&["plan", "dome.toml", "--post", "shop.post.toml"]);
+    assert!(code == 2 && messages.contains("this is no file"), "{messages}");
     let (code, _, messages) = run(&["plan", "dome.toml", "--post", "fagor"]);
     assert_eq!(code, 2);
     assert!(messages.contains("there is no post \"fagor\"; there are linuxcnc,"), "{messages}");

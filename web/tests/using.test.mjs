@@ -287,6 +287,23 @@ describe("unusual files", () => {
     await context.close();
   });
 
+  it("a job with a post of its own waits for it, and is planned with it", async () => {
+    const { page, context } = await open(browser, PAGE);
+    const job = String(ownJob).replace('post = "linuxcnc"', 'post_file = "shop.post.toml"');
+    const post = readFileSync("core/posts/grbl.toml", "utf8").replace('extension = "nc"', 'extension = "tap"');
+    await drop(page, [{ name: "my.toml", bytes: Buffer.from(job) }, { name: "block.stl", bytes: crown }]);
+    await named(page, "my.toml");
+    await page.locator("body[data-checked=bad]").waitFor();
+    assert.match(await page.locator("#surface").innerText(), /post shop\.post\.toml not here yet/);
+    await drop(page, [{ name: "shop.post.toml", bytes: Buffer.from(post) }]);
+    await good(page);
+    await named(page, "my.toml");
+    await plan(page);
+    await page.locator("#tab-files").click();
+    await page.locator("#files", { hasText: "program.tap" }).waitFor();
+    await context.close();
+  });
+
   it("another surface than the job waits for is asked about", async () => {
     const { page, context } = await open(browser, PAGE);
     const start = async () => {

@@ -98,7 +98,7 @@ async function check() {
   checked = found;
   editor.show(found.faults);
   showFaults(found.faults);
-  showSurface(found.surface, found.wall, found.blades);
+  showSurface(found);
   const bad = found.faults.some((fault) => fault.severity === "error");
   $("plan").disabled = bad;
   document.body.dataset.checked = bad ? "bad" : "good";
@@ -135,11 +135,12 @@ function known(name) {
   return surfaces.isExample(name) ? "example" : "not here yet: drop the file on this page";
 }
 
-function showSurface(name, wall, blades) {
+function showSurface({ surface: name, wall, post, blades }) {
   const named = (what, file) => [make("span", {}, what), make("b", {}, file), make("span", {}, ` ${known(file)}`)];
   const said = name ? named("Surface ", name) : [make("span", {}, checked?.name ? "Surface by formula" : " ")];
   if (wall) said.push(...named(", beside it ", wall));
   for (const blade of blades) said.push(...named(", blade ", blade));
+  if (post) said.push(...named(", post ", post));
   const { count } = surfaces;
   const forget = make("button", { type: "button", id: "forget", className: "quiet small", title: "Surfaces that you gave are kept in this browser. This removes them." },
     count === 1 ? "Forget the kept surface" : `Forget ${count} kept surfaces`);
