@@ -5,7 +5,7 @@
 )]
 
 use evencut_core::gcode::{
-    CheckOptions, Fault, FindingKind, GcodeError, ReadOptions, check, leaves, read,
+    CheckOptions, Fault, FindingKind, Following, GcodeError, ReadOptions, check, leaves, read,
 };
 use evencut_core::geometry::DVec3;
 use evencut_core::machine::{Axes, Coolant, Machine, Post, Setup, SpindleDirection, WorkOffset};
@@ -134,7 +134,8 @@ fn reading_back_gives_the_path() {
         assert!(last >= RAPID_PLANE - 1e-4, "{post:?} ends below the rapid plane");
         let rules = CheckOptions { clearance_plane: Some(RAPID_PLANE - TOLERANCE), ..limits() };
         assert_eq!(check(&program, &rules), [], "{post:?}");
-        assert_eq!(leaves(&program, &path, TOLERANCE, RADIUS), None, "{post:?}");
+        let rounding = Dialect::of(post).unwrap().rounding();
+        assert_eq!(leaves(&program, &path, following(rounding)), None, "{post:?}");
     }
 }
 
@@ -156,13 +157,35 @@ fn a_program_that_is_not_the_path_is_found_out() {
         let text = post::program(&path, &options(Axes::ThreeAxis), &dialect).unwrap().text;
         // Some are refused as no program at all.
         let Ok(program) = read(&text, &ReadOptions::default()) else { continue };
-        let found = leaves(&program, &path, TOLERANCE, RADIUS);
+        let found = leaves(&program, &path, following(dialect.rounding()));
         assert_eq!(found.map(|f| f.kind), Some(FindingKind::OffPath), "{new}");
     }
 }
 
+fn following(rounding: f64) -> Following {
+    Following { tolerance: TOLERANCE, rounding, radius: RADIUS }
+}
+
 fn both_axes() -> [Axes; 2] {
     [Axes::ThreeAxis, Axes::Xyzac]
+}
+
+/// Points closer together than the tolerance, at a turn, are no leave of it.
+#[test]
+fn points_close_together_are_not_off_the_path() {
+    let at = |x: f64, y: f64| point(MoveKind::Cut, 0, DVec3::new(x, y, 0.0), DVec3::Z, 10.0);
+    let mut points = vec![at(0.0, 0.0)];
+    points.extend((1..=40).map(|i| at(10.0 + 1e-3 * f64::from(i), 0.0)));
+    points.extend((1..=40).map(|i| at(10.04, 1e-3 * f64::from(i))));
+    points.extend((1..=40).map(|i| at(10.04 - 1e-3 * f64::from(i), 0.04)));
+    points.push(at(0.0, 5.0));
+    let path = Toolpath { points };
+    for tolerance in [0.002, 0.005, 0.05] {
+        let text = program(&path, &options(Axes::ThreeAxis)).unwrap().text;
+        let read = read_for(&options(Axes::ThreeAxis).machine, &text);
+        let following = Following { tolerance, ..following(1e-4) };
+        assert_eq!(leaves(&read, &path, following), None, "{tolerance}");
+    }
 }
 
 /// A post that gives the feed of the tip a minute takes as long as one that times each block.

@@ -11,7 +11,7 @@ pub use error::ResultsError;
 pub use files::{Input, OutputFile};
 
 use core::f64::consts::PI;
-use evencut_core::gcode::{self, GcodeError};
+use evencut_core::gcode::{self, Following, GcodeError};
 use evencut_core::geometry::DVec3;
 use evencut_core::geometry::OrderBy;
 use evencut_core::job::{
@@ -289,7 +289,7 @@ impl Written {
                 tolerance: job.cut.tolerance,
             };
             let program = program(&planned.toolpath, &options, dialect)?;
-            match checked(&program.text, job, planned) {
+            match checked(&program.text, job, planned, dialect.rounding()) {
                 Ok(found) => findings = found,
                 // A post of one's own may write for a controller that is not known here.
                 Err(error) if job.post_file().is_some() => unread = Some(error),
@@ -539,7 +539,12 @@ fn walls(job: &Job) -> Walls {
 }
 
 /// Findings of the check of an emitted program.
-fn checked(text: &str, job: &Job, planned: &Planned) -> Result<Vec<String>, GcodeError> {
+fn checked(
+    text: &str,
+    job: &Job,
+    planned: &Planned,
+    rounding: f64,
+) -> Result<Vec<String>, GcodeError> {
     // Where the tip is programmed, rapids are chords of the way on which the machine stays above the plane.
     let off_plane = match job.machine.axes {
         Axes::ThreeAxis => 0.0,
@@ -558,8 +563,8 @@ fn checked(text: &str, job: &Job, planned: &Planned) -> Result<Vec<String>, Gcod
     };
     let program = gcode::read(text, &reading)?;
     let mut findings = gcode::check(&program, &rules);
-    let (tolerance, radius) = (job.cut.tolerance, job.tool.radius());
-    findings.extend(gcode::leaves(&program, &planned.toolpath, tolerance, radius));
+    let following = Following { tolerance: job.cut.tolerance, rounding, radius: job.tool.radius() };
+    findings.extend(gcode::leaves(&program, &planned.toolpath, following));
     Ok(findings.iter().map(ToString::to_string).collect())
 }
 

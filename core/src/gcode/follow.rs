@@ -1,30 +1,55 @@
 //! Whether a program is the path that it was written from.
 //!
-//! The points of the path are sought in the program in their order; what the program does between two of them must stay
-//! near the straight line that joins them. Rapids between may run anywhere: their height is judged by `check`.
+//! The points of the path are sought in the program in their order, to the rounding of its numbers; what the program does
+//! between two of them must stay near the straight line that joins them. Rapids between may run anywhere: their height
+//! is judged by `check`.
 
 use super::program::{Finding, FindingKind, GcodeProgram};
 use crate::geometry::{DVec3, distance_to_segment};
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 
-/// Where a program that was read leaves the path by more than `tolerance`, mm, first; `radius`: that of the cutter, mm, at
-/// whose rim the direction of the axis counts.
-pub fn leaves(
-    program: &GcodeProgram,
-    path: &Toolpath,
-    tolerance: f64,
-    radius: f64,
-) -> Option<Finding> {
+/// How far a point may be off besides the rounding of its numbers, mm: what is read is in chords.
+const CLOSE: f64 = 1e-3;
+/// Part of the tolerance by which an axis beside the C axis may be off at the cutter's rim: it is taken for it.
+const OFF_POLE: f64 = 0.25;
+
+/// How closely a program must be the path.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Following {
+    /// By how much it may leave the path, mm.
+    pub tolerance: f64,
+    /// By how much its numbers are rounded, mm.
+    pub rounding: f64,
+    /// Radius of the cutter, mm, at whose rim the direction of the axis counts.
+    pub radius: f64,
+}
+
+/// Where a program that was read leaves the path first.
+pub fn leaves(program: &GcodeProgram, path: &Toolpath, options: Following) -> Option<Finding> {
+    let Following { tolerance, rounding, radius } = options;
+    if rounding > tolerance {
+        let message = format!(
+            "lengths are rounded by up to {rounding:.4} mm, more than cut.tolerance, {tolerance} mm: give the post more decimals"
+        );
+        return Some(Finding { line: 1, kind: FindingKind::OffPath, message });
+    }
     let read = &program.path.points;
+    let close = CLOSE + rounding;
+    // Points closer together than this may be met early, so that the next ones are as far beside.
+    let most = tolerance.max(3.0 * close);
     let meets = |q: &PathPoint, p: &PathPoint| {
-        q.tip.distance(p.tip).max(radius * q.axis.distance(p.axis)) <= tolerance
+        let off_axis = radius * q.axis.distance(p.axis);
+        q.tip.distance(p.tip) <= close && off_axis <= OFF_POLE * tolerance + close
     };
     let mut at = 0;
     for (i, p) in path.points.iter().enumerate() {
         let before = i.checked_sub(1).map(|i| path.points[i].tip);
+        let from = at;
         loop {
             let Some(q) = read.get(at) else {
-                let off = read.last().map_or(0.0, |q| q.tip.distance(p.tip));
+                let off = |k: &usize| read[*k].tip.distance(p.tip);
+                let nearest = (from..read.len()).min_by(|a, b| off(a).total_cmp(&off(b)));
+                let (at, off) = nearest.map_or((0, 0.0), |k| (k, off(&k)));
                 return Some(finding(program, at, off, p.tip));
             };
             if meets(q, p) {
@@ -33,7 +58,7 @@ pub fn leaves(
             // Before the first point the program may come from anywhere.
             if let Some(before) = before.filter(|_| p.kind != MoveKind::Rapid) {
                 let off = distance_to_segment(q.tip, before, p.tip);
-                if off > tolerance {
+                if off > most {
                     return Some(finding(program, at, off, p.tip));
                 }
             }
@@ -44,9 +69,8 @@ pub fn leaves(
 }
 
 fn finding(program: &GcodeProgram, at: usize, off: f64, wanted: DVec3) -> Finding {
-    let last = program.lines.last().copied().unwrap_or(1);
     Finding {
-        line: program.lines.get(at).copied().unwrap_or(last),
+        line: program.lines.get(at).copied().unwrap_or(1),
         kind: FindingKind::OffPath,
         message: format!(
             "leaves the planned path by {off:.3} mm on the way to ({:.3}, {:.3}, {:.3}): the post writes another path",

@@ -49,7 +49,7 @@ mod tests;
 
 pub use check::{CheckOptions, check};
 pub use error::{Fault, GcodeError};
-pub use follow::leaves;
+pub use follow::{Following, leaves};
 pub use interpret::read;
 pub use kinematics::{Kinematics, MachinePosition};
 pub use options::ReadOptions;

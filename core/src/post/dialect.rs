@@ -265,6 +265,11 @@ impl Dialect {
         Ok(dialect)
     }
 
+    /// By how much a point is off at most through the rounding of its coordinates, mm.
+    pub fn rounding(&self) -> f64 {
+        0.5 * 3.0_f64.sqrt() / 10_u64.pow(self.decimals.length) as f64
+    }
+
     /// Of angles in degrees.
     pub(super) fn angle_decimals(&self) -> u32 {
         self.decimals.angle
