@@ -107,7 +107,7 @@ mod tests {
             json!({
                 "faults": [],
                 "surface": "a.stl",
-                "wall": null,
+                "wall": null, "post": null,
                 "blades": [],
                 "name": "Größe 📏",
             })
