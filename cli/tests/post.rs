@@ -99,6 +99,24 @@ fn a_copied_post_is_named_by_the_job_or_by_the_run() {
     assert!(messages.contains("there is no post \"fagor\"; there are linuxcnc,"), "{messages}");
 }
 
+/// Simulated or not, a program that is another path is no success.
+#[test]
+fn a_program_that_is_not_the_path_fails_the_run() {
+    let directory = scratch("wrong");
+    let output = evencut(&directory, &["post", "linuxcnc"]);
+    let source = streams(&output).1.to_owned();
+    let swapped = source.replace("x = \"X{}\"\ny = \"Y{}\"", "x = \"Y{}\"\ny = \"X{}\"");
+    assert_ne!(swapped, source);
+    fs::write(directory.join("shop.post.toml"), swapped).unwrap();
+    for more in [&["--no-verify"][..], &[]] {
+        let arguments = [&["plan", "dome.toml", "--post", "shop.post.toml"], more].concat();
+        let output = evencut(&directory, &arguments);
+        let (code, _, messages) = streams(&output);
+        assert_eq!(code, 5, "{messages}");
+        assert!(messages.contains("leaves the planned path by"), "{messages}");
+    }
+}
+
 #[test]
 fn what_a_post_cannot_write_is_refused_before_the_work() {
     let directory = scratch("refused");

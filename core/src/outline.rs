@@ -1,8 +1,7 @@
 //! The outline of the flat surface: one outer loop and its islands.
 
 use crate::flatten::Chart;
-use crate::geometry::OrderBy;
-use crate::geometry::{DVec2, cross2};
+use crate::geometry::{DVec2, OrderBy, cross2};
 use crate::surface::Surface;
 
 /// Closed flat polygons with the region on their left: the outer loop first, then the islands.

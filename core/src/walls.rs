@@ -12,8 +12,7 @@ use crate::cutter_location::{
     CheckMesh, Obstacles, PassOptions, Ruling, Stand, ToolAxis, tip, tool_axis,
 };
 use crate::flatten::Locator;
-use crate::geometry::OrderBy;
-use crate::geometry::{DVec2, DVec3};
+use crate::geometry::{DVec2, DVec3, OrderBy};
 use crate::level_set::PassMesh;
 use crate::mesh::{FaceId, HalfEdgeId, VertexId};
 use crate::parallel;

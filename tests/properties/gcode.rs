@@ -148,6 +148,9 @@ fn a_program_that_is_not_the_path_is_found_out() {
         ("\"G21 G90", "\"G20 G90"),
         ("\"G21 G90", "\"G21 G91"),
         ("z = \"Z{}\"", "z = \"Z-{}\""),
+        // Beside the path, before it and after it.
+        ("\"{coolant_on}\"]", "\"G0 X0 Y0 Z70\", \"G1 Z-5 F100\"]"),
+        ("\"M5\", \"M2\"", "\"G1 X0 Y0 Z-5\", \"M5\", \"M2\""),
     ];
     let path = rings(Axes::ThreeAxis, 3, 200);
     for (old, new) in changes {
@@ -163,7 +166,8 @@ fn a_program_that_is_not_the_path_is_found_out() {
 }
 
 fn following(rounding: f64) -> Following {
-    Following { tolerance: TOLERANCE, rounding, radius: RADIUS }
+    let clearance_plane = RAPID_PLANE;
+    Following { tolerance: TOLERANCE, rounding, radius: RADIUS, clearance_plane }
 }
 
 fn both_axes() -> [Axes; 2] {

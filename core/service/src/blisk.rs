@@ -5,9 +5,8 @@
 //!   are a *group*; groups that meet the same face of the body are blades, and that face is the hub.
 //! - *Kind*: blades that are one another turned about the axis; the largest are main blades, others splitters.
 
-use evencut_core::geometry::OrderBy;
 use evencut_core::geometry::math::atan2;
-use evencut_core::geometry::{DMat3, DVec2, DVec3, any_perpendicular};
+use evencut_core::geometry::{DMat3, DVec2, DVec3, OrderBy, any_perpendicular};
 use evencut_core::nurbs::NurbsSurface;
 use evencut_core::step::{FaceMesh, StepError, StepFile};
 use std::f64::consts::TAU;

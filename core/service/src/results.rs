@@ -12,8 +12,7 @@ pub use files::{Input, OutputFile};
 
 use core::f64::consts::PI;
 use evencut_core::gcode::{self, Following, GcodeError};
-use evencut_core::geometry::DVec3;
-use evencut_core::geometry::OrderBy;
+use evencut_core::geometry::{DVec3, OrderBy};
 use evencut_core::job::{
     Boundary, FlattenMethod, ForceControl, Job, MinChip, Picture, PostSource, SurfaceSource,
 };
@@ -563,7 +562,12 @@ fn checked(
     };
     let program = gcode::read(text, &reading)?;
     let mut findings = gcode::check(&program, &rules);
-    let following = Following { tolerance: job.cut.tolerance, rounding, radius: job.tool.radius() };
+    let following = Following {
+        tolerance: job.cut.tolerance,
+        rounding,
+        radius: job.tool.radius(),
+        clearance_plane: planned.rapid_plane,
+    };
     findings.extend(gcode::leaves(&program, &planned.toolpath, following));
     Ok(findings.iter().map(ToString::to_string).collect())
 }

@@ -7,8 +7,7 @@
 //! A cutter is pushed off walls across its axis: out of the worst ruling, then out of the next; if that brings it
 //! back into the previous one, to the place where it touches both, as in a corner.
 
-use crate::geometry::OrderBy;
-use crate::geometry::{DVec3, any_perpendicular};
+use crate::geometry::{DVec3, OrderBy, any_perpendicular};
 use crate::tool::Tool;
 use core::cmp::Ordering;
 use rstar::{AABB, RTree, RTreeObject};

@@ -43,7 +43,7 @@ pub(super) struct Modal {
     /// There I, J and K are the direction of the tool axis.
     pub axis_by_ijk: bool,
     /// Work offset named so far.
-    offset: Option<u32>,
+    offset: Option<(u32, u32)>,
     /// Feed: as programmed, and in mm/min or 1/min.
     pub feed: Option<[f64; 2]>,
     /// Spindle switched on.
@@ -107,9 +107,11 @@ impl Modal {
             900 | 910 => self.incremental = code == 910,
             901 | 911 => self.absolute_centres = code == 901,
             930 | 940 => self.feed_mode(code == 930),
-            540 | 541 | 550 | 560 | 570 | 580 | 590 | 591 | 592 | 593 | 1540 | 5050..=5990 => {
-                return self.offset(code);
+            540 | 550 | 560 | 570 | 580 | 590 | 591 | 592 | 593 | 5050..=5990 => {
+                self.offset(code, 0)?;
             }
+            // The reader has the number that belongs to it.
+            541 | 1540 => {}
             // Tool centre control goes on; the reader turns coordinates into those of the tip.
             434 | 435 | 2340 => self.axis_by_ijk = code == 435,
             // Nothing of these moves the tip: compensation off, lengths, path modes, cycles off.
@@ -127,13 +129,14 @@ impl Modal {
         self.inverse_time = inverse_time;
     }
 
-    fn offset(&mut self, code: u32) -> Result<Option<Once>, Fault> {
-        match self.offset.replace(code) {
-            Some(before) if before != code => {
+    /// A work offset, of codes that have several with its number.
+    pub fn offset(&mut self, code: u32, number: u32) -> Result<(), Fault> {
+        match self.offset.replace((code, number)) {
+            Some(before) if before != (code, number) => {
                 let remedy = "a second work offset, and where it lies is not in the program; split the program at its offsets";
                 Err(refused(name('G', code), remedy))
             }
-            _ => Ok(None),
+            _ => Ok(()),
         }
     }
 

@@ -2,7 +2,8 @@
 //!
 //! The points of the path are sought in the program in their order, to the rounding of its numbers; what the program does
 //! between two of them must stay near the straight line that joins them. Rapids between may run anywhere: their height
-//! is judged by `check`.
+//! is judged by `check`. Before the first point and after the last one the program must stay above the clearance plane,
+//! or go along the tool axis to or from that point.
 
 use super::program::{Finding, FindingKind, GcodeProgram};
 use crate::geometry::{DVec3, distance_to_segment};
@@ -22,11 +23,13 @@ pub struct Following {
     pub rounding: f64,
     /// Radius of the cutter, mm, at whose rim the direction of the axis counts.
     pub radius: f64,
+    /// Machine Z at and above which it may go anywhere before and after the path, mm.
+    pub clearance_plane: f64,
 }
 
 /// Where a program that was read leaves the path first.
 pub fn leaves(program: &GcodeProgram, path: &Toolpath, options: Following) -> Option<Finding> {
-    let Following { tolerance, rounding, radius } = options;
+    let Following { tolerance, rounding, radius, clearance_plane } = options;
     if rounding > tolerance {
         let message = format!(
             "lengths are rounded by up to {rounding:.4} mm, more than cut.tolerance, {tolerance} mm: give the post more decimals"
@@ -40,6 +43,12 @@ pub fn leaves(program: &GcodeProgram, path: &Toolpath, options: Following) -> Op
     let meets = |q: &PathPoint, p: &PathPoint| {
         let off_axis = radius * q.axis.distance(p.axis);
         q.tip.distance(p.tip) <= close && off_axis <= OFF_POLE * tolerance + close
+    };
+    // Before or after the path: how far off the way along the axis, if too low for going anywhere.
+    let off_end = |k: usize, end: &PathPoint| {
+        let way = read[k].tip - end.tip;
+        let is_high = program.machine[k].linear.z >= clearance_plane - most;
+        if is_high { 0.0 } else { (way - way.dot(end.axis).max(0.0) * end.axis).length() }
     };
     let mut at = 0;
     for (i, p) in path.points.iter().enumerate() {
@@ -55,17 +64,20 @@ pub fn leaves(program: &GcodeProgram, path: &Toolpath, options: Following) -> Op
             if meets(q, p) {
                 break;
             }
-            // Before the first point the program may come from anywhere.
-            if let Some(before) = before.filter(|_| p.kind != MoveKind::Rapid) {
-                let off = distance_to_segment(q.tip, before, p.tip);
-                if off > most {
-                    return Some(finding(program, at, off, p.tip));
-                }
+            let off = match before {
+                None => off_end(at, p),
+                Some(_) if p.kind == MoveKind::Rapid => 0.0,
+                Some(before) => distance_to_segment(q.tip, before, p.tip),
+            };
+            if off > most {
+                return Some(finding(program, at, off, p.tip));
             }
             at += 1;
         }
     }
-    None
+    let last = path.points.last()?;
+    let after = (at..read.len()).map(|k| (k, off_end(k, last))).find(|(_, off)| *off > most);
+    after.map(|(k, off)| finding(program, k, off, last.tip))
 }
 
 fn finding(program: &GcodeProgram, at: usize, off: f64, wanted: DVec3) -> Finding {
@@ -73,7 +85,7 @@ fn finding(program: &GcodeProgram, at: usize, off: f64, wanted: DVec3) -> Findin
         line: program.lines.get(at).copied().unwrap_or(1),
         kind: FindingKind::OffPath,
         message: format!(
-            "leaves the planned path by {off:.3} mm on the way to ({:.3}, {:.3}, {:.3}): the post writes another path",
+            "leaves the planned path by {off:.3} mm near ({:.3}, {:.3}, {:.3}): the post writes another path",
             wanted.x, wanted.y, wanted.z
         ),
     }

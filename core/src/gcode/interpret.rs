@@ -134,13 +134,19 @@ impl<'a> Reader<'a> {
             None if on || off => self.control(on),
             None => {}
         }
-        self.tool_axis(block);
+        self.tool_axis(block)?;
         self.modal.rates(block.take('F'), block.take('S'));
         for letter in ['T', 'H', 'D'] {
             block.take(letter);
         }
-        if block.g.iter().any(|code| [541, 1540].contains(code)) {
-            block.take('P');
+        if let Some(&code) = block.g.iter().find(|code| [541, 1540].contains(code)) {
+            // A number that is none of an offset is left, and so refused.
+            if let Some(number) =
+                block.get('P').filter(|p| p.fract() == 0.0 && (1.0..1e4).contains(p))
+            {
+                block.take('P');
+                self.modal.offset(code, number as u32)?;
+            }
         }
         if block.g.contains(&640) {
             block.take('P');
@@ -189,13 +195,20 @@ impl<'a> Reader<'a> {
     }
 
     /// The direction of the tool axis that a block gives, as angles of the tables.
-    fn tool_axis(&mut self, block: &mut Block) {
+    fn tool_axis(&mut self, block: &mut Block) -> Result<(), Fault> {
         if self.modal.control && self.modal.axis_by_ijk {
             block.vector = ['I', 'J', 'K'].map(|letter| block.take(letter));
         }
         self.turned = None;
         if block.vector == [None; 3] {
-            return;
+            return Ok(());
+        }
+        if !self.modal.control {
+            let remedy = "it means nothing while tool centre control is off; turn it on before (TRAORI, FUNCTION TCPM, M128)";
+            return Err(Fault::Refused {
+                word: "the direction of the tool axis".to_string(),
+                remedy,
+            });
         }
         if self.kinematics == Kinematics::ThreeAxis {
             // Whichever tables turn to the axis: tip, axis and height are the same.
@@ -211,6 +224,7 @@ impl<'a> Reader<'a> {
         let axis = DVec3::from(axis).try_normalize().unwrap_or(before);
         let [first, second] = self.kinematics.rotary_toward(axis, rotary);
         self.turned = Some([first, second]);
+        Ok(())
     }
 
     fn nothing_left(&self, block: &Block) -> Result<(), Fault> {

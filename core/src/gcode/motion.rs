@@ -51,7 +51,9 @@ impl Segment {
                 let axis = a.lerp(b, u).try_normalize().unwrap_or(b);
                 place.rotary = self.kinematics.rotary_toward(axis, place.rotary);
             }
-            place.linear = self.kinematics.to_machine(from.lerp(to, u), place.rotary);
+            let straight = from.lerp(to, u);
+            let tip = self.arc.as_ref().map_or(straight, |arc| arc.bend(straight, u));
+            place.linear = self.kinematics.to_machine(tip, place.rotary);
             return place;
         }
         if let Some(arc) = &self.arc {
@@ -67,11 +69,13 @@ impl Segment {
 
     /// What a feed per minute is that of: travel of the linear axes, or that of the tip in the workpiece, mm.
     pub fn length(&self) -> f64 {
-        if self.way != Way::Machine {
-            let [(from, _), (to, _)] = self.ends();
-            return from.distance(to);
-        }
-        let way = self.to.linear - self.from.linear;
+        let way = match self.way {
+            Way::Machine => self.to.linear - self.from.linear,
+            Way::Tip | Way::TipAndAxis => {
+                let [(from, _), (to, _)] = self.ends();
+                to - from
+            }
+        };
         match &self.arc {
             None => way.length(),
             Some(arc) => {

@@ -238,6 +238,49 @@ fn tool_centre_control_programs_the_tip() {
     }
 }
 
+/// Arcs are those of the tip, too: half a circle of 2 mm about (3, 2) in the workpiece, the table leaning.
+#[test]
+fn with_tool_centre_control_arcs_are_those_of_the_tip() {
+    let options = ReadOptions { kinematics: Kinematics::Xyzac, ..ReadOptions::default() };
+    for turn in ["", " A40 C10"] {
+        let text = format!(
+            "S100 M3\nG0 A30 C0\nG43.4 H1\nG0 X1 Y2 Z3\nG3 X5 Y2 I2 J0 F60{turn}\nG49\nM30"
+        );
+        let program = read(&text, &options).unwrap();
+        let points = &program.path.points;
+        assert!(points.len() > 20, "{} points", points.len());
+        for p in points {
+            let off = (hypot(p.tip.x - 3.0, p.tip.y - 2.0) - 2.0).abs();
+            assert!(
+                off < 1e-9 && (p.tip.z - 3.0).abs() < 1e-9 && p.tip.y < 2.0 + 1e-9,
+                "{}",
+                p.tip
+            );
+        }
+        let last = points.last().unwrap();
+        assert!(last.tip.distance(DVec3::new(5.0, 2.0, 3.0)) < 1e-9, "{}", last.tip);
+        // `2 pi` mm at 60 mm/min.
+        assert!((last.time - 2.0 * std::f64::consts::PI).abs() < 1e-9, "{} s", last.time);
+    }
+}
+
+#[test]
+fn numbered_offsets_are_told_apart_and_axes_need_control() {
+    for text in [
+        "G54.1 P1\nG0 X1 Y1 Z1\nG54.1 P2\nM2",
+        "G54\nG0 X1 Y1 Z1\nG154 P1\nM2",
+        "0 BEGIN PGM P MM\nCYCL DEF 247 Q339=+1\nL X+1 Y+1 Z+1 FMAX\nCYCL DEF 247 Q339=+2\nEND PGM P MM",
+        "G0 X1 Y1 Z1\nA3=0 B3=1 C3=0 X2\nM2",
+        "0 BEGIN PGM P MM\nL X+1 Y+1 Z+1 FMAX\nLN X+2 TX+0 TY+1 TZ+0 F60\nEND PGM P MM",
+    ] {
+        assert!(matches!(fault(text).1, Fault::Refused { .. }), "{text}");
+    }
+    assert!(matches!(fault("G54.1 P1.5\nG0 X1\nM2").1, Fault::Unused('P')));
+    for text in ["G54.1 P2\nG0 X1 Y1 Z1\nG54.1 P2\nM2", "G154 P7\nG0 X1 Y1 Z1\nM2"] {
+        assert!(read(text, &ReadOptions::default()).is_ok(), "{text}");
+    }
+}
+
 #[test]
 fn other_formats_name_what_they_do_not_read() {
     let heidenhain = |line: &str| fault(&format!("0 BEGIN PGM P MM\n{line}\n9 END PGM P MM")).1;

@@ -15,8 +15,7 @@
 use super::error::HubError;
 use super::sampling::{Samples, toward_corner};
 use super::spline::{ParameterCurve, area};
-use crate::geometry::OrderBy;
-use crate::geometry::{DVec2, DVec3};
+use crate::geometry::{DVec2, DVec3, OrderBy};
 use crate::nurbs::NurbsSurface;
 
 /// Degree of the fitted curve.

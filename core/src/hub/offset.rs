@@ -21,8 +21,7 @@ use super::error::HubError;
 use super::geodesic::{Geodesic, geodesic};
 use super::sampling::{Sample, Samples, toward_corner};
 use super::spline::{ParameterCurve, area};
-use crate::geometry::OrderBy;
-use crate::geometry::{DVec2, DVec3, cross2};
+use crate::geometry::{DVec2, DVec3, OrderBy, cross2};
 use crate::nurbs::NurbsSurface;
 
 /// Parts of every knot span of the curve at which it is sampled first.

@@ -1,9 +1,8 @@
 //! A commented job file to start from.
 
-use crate::geometry::OrderBy;
 use std::fmt::Write;
 
-use crate::geometry::{DVec3, math};
+use crate::geometry::{DVec3, OrderBy, math};
 
 /// What is known of a surface file before a job for it is written, in the units of the file.
 #[derive(Copy, Clone, Debug, PartialEq)]

@@ -6,8 +6,7 @@ use super::front::{Accuracy, Front};
 use super::refine::PassMesh;
 use super::strip_metric::{FlatMetric, StripMetric};
 use crate::flatten::{Chart, Locator};
-use crate::geometry::OrderBy;
-use crate::geometry::{DVec2, DVec3};
+use crate::geometry::{DVec2, DVec3, OrderBy};
 use crate::mesh::{Connectivity, FaceId, HalfEdgeId, VertexId};
 use crate::surface::Surface;
 

@@ -2,8 +2,7 @@
 
 use super::edges::{Edges, Sets, component_roots, ends, fans, next_side};
 use super::repair::{face_area, orientation};
-use crate::geometry::DVec3;
-use crate::geometry::OrderBy;
+use crate::geometry::{DVec3, OrderBy};
 
 /// A connected component; faces hang together by edges.
 #[derive(Copy, Clone, Debug, PartialEq)]

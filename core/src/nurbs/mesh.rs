@@ -11,8 +11,7 @@ use super::refine::{Mesh, TooMany};
 use super::sizing::{Limits, Sizing};
 use super::start::Start;
 use super::surface::NurbsSurface;
-use crate::geometry::DVec2;
-use crate::geometry::OrderBy;
+use crate::geometry::{DVec2, OrderBy};
 use crate::mesh::TriangleSoup;
 use crate::mesh::repair::compact;
 

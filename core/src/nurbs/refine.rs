@@ -14,8 +14,7 @@ use super::metric::{Metric, shape};
 use super::sizing::Sizing;
 use super::start::Start;
 use super::surface::NurbsSurface;
-use crate::geometry::OrderBy;
-use crate::geometry::{DVec2, DVec3};
+use crate::geometry::{DVec2, DVec3, OrderBy};
 
 const NONE: u32 = u32::MAX;
 /// Edge over the allowed length from which it is split.

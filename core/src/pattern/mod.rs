@@ -23,9 +23,8 @@ pub use spiral::spiral;
 
 use crate::flatten::Locator;
 use crate::footprint::Footprint;
-use crate::geometry::OrderBy;
 use crate::geometry::math::{cos, sin};
-use crate::geometry::{DVec2, DVec3};
+use crate::geometry::{DVec2, DVec3, OrderBy};
 use crate::job::{FirstPass, Parameter, PathOptions, Pattern};
 use crate::level_set::Pass;
 use crate::level_set::{

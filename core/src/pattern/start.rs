@@ -1,9 +1,8 @@
 //! Start curves of iso-scallop passes.
 
 use crate::flatten::Locator;
-use crate::geometry::OrderBy;
 use crate::geometry::math::{atan2, cos, sin};
-use crate::geometry::{DVec2, DVec3};
+use crate::geometry::{DVec2, DVec3, OrderBy};
 use crate::job::Start;
 use crate::level_set::strip_metric::FlatMetric;
 use crate::level_set::{Accuracy, LevelSetError, PassField, PassMesh};

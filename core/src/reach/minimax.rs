@@ -7,8 +7,7 @@
 //! Source: Madsen, "An algorithm for minimax solution of overdetermined systems of non-linear equations", J. Inst.
 //! Maths Applics 16 (1975).
 
-use crate::geometry::DVec2;
-use crate::geometry::OrderBy;
+use crate::geometry::{DVec2, OrderBy};
 
 /// Most steps.
 const STEPS: u32 = 32;

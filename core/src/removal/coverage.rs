@@ -4,8 +4,7 @@ use super::body::{Cutter, Layer, Line};
 use super::columns::{Column, Columns};
 use super::remains::Strokes;
 use crate::cutter_location::{Obstacles, PassOptions, ToolAxis, lowest_off_walls, raise_at};
-use crate::geometry::OrderBy;
-use crate::geometry::{DVec2, DVec3};
+use crate::geometry::{DVec2, DVec3, OrderBy};
 use crate::parallel;
 use crate::toolpath::{PathPoint, Toolpath};
 

@@ -4,8 +4,7 @@ use super::context::Rest;
 use super::samples::Sample;
 use crate::cutter_location::is_way_clear;
 use crate::flat_path::FlatPoint;
-use crate::geometry::DVec2;
-use crate::geometry::OrderBy;
+use crate::geometry::{DVec2, OrderBy};
 use crate::link::{DeliverError, Delivered, Deliverer, OnSurface};
 use crate::toolpath::{MoveKind, PathPoint};
 

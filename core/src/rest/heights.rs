@@ -3,9 +3,8 @@
 use super::context::{Rest, RestOptions};
 use super::samples::{Ball, LEVELS, Sample};
 use crate::cutter_location::ToolAxis;
-use crate::geometry::DVec2;
-use crate::geometry::OrderBy;
 use crate::geometry::math::cos;
+use crate::geometry::{DVec2, OrderBy};
 use crate::link::Delivered;
 use crate::removal::{Columns, Cutter, Layer, Line, Strokes};
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};

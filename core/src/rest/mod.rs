@@ -19,8 +19,7 @@
 //! 5. The surroundings of what is nearly too high are searched for higher places, and 2 to 4 are repeated.
 
 use crate::cutter_location::{is_in_wall, lowest_off_walls, raise_at, standing_clear};
-use crate::geometry::OrderBy;
-use crate::geometry::{DVec2, DVec3};
+use crate::geometry::{DVec2, DVec3, OrderBy};
 use crate::link::{DeliverError, Delivered};
 use crate::parallel;
 use crate::removal::{FeedIndex, Place};

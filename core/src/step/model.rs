@@ -4,9 +4,8 @@ use super::edge::{Curve, Edge, Edges};
 use super::error::StepError;
 use super::face::{StepFace, Trimmed};
 use super::part21::{Instance, Record, Value};
-use crate::geometry::OrderBy;
 use crate::geometry::math::tan;
-use crate::geometry::{DVec3, Shown, any_perpendicular};
+use crate::geometry::{DVec3, OrderBy, Shown, any_perpendicular};
 use crate::nurbs::{NurbsCurve, NurbsError, NurbsParts, NurbsSurface};
 
 /// Curves that wrap curves, at most.

@@ -5,8 +5,7 @@
 //! parameters that a file may give are not needed: they are approximations of the same edges.
 
 use super::edge::{Edge, Edges};
-use crate::geometry::OrderBy;
-use crate::geometry::{DVec2, DVec3};
+use crate::geometry::{DVec2, DVec3, OrderBy};
 use crate::nurbs::{NurbsSurface, TrimLoop};
 
 /// Part of the chord error that the points of an edge may leave.

@@ -12,8 +12,7 @@ use super::clearance::{ClearanceFigures, clearance_of_sections};
 use super::figures::{Broken, Nearest};
 use super::options::{AboveCutter, VerifyOptions};
 use super::samples::Facets;
-use crate::geometry::DVec3;
-use crate::geometry::OrderBy;
+use crate::geometry::{DVec3, OrderBy};
 use crate::tool::{Assembly, AssemblyPart, Section};
 use crate::toolpath::Toolpath;
 
@@ -125,9 +124,8 @@ impl<'a> Survey<'a> {
             self.longer(farther).into_iter().partition(is_wide);
         let mut found = Vec::new();
         if self.leans {
-            let accuracy = FINEST.max(ACCURACY * self.above.clearance);
             // Of what touches, the distance may come out negative by the accuracy.
-            found.extend(self.measured(slim, -self.tolerance - accuracy, 0.0));
+            found.extend(self.measured(slim, -self.tolerance - self.accuracy(), 0.0));
         }
         found.extend(self.measured(wide, self.above.clearance, self.stock));
         let mut least: Vec<Nearest> = Vec::new();
@@ -140,6 +138,11 @@ impl<'a> Survey<'a> {
         }
         least.order_by_key(|n| n.part as u8);
         least
+    }
+
+    /// By how much distances may come out too small, mm.
+    fn accuracy(&self) -> f64 {
+        FINEST.max(ACCURACY * self.above.clearance)
     }
 
     /// The sections of the assembly, the holder higher and the shank longer.
@@ -155,7 +158,7 @@ impl<'a> Survey<'a> {
     fn measured(&self, sections: Vec<Section>, wanted: f64, stock: f64) -> Vec<Nearest> {
         let assembly = Assembly { sections, ..self.above.assembly.clone() };
         let beyond = wanted.max(0.0) + stock + 2.0 * assembly.tool.radius();
-        let accuracy = FINEST.max(ACCURACY * self.above.clearance);
+        let accuracy = self.accuracy();
         let of = |facets, stock: f64| -> Vec<Nearest> {
             let threads = self.threads;
             let found =

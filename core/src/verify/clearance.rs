@@ -102,22 +102,22 @@ pub(super) fn clearance_of_sections(
 }
 
 impl Survey {
+    /// What was measured of all moves.
     fn figures(&self, path: &Toolpath, facets: Facets, threads: usize) -> Option<ClearanceFigures> {
-        let survey = self;
         let starts: Vec<usize> = (0..path.points.len()).step_by(CHUNK).collect();
-        let chunks = parallel::map(threads, &starts, |&from| survey.chunk(&path.points, from));
+        let chunks = parallel::map(threads, &starts, |&from| self.chunk(&path.points, from));
         let first = nearest(path.points[0].tip, facets)?;
         let mut figures = ClearanceFigures {
-            smallest: survey.beyond,
+            smallest: self.beyond,
             part: AssemblyPart::Cutter,
             at: first,
             move_index: 0,
-            by_part: PARTS.map(|p| survey.solids.iter().any(|s| s.0 == p).then_some(survey.beyond)),
+            by_part: PARTS.map(|p| self.solids.iter().any(|s| s.0 == p).then_some(self.beyond)),
             at_by_part: [first; 3],
             along: Vec::with_capacity(path.points.len()),
         };
         for (i, of_move) in chunks.iter().flatten().enumerate() {
-            let mut least = [survey.beyond; 3];
+            let mut least = [self.beyond; 3];
             for (k, known) in of_move.iter().enumerate() {
                 let Some(known) = known else { continue };
                 let distance = known.distance();

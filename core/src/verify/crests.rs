@@ -18,8 +18,7 @@ use super::outcome::Outcome;
 use super::samples::{Facets, Sample};
 use super::section::{Chain, Surface};
 use super::sweep::swept;
-use crate::geometry::DVec3;
-use crate::geometry::OrderBy;
+use crate::geometry::{DVec3, OrderBy};
 use crate::parallel;
 use crate::toolpath::{MoveKind, Toolpath};
 

@@ -5,8 +5,7 @@ use super::options::VerifyOptions;
 use super::outcome::Outcome;
 use super::rate::{Rate, Window};
 use super::sweep::{SweptTile, Touch};
-use crate::geometry::OrderBy;
-use crate::geometry::{DVec3, math};
+use crate::geometry::{DVec3, OrderBy, math};
 use crate::tool::AssemblyPart;
 use crate::toolpath::{MoveKind, Toolpath};
 

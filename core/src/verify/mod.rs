@@ -54,8 +54,7 @@ pub use rate::{Rate, Window};
 pub use samples::Facets;
 pub use walls::{Rise, Walls};
 
-use crate::geometry::DVec3;
-use crate::geometry::OrderBy;
+use crate::geometry::{DVec3, OrderBy};
 use crate::parallel;
 use crate::toolpath::{MoveKind, Toolpath};
 use body::Body;

@@ -17,8 +17,7 @@ use super::outcome::Outcome;
 use super::samples::{BLOCK, CREASE, Patch, Sample, Tile};
 use super::sweep::{SweptTile, swept};
 use super::walls::{Facet, depth_behind, ends_part};
-use crate::geometry::DVec3;
-use crate::geometry::OrderBy;
+use crate::geometry::{DVec3, OrderBy};
 use crate::parallel;
 
 /// By this factor the places of the last lattice are closer together than samples.

@@ -1044,17 +1044,26 @@ fn a_holder_stays_as_far_from_a_wall_as_it_is() {
     assert!(v.above.unwrap().nearest.iter().all(|n| n.part == AssemblyPart::Holder));
 }
 
-/// Stock counts as part: a holder that begins 2 mm above the floor, with 0.5 mm of stock on it.
+/// Stock counts as part: a holder that begins 6 mm above a floor with 0.5 mm of stock on it is 5.5 mm clear.
 #[test]
 fn a_holder_stays_clear_of_stock() {
-    let options =
-        VerifyOptions { above: above(15.0, 40.0, 1.0), spacing: 0.5, ..options(5.0, 5.0) };
-    let path = path(&raster(40.0, &evenly(-5.0, 1.0, 11)));
-    let floor = Part::plane(40.0, 20.0);
-    let v = judged(&path, &floor, &options);
+    let tool = Tool::new(5.0, 5.0).unwrap();
+    let (part, heights, radii) = (AssemblyPart::Holder, [6.0, 40.0], [20.0; 2]);
+    let sections = vec![crate::tool::Section { part, heights, radii }];
+    let judged = |clearance: f64| {
+        let assembly = Assembly { tool, cutter_length: 6.0, sections: sections.clone() };
+        let above = Some(AboveCutter { assembly, clearance });
+        let options = VerifyOptions { above, spacing: 0.5, ..options(5.0, 5.0) };
+        let path = path(&raster(40.0, &evenly(-5.0, 1.0, 11)));
+        judged(&path, &Part::plane(40.0, 20.0), &options)
+    };
+    let v = judged(1.0);
     let [holder] = &v.above.as_ref().unwrap().nearest[..] else { panic!("{:?}", v.above) };
-    let farthest = options.above.unwrap().clearance + 10.0;
-    assert!(holder.is_farther && (holder.distance - farthest).abs() < 1e-9, "{holder:?}");
+    assert!((5.47..=5.5).contains(&holder.distance) && !holder.is_farther, "{holder:?}");
+    let is_broken =
+        |v: &Verification| v.figures.broken.iter().any(|b| matches!(b, Broken::TooNear { .. }));
+    // 5.8 mm would be there without the stock.
+    assert!(!is_broken(&v) && is_broken(&judged(5.8)));
 }
 
 /// A shank no wider than the cutter must not cut in where the axis leans toward a wall.

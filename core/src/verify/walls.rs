@@ -11,8 +11,7 @@
 //! wall, and what the cutter does beyond the far side does not count.
 
 use super::samples::{CREASE, Facets, Side};
-use crate::geometry::OrderBy;
-use crate::geometry::{DVec3, nearest_on_triangle};
+use crate::geometry::{DVec3, OrderBy, nearest_on_triangle};
 use std::collections::BTreeMap;
 
 /// Sine of the angle to the machined surface from which a face of the part is a wall: 45 degrees.

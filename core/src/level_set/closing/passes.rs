@@ -4,9 +4,8 @@ use super::branch::{Anchor, AnchoredBranch, Line, closed};
 use super::gaps::Place;
 use super::options::ClosingOptions;
 use super::tree::Tree;
-use crate::geometry::OrderBy;
 use crate::geometry::beyond::Parabola;
-use crate::geometry::{DVec2, DVec3};
+use crate::geometry::{DVec2, DVec3, OrderBy};
 use crate::level_set::passes::{Branch, Pass};
 
 /// Longest pieces into which segments are cut for the search, mean passes.

@@ -1,8 +1,7 @@
 //! How evenly a flat map scales a piece.
 
 use crate::flatten::{Chart, Distortion};
-use crate::geometry::OrderBy;
-use crate::geometry::math;
+use crate::geometry::{OrderBy, math};
 use crate::job::DistortionMeasure;
 use crate::mesh::FaceId;
 use crate::surface::Surface;

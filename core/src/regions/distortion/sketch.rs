@@ -2,9 +2,8 @@
 
 use super::flattened::Flattened;
 use super::measure::percentile;
-use crate::geometry::OrderBy;
 use crate::geometry::math::{atan2, cos, sin};
-use crate::geometry::{DVec2, cross2};
+use crate::geometry::{DVec2, OrderBy, cross2};
 use crate::job::DistortionOptions;
 use crate::mesh::{FaceId, HalfEdgeId, VertexId};
 

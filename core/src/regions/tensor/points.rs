@@ -15,9 +15,8 @@
 use super::field::TensorField;
 use super::jet::{Patch, Zero};
 use super::topology::{Cancelled, DegeneratePoint, FreeArea, Kind};
-use crate::geometry::OrderBy;
 use crate::geometry::math::cbrt;
-use crate::geometry::{DVec2, DVec3, nearest_on_triangle};
+use crate::geometry::{DVec2, DVec3, OrderBy, nearest_on_triangle};
 use crate::mesh::{FaceId, HalfEdgeId};
 use crate::surface::{Surface, SurfacePoint};
 

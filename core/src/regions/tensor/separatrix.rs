@@ -9,9 +9,8 @@
 //! # Source
 //! Delmarcelle (1994); Xu, Li, Liu (2016).
 
-use crate::geometry::DVec2;
-use crate::geometry::OrderBy;
 use crate::geometry::math::{acos_clamped, atan, atan2, cbrt, cos, sin};
+use crate::geometry::{DVec2, OrderBy};
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Directions from which the one is taken that is farthest from a root.
