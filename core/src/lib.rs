@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 
 pub mod geometry;
+pub mod keys;
 pub mod linalg;
 pub mod mesh;
 pub mod parallel;

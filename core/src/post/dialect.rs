@@ -1,17 +1,12 @@
 //! A post-processor as data: what differs between controllers.
 
 use super::error::DialectError;
-use super::keys::Keys;
+use crate::keys::{Keys, KeysError, read_keys};
 use crate::machine::{Axes, Coolant, Post, WorkOffset};
 use std::collections::BTreeMap;
-use toml::de::DeTable;
 
-/// Largest file that is read, bytes.
-const LARGEST: usize = 1 << 16;
 /// Most decimals of a number.
 const MOST_DECIMALS: u32 = 9;
-/// Longest message of the TOML reader, characters.
-const LONGEST_MESSAGE: usize = 350;
 /// Longest text of a block, characters.
 const LONGEST: usize = 200;
 
@@ -210,25 +205,12 @@ impl Dialect {
     /// # Errors
     /// [`DialectError`]: no TOML, an unknown or missing key, a value out of its range.
     pub fn read(bytes: &[u8]) -> Result<Self, DialectError> {
-        if bytes.len() > LARGEST {
-            return Err(DialectError::Large { bytes: bytes.len(), most: LARGEST });
-        }
-        let text = core::str::from_utf8(bytes).map_err(|_| DialectError::NotText)?;
-        let text = text.trim_start_matches('\u{feff}');
-        let syntax = |error: toml::de::Error| {
-            let lines = |at: usize| text.bytes().take(at).filter(|b| *b == b'\n').count();
-            let line = error.span().map_or(1, |span| 1 + lines(span.start));
-            let message = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
-            let message = format!("line {line}: {message}");
-            DialectError::Toml(message.chars().take(LONGEST_MESSAGE).collect())
-        };
-        let document = DeTable::parse(text).map_err(syntax)?;
-        let dialect = Self::of_table(&mut Keys::of(document.get_ref(), "", text))?;
+        let dialect = read_keys(bytes, Self::of_table)?;
         dialect.validate()?;
         Ok(dialect)
     }
 
-    fn of_table(keys: &mut Keys) -> Result<Self, DialectError> {
+    fn of_table(keys: &mut Keys) -> Result<Self, KeysError> {
         let program = |keys: &mut Keys, name| keys.table(name, Program::of_table);
         let dialect = Self {
             name: keys.text("name")?,
@@ -425,7 +407,7 @@ impl Dialect {
 }
 
 impl LineNumbers {
-    fn of_table(keys: &mut Keys) -> Result<Self, DialectError> {
+    fn of_table(keys: &mut Keys) -> Result<Self, KeysError> {
         let numbers = Self {
             prefix: keys.text("prefix")?,
             first: keys.number("first", None)?,
@@ -438,7 +420,7 @@ impl LineNumbers {
 }
 
 impl Decimals {
-    fn of_table(keys: &mut Keys) -> Result<Self, DialectError> {
+    fn of_table(keys: &mut Keys) -> Result<Self, KeysError> {
         let decimals = Self {
             length: keys.number("length", None)?,
             angle: keys.number("angle", Some(4))?,
@@ -453,7 +435,7 @@ impl Decimals {
 }
 
 impl Spindle {
-    fn of_table(keys: &mut Keys) -> Result<Self, DialectError> {
+    fn of_table(keys: &mut Keys) -> Result<Self, KeysError> {
         let clockwise = keys.text("clockwise")?;
         let spindle = Self { clockwise, counter_clockwise: keys.text("counter-clockwise")? };
         keys.nothing_left()?;
@@ -462,7 +444,7 @@ impl Spindle {
 }
 
 impl Program {
-    fn of_table(keys: &mut Keys) -> Result<Self, DialectError> {
+    fn of_table(keys: &mut Keys) -> Result<Self, KeysError> {
         let program = Self {
             start: keys.texts("start")?,
             control_on: keys.texts("control_on")?,
@@ -488,7 +470,7 @@ impl Program {
 }
 
 impl Words {
-    fn of_table(keys: &mut Keys) -> Result<Self, DialectError> {
+    fn of_table(keys: &mut Keys) -> Result<Self, KeysError> {
         let words = Self {
             x: keys.text("x")?,
             y: keys.text("y")?,

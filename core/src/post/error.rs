@@ -1,6 +1,7 @@
 //! Why a path cannot be written as a program.
 
 use crate::geometry::DVec3;
+use crate::keys::KeysError;
 use thiserror::Error;
 
 /// Why a post-processor cannot be used.
@@ -9,30 +10,9 @@ pub enum DialectError {
     /// Its file was not given.
     #[error("post: the job names the file {0:?} in output.gcode.post_file, but it was not given")]
     NoFile(String),
-    /// Its file is too large.
-    #[error("post: the file has {bytes} bytes; at most {most} are read")]
-    Large {
-        /// How many it has.
-        bytes: usize,
-        /// How many are read.
-        most: usize,
-    },
-    /// Its file is no text.
-    #[error("post: the file is no text (UTF-8)")]
-    NotText,
-    /// A key that is unknown or missing, or a value of another kind.
-    #[error("post: {line}{key}: {rule}")]
-    Key {
-        /// Line of the file and a colon, if it is there.
-        line: String,
-        /// Which.
-        key: String,
-        /// What is wrong with it.
-        rule: String,
-    },
-    /// Its file is no TOML.
+    /// Its file cannot be read.
     #[error("post: {0}")]
-    Toml(String),
+    File(#[from] KeysError),
     /// A value out of its range.
     #[error("post: {key} is {value}; it must be {rule}")]
     Value {

@@ -10,7 +10,6 @@
 mod blocks;
 mod dialect;
 mod error;
-mod keys;
 mod program;
 mod render;
 
