@@ -4,9 +4,10 @@ use evencut_core::units::per_second;
 use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args, ValueEnum};
-use evencut_core::gcode::{CheckOptions, Kinematics};
+use evencut_core::gcode::CheckOptions;
 use evencut_core::geometry::DVec3;
 use evencut_core::job::{self, Faults, Job};
+use evencut_core::machine::{Arrangement, Axes};
 use evencut_core::report::{FileRecord, Recorded};
 use evencut_core::tool::Tool;
 use evencut_core::verify::{Rise, Sphere, VerifyError, VerifyOptions, Walls};
@@ -287,10 +288,10 @@ impl Verify {
             self.within.to_radians(),
         )
         .map_err(|error| Failed::file(Exit::BadSurface, error, file))?;
-        let kinematics = match self.axes {
-            Machine::Three => Kinematics::ThreeAxis,
-            Machine::Xyzac => Kinematics::Xyzac,
-            Machine::Xyzbc => Kinematics::Xyzbc,
+        let axes = match self.axes {
+            Machine::Three => Axes::ThreeAxis,
+            Machine::Xyzac => Arrangement::Xyzac.axes(0.0),
+            Machine::Xyzbc => Arrangement::Xyzbc.axes(0.0),
         };
         let options = VerifyOptions {
             tool,
@@ -316,7 +317,7 @@ impl Verify {
         Ok(Subject {
             workpiece,
             options,
-            rules: ProgramRules { kinematics, ..ProgramRules::default() },
+            rules: ProgramRules { axes, ..ProgramRules::default() },
             meshes: vec![(name, bytes)],
         })
     }
@@ -439,7 +440,7 @@ impl Verify {
 /// The limits for a program of a job's machine.
 fn rules_of(job: &Job) -> ProgramRules {
     ProgramRules {
-        kinematics: job.machine.axes.into(),
+        axes: job.machine.axes,
         rapid_feed: Some(job.machine.max_feed),
         check: CheckOptions {
             travel: job.machine.travel,

@@ -4,11 +4,11 @@
 //! corner without leaving the tolerance and without using more than half of either move,
 //! `v <= sqrt(a rho)`. A backward pass lowers junction speeds so that every move can brake to its end, a
 //! forward pass so that it can reach its end; between them moves follow trapezoids. A move on which rotary
-//! tables turn takes at least as long as they do.
+//! axes turn takes at least as long as they do, and accelerates no faster than they can.
 
 use crate::cutter_location::contact_offset;
 use crate::geometry::DVec3;
-use crate::machine::{Axes, Machine, Tables};
+use crate::machine::{Machine, Tables};
 use crate::tool::Tool;
 use crate::toolpath::{MoveKind, PathPoint, PerKind, Toolpath};
 
@@ -70,6 +70,8 @@ struct Move {
     kind: MoveKind,
     length: f64,
     feed: f64,
+    /// Largest acceleration along it, mm/s².
+    acceleration: f64,
     /// Unit direction of the tip; `None` for a turn about it.
     direction: Option<DVec3>,
 }
@@ -90,77 +92,89 @@ pub fn machine_time(
     let mut time = MachineTime::default();
     let mut moves = Vec::with_capacity(path.points.len());
     let mut turns = Turns::new(path, tool, machine, tolerance);
-    for pair in path.points.windows(2) {
-        let kind = pair[1].kind;
-        let length = feed_length(&pair[0], &pair[1], tool);
+    for i in 1..path.points.len() {
+        let (from, to) = (&path.points[i - 1], &path.points[i]);
+        let length = feed_length(from, to, tool);
         if length == 0.0 {
             continue;
         }
-        let feed = commanded_feed(&pair[1], machine);
-        let by_tables = turns.fastest(&pair[0], &pair[1], length, length / feed);
-        time.commanded[kind] += length / feed;
-        let direction = (pair[1].tip - pair[0].tip).try_normalize();
+        let feed = commanded_feed(to, machine);
+        let (fastest, acceleration) = turns.limits(from, &path.points[i..], length, length / feed);
+        time.commanded[to.kind] += length / feed;
         moves.push(Move {
-            kind,
+            kind: to.kind,
             length,
-            feed: feed.min(machine.max_feed).min(by_tables),
-            direction,
+            feed: feed.min(machine.max_feed).min(fastest),
+            acceleration: acceleration.min(machine.max_acceleration),
+            direction: (to.tip - from.tip).try_normalize(),
         });
     }
-    let squared = junction_speeds(&moves, machine.max_acceleration, tolerance);
+    let squared = junction_speeds(&moves, tolerance);
     for (i, m) in moves.iter().enumerate() {
-        time.limited[m.kind] += trapezoid(m, squared[i], squared[i + 1], machine.max_acceleration);
+        time.limited[m.kind] += trapezoid(m, squared[i], squared[i + 1]);
     }
     time
 }
 
-/// The tables of a machine that has any, along a path.
+/// The rotary axes of a machine that has any, along a path.
 struct Turns(Option<Tables>);
 
 impl Turns {
     fn new(path: &Toolpath, tool: &Tool, machine: &Machine, tolerance: f64) -> Self {
-        let mut tables =
-            (machine.axes == Axes::Xyzac).then(|| Tables::new(machine, tolerance, tool.radius()));
+        let mut tables = Tables::of(machine, tolerance, tool.radius());
         if let (Some(tables), Some(first)) = (&mut tables, path.points.first()) {
             tables.turn(first.axis);
         }
         Self(tables)
     }
 
-    /// The feed that the tables allow for the next move, which has that length and takes that time as commanded.
-    fn fastest(&mut self, from: &PathPoint, to: &PathPoint, length: f64, commanded: f64) -> f64 {
-        let Some(tables) = &mut self.0 else { return f64::INFINITY };
-        if to.kind == MoveKind::Rapid {
-            return length / tables.turn(to.axis);
-        }
-        let mut legs = Vec::new();
-        match tables.go((from.tip, from.axis), (to.tip, to.axis), commanded, &mut legs) {
-            Ok(()) => length / legs.iter().map(|leg| leg.time).sum::<f64>(),
-            // No program can be written, but its time can be given.
-            Err(_) => length / tables.turn(to.axis),
-        }
+    /// The feed, mm/s, and the acceleration, mm/s², that the rotary axes allow for the move to the first of the points that
+    /// follow, which has that length and takes that time as commanded.
+    fn limits(
+        &mut self,
+        from: &PathPoint,
+        rest: &[PathPoint],
+        length: f64,
+        commanded: f64,
+    ) -> (f64, f64) {
+        let Some(tables) = &mut self.0 else { return (f64::INFINITY, f64::INFINITY) };
+        let (to, start) = (&rest[0], tables.at);
+        let time = if to.kind == MoveKind::Rapid {
+            let stretch = rest[1..].iter().take_while(|p| p.kind != MoveKind::Rapid);
+            tables.unwind(rest[..1].iter().chain(stretch).map(|p| p.axis));
+            tables.turn(to.axis)
+        } else {
+            let mut legs = Vec::new();
+            match tables.go((from.tip, from.axis), (to.tip, to.axis), commanded, &mut legs) {
+                Ok(()) => legs.iter().map(|leg| leg.time).sum::<f64>(),
+                // No program can be written, but its time can be given.
+                Err(_) => tables.turn(to.axis),
+            }
+        };
+        (length / time, length * tables.chain.acceleration(start, tables.at))
     }
 }
 
 /// Squared speeds at the `#moves + 1` junctions, mm²/s².
-fn junction_speeds(moves: &[Move], acceleration: f64, tolerance: f64) -> Vec<f64> {
+fn junction_speeds(moves: &[Move], tolerance: f64) -> Vec<f64> {
     let mut squared = vec![0.0; moves.len() + 1];
     for i in 1..moves.len() {
         let (before, after) = (&moves[i - 1], &moves[i]);
         let feed = before.feed.min(after.feed);
-        squared[i] = corner(before, after, acceleration, tolerance).min(feed * feed);
+        squared[i] = corner(before, after, tolerance).min(feed * feed);
     }
     for i in (0..moves.len()).rev() {
-        squared[i] = squared[i].min(squared[i + 1] + 2.0 * acceleration * moves[i].length);
+        squared[i] = squared[i].min(squared[i + 1] + 2.0 * moves[i].acceleration * moves[i].length);
     }
     for i in 0..moves.len() {
-        squared[i + 1] = squared[i + 1].min(squared[i] + 2.0 * acceleration * moves[i].length);
+        squared[i + 1] =
+            squared[i + 1].min(squared[i] + 2.0 * moves[i].acceleration * moves[i].length);
     }
     squared
 }
 
 /// Largest squared speed at which the corner between two moves can be rounded.
-fn corner(before: &Move, after: &Move, acceleration: f64, tolerance: f64) -> f64 {
+fn corner(before: &Move, after: &Move, tolerance: f64) -> f64 {
     let (Some(a), Some(b)) = (before.direction, after.direction) else { return f64::INFINITY };
     // With phi the turn: cos(phi/2)^2 = (1 + cos phi) / 2.
     let half_cosine = (0.5 * (1.0 + a.dot(b))).clamp(0.0, 1.0).sqrt();
@@ -170,11 +184,12 @@ fn corner(before: &Move, after: &Move, acceleration: f64, tolerance: f64) -> f64
     }
     let by_tolerance = tolerance * half_cosine * (1.0 + half_cosine) / (half_sine * half_sine);
     let by_length = 0.5 * before.length.min(after.length) * half_cosine / half_sine;
-    acceleration * by_tolerance.min(by_length)
+    before.acceleration.min(after.acceleration) * by_tolerance.min(by_length)
 }
 
 /// Time of a move that starts and ends at the given squared speeds.
-fn trapezoid(m: &Move, start: f64, end: f64, acceleration: f64) -> f64 {
+fn trapezoid(m: &Move, start: f64, end: f64) -> f64 {
+    let acceleration = m.acceleration;
     let reachable = 0.5 * (start + end) + acceleration * m.length;
     let top = reachable.min(m.feed * m.feed);
     let (v0, v1, v) = (start.sqrt(), end.sqrt(), top.sqrt());
@@ -186,14 +201,13 @@ fn trapezoid(m: &Move, start: f64, end: f64, acceleration: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::geometry::math::{cos, sin};
-    use crate::machine::Axes;
+    use crate::machine::{Arrangement, Axes, Chain, RotaryAxis};
 
     fn machine() -> Machine {
         Machine {
             axes: Axes::ThreeAxis,
             max_feed: 250.0,
             max_acceleration: 2000.0,
-            max_rotary_speed: 1.0,
             clearance: 10.0,
             travel: crate::machine::Travel::default(),
         }
@@ -288,11 +302,19 @@ mod tests {
             p.points.iter_mut().enumerate().for_each(turned);
             machine_time(&p, &ball(), &Machine { axes, ..machine() }, 0.005)
         };
-        let (three, five) = (time(Axes::ThreeAxis), time(Axes::Xyzac));
+        let with = |max_acceleration: f64| {
+            let Axes::FiveAxis(chain) = Arrangement::Xyzac.axes(0.0) else { panic!("tables") };
+            let axes = chain.axes().map(|a| RotaryAxis { max_speed: 1.0, max_acceleration, ..a });
+            time(Axes::FiveAxis(Chain::new(axes, 0.0).unwrap()))
+        };
+        let (three, five) = (time(Axes::ThreeAxis), with(f64::INFINITY));
         assert_eq!(three.commanded, five.commanded);
         // C turns by 4 rad, 1 rad/s.
         let turned = five.limited.total();
         assert!(three.limited.total() < 3.0 && (4.0..4.1).contains(&turned), "{turned}");
+        // With 1 rad/s² it takes a second more: half of one for each of the two ramps.
+        let slow = with(1.0).limited.total();
+        assert!((5.0..5.1).contains(&slow), "{slow}");
     }
 
     #[test]

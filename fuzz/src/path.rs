@@ -1,9 +1,9 @@
 //! Paths: tables, and programs of any controller.
 
 use crate::{Outcome, refused};
-use evencut_core::gcode::{self, CheckOptions, GcodeProgram, Kinematics, ReadOptions};
+use evencut_core::gcode::{self, CheckOptions, GcodeProgram, ReadOptions};
 use evencut_core::geometry::DVec3;
-use evencut_core::machine::{Axes, Coolant, Machine, Setup, Travel};
+use evencut_core::machine::{Arrangement, Coolant, Machine, Setup, Travel};
 use evencut_core::post::{self, Dialect, ProgramOptions};
 use evencut_core::tool::Tool;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
@@ -37,12 +37,11 @@ pub fn post(bytes: &[u8]) -> Outcome {
         Ok(dialect) => dialect,
         Err(error) => return refused(&error.to_string()),
     };
-    for axes in [Axes::ThreeAxis, Axes::Xyzac] {
+    for axes in Arrangement::ALL.map(|name| name.axes(100.0)) {
         let machine = Machine {
             axes,
             max_feed: 100.0,
             max_acceleration: 1000.0,
-            max_rotary_speed: 1.0,
             clearance: 10.0,
             travel: Travel::default(),
         };
@@ -87,15 +86,15 @@ pub fn program(bytes: &[u8]) -> Outcome {
     let text = String::from_utf8_lossy(bytes);
     let zero = Some(DVec3::splat(100.0));
     let machines = [
-        (Kinematics::ThreeAxis, zero, false),
-        (Kinematics::ThreeAxis, None, true),
-        (Kinematics::Xyzac, zero, true),
-        (Kinematics::Xyzbc, None, false),
+        (Arrangement::ThreeAxis, zero, false),
+        (Arrangement::ThreeAxis, None, true),
+        (Arrangement::Xyzac, zero, true),
+        (Arrangement::XyzbcMixed, None, false),
     ];
     let mut outcome = Outcome::Refused;
-    for (kinematics, machine_zero, block_delete) in machines {
+    for (arrangement, machine_zero, block_delete) in machines {
         let options = ReadOptions {
-            kinematics,
+            axes: arrangement.axes(100.0),
             machine_zero,
             block_delete,
             max_points: MOST_POINTS,

@@ -8,7 +8,10 @@ use evencut_core::gcode::{
     CheckOptions, Fault, FindingKind, Following, GcodeError, ReadOptions, check, leaves, read,
 };
 use evencut_core::geometry::DVec3;
-use evencut_core::machine::{Axes, Coolant, Machine, Post, Setup, SpindleDirection, WorkOffset};
+use evencut_core::machine::{
+    Arrangement, Axes, Chain, Coolant, Machine, Post, RotaryAxis, Setup, SpindleDirection,
+    WorkOffset,
+};
 use evencut_core::machine_time::{fill_time, machine_time};
 use evencut_core::post::{self, Dialect, DialectError, PostError, Program, ProgramOptions};
 use evencut_core::tool::Tool;
@@ -20,6 +23,8 @@ use evencut_tests::linuxcnc::{in_part, interpreted};
 const RAPID_PLANE: f64 = 60.0;
 const TOLERANCE: f64 = 0.005;
 const RADIUS: f64 = 5.0;
+/// From the tip to the pivot of heads, mm.
+const PIVOT: f64 = 180.0;
 
 fn options(axes: Axes) -> ProgramOptions {
     ProgramOptions {
@@ -28,7 +33,6 @@ fn options(axes: Axes) -> ProgramOptions {
             axes,
             max_feed: 250.0,
             max_acceleration: 2000.0,
-            max_rotary_speed: 10.0,
             clearance: 10.0,
             travel: evencut_core::machine::Travel::default(),
         },
@@ -52,7 +56,7 @@ fn program_of(post: Post, path: &Toolpath, options: &ProgramOptions) -> Result<P
 fn limits() -> CheckOptions {
     CheckOptions {
         clearance_plane: Some(RAPID_PLANE),
-        max_feed: Some(options(Axes::Xyzac).machine.max_feed),
+        max_feed: Some(options(ac()).machine.max_feed),
         ..CheckOptions::default()
     }
 }
@@ -77,7 +81,7 @@ fn point(kind: MoveKind, pass: u32, tip: DVec3, axis: DVec3, feed: f64) -> PathP
 fn rings(axes: Axes, rings: u32, around: u32) -> Toolpath {
     let axis_at = |t: f64| match axes {
         Axes::ThreeAxis => DVec3::Z,
-        Axes::Xyzac => {
+        Axes::FiveAxis(_) => {
             let tilt = 0.35 + 0.2 * (3.0 * t).sin();
             DVec3::new(tilt.sin() * t.cos(), tilt.sin() * t.sin(), tilt.cos())
         }
@@ -110,10 +114,11 @@ fn rings(axes: Axes, rings: u32, around: u32) -> Toolpath {
 
 #[test]
 fn reading_back_gives_the_path() {
-    for (post, axes) in Post::ALL.into_iter().flat_map(|p| both_axes().map(|a| (p, a))) {
+    let all = Arrangement::ALL.map(|name| (name, name.axes(PIVOT)));
+    for (post, (name, axes)) in Post::ALL.into_iter().flat_map(|p| all.map(|a| (p, a))) {
         let path = rings(axes, 9, 400);
         let written = program_of(post, &path, &options(axes));
-        if (post, axes) == (Post::Grbl, Axes::Xyzac) {
+        if post == Post::Grbl && axes != Axes::ThreeAxis {
             let expected = DialectError::Axes {
                 post: "grbl".to_string(),
                 table: "five_axis",
@@ -125,17 +130,17 @@ fn reading_back_gives_the_path() {
         let text = written.unwrap().text;
         let program = read_for(&options(axes).machine, &text);
         assert_follows(&path, &met(&program), RAPID_PLANE, TOLERANCE, RADIUS);
-        let height = |i: usize| program.machine[i].linear.z;
+        let height = |i: usize| program.path.points[i].tip.dot(program.path.points[i].axis);
         for (i, m) in program.moves.iter().enumerate().filter(|(_, m)| m.rapid) {
             let is_high = |p| height(p) >= RAPID_PLANE - TOLERANCE;
-            assert!(program.points_of(i).all(is_high), "{post:?}, line {}", m.line);
+            assert!(program.points_of(i).all(is_high), "{post:?}, {name:?}, line {}", m.line);
         }
-        let last = height(program.machine.len() - 1);
-        assert!(last >= RAPID_PLANE - 1e-4, "{post:?} ends below the rapid plane");
+        let last = height(program.path.points.len() - 1);
+        assert!(last >= RAPID_PLANE - 1e-4, "{post:?}, {name:?} ends below the rapid plane");
         let rules = CheckOptions { clearance_plane: Some(RAPID_PLANE - TOLERANCE), ..limits() };
-        assert_eq!(check(&program, &rules), [], "{post:?}");
+        assert_eq!(check(&program, &rules), [], "{post:?}, {name:?}");
         let rounding = Dialect::of(post).unwrap().rounding();
-        assert_eq!(leaves(&program, &path, following(rounding)), None, "{post:?}");
+        assert_eq!(leaves(&program, &path, following(rounding)), None, "{post:?}, {name:?}");
     }
 }
 
@@ -171,7 +176,18 @@ fn following(rounding: f64) -> Following {
 }
 
 fn both_axes() -> [Axes; 2] {
-    [Axes::ThreeAxis, Axes::Xyzac]
+    [Axes::ThreeAxis, ac()]
+}
+
+/// Tables A and C.
+fn ac() -> Axes {
+    Arrangement::Xyzac.axes(0.0)
+}
+
+/// The same axes with other limits.
+fn limited(axes: Axes, limit: impl Fn(RotaryAxis) -> RotaryAxis) -> Axes {
+    let Axes::FiveAxis(chain) = axes else { return axes };
+    Axes::FiveAxis(Chain::new(chain.axes().map(limit), chain.gauge_length()).unwrap())
 }
 
 /// Points closer together than the tolerance, at a turn, are no leave of it.
@@ -217,10 +233,10 @@ fn all_posts_take_the_same_time() {
 /// given the direction of the axis.
 #[test]
 fn the_direction_of_the_axis_needs_no_further_blocks() {
-    let path = rings(Axes::Xyzac, 2, 200);
+    let path = rings(ac(), 2, 200);
     let blocks = |post| {
-        let text = program_of(post, &path, &options(Axes::Xyzac)).unwrap().text;
-        read_for(&options(Axes::Xyzac).machine, &text).moves.iter().filter(|m| !m.rapid).count()
+        let text = program_of(post, &path, &options(ac())).unwrap().text;
+        read_for(&options(ac()).machine, &text).moves.iter().filter(|m| !m.rapid).count()
     };
     assert!(blocks(Post::Siemens) <= path.points.len() + 2);
     assert!(blocks(Post::Fanuc) <= blocks(Post::LinuxCnc));
@@ -357,8 +373,6 @@ fn a_post_that_cannot_be_read_says_why() {
     assert!(message.contains("decimals.length is 40; it must be 0 to 9"), "{message}");
     let message = read("extension = \"ngc\"", "extension = \"../x\"");
     assert!(message.contains("extension"), "{message}");
-    let message = read("c = \"C{}\"\n", "");
-    assert!(message.contains("words.c is missing; it must be there for five_axis"), "{message}");
     let message = read("\"M5\", \"M2\"", "\"M5\\nG0 Z-50\", \"M2\"");
     assert!(message.contains("one line"), "{message}");
     assert!(Dialect::read(&[b'#'; 70_000]).unwrap_err().to_string().contains("70000 bytes"));
@@ -367,7 +381,7 @@ fn a_post_that_cannot_be_read_says_why() {
 
 #[test]
 fn programs_are_plain_safe_and_end() {
-    for axes in [Axes::ThreeAxis, Axes::Xyzac] {
+    for axes in both_axes() {
         let text = program(&rings(axes, 4, 100), &options(axes)).unwrap().text;
         assert!(text.is_ascii() && text.ends_with("\nM5\nM2\n") && !text.contains('%'));
         assert!(!text.contains("-0.0000 ") && !text.contains("-0.0000\n"));
@@ -382,7 +396,7 @@ fn programs_are_plain_safe_and_end() {
 
 #[test]
 fn rotary_axes_never_jump() {
-    let text = program(&rings(Axes::Xyzac, 9, 400), &options(Axes::Xyzac)).unwrap().text;
+    let text = program(&rings(ac(), 9, 400), &options(ac())).unwrap().text;
     let word = |line: &str, letter: char| {
         line.split(' ').find_map(|w| w.strip_prefix(letter)).map(|w| w.parse::<f64>().unwrap())
     };
@@ -396,8 +410,8 @@ fn rotary_axes_never_jump() {
 
 #[test]
 fn inverse_time_adds_up_to_the_commanded_time() {
-    let options = options(Axes::Xyzac);
-    let mut path = rings(Axes::Xyzac, 2, 300);
+    let options = options(limited(ac(), |a| RotaryAxis { max_speed: 10.0, ..a }));
+    let mut path = rings(ac(), 2, 300);
     fill_time(&mut path, &options.tool, &options.machine);
     let path = Toolpath { points: path.points[1..].to_vec() };
     let read = read_for(&options.machine, &program(&path, &options).unwrap().text);
@@ -416,10 +430,9 @@ fn inverse_time_adds_up_to_the_commanded_time() {
 #[test]
 fn tables_turn_no_faster_than_they_can() {
     let speed = 0.5;
-    let mut options = options(Axes::Xyzac);
-    options.machine.max_rotary_speed = speed;
+    let mut options = options(limited(ac(), |a| RotaryAxis { max_speed: speed, ..a }));
     options.machine.max_acceleration = 1e9;
-    let mut path = rings(Axes::Xyzac, 3, 300);
+    let mut path = rings(ac(), 3, 300);
     path.points.remove(0);
     // One point stands along the C axis, and C turns there in place.
     path.points[200].axis = DVec3::Z;
@@ -461,8 +474,8 @@ fn interpolation_between_rotary_positions_stays_on_the_line() {
             point(MoveKind::Cut, 0, DVec3::new(90.0, 40.0, 0.0), through, 10.0),
         ],
     };
-    let text = program(&path, &options(Axes::Xyzac)).unwrap().text;
-    let read = read_for(&options(Axes::Xyzac).machine, &text);
+    let text = program(&path, &options(ac())).unwrap().text;
+    let read = read_for(&options(ac()).machine, &text);
     assert!(read.moves.len() > 40, "{} blocks are too few", read.moves.len());
     assert_follows(&path, &met(&read), RAPID_PLANE, TOLERANCE, RADIUS);
 }
@@ -490,8 +503,8 @@ fn check_near_the_c_axis(up: f64) {
     let at = |i: usize| DVec3::new(80.0 + i as f64, -60.0, 10.0);
     let cut = |(i, &axis): (usize, &DVec3)| point(MoveKind::Cut, 0, at(i), axis, 10.0);
     let path = Toolpath { points: axes.iter().enumerate().map(cut).collect() };
-    let text = program(&path, &options(Axes::Xyzac)).unwrap().text;
-    let read = read_for(&options(Axes::Xyzac).machine, &text);
+    let text = program(&path, &options(ac())).unwrap().text;
+    let read = read_for(&options(ac()).machine, &text);
     assert_follows(&path, &met(&read), RAPID_PLANE, TOLERANCE, RADIUS);
     assert!(read.moves.len() < 1000, "{} blocks are too many", read.moves.len());
     let mut from = 0;
@@ -539,17 +552,40 @@ fn the_reader_names_the_line() {
     assert!(matches!(&error, GcodeError::Block { line: 1, fault: Fault::NoMotion, .. }), "{error}");
 }
 
+/// Forward kinematics of each arrangement, by hand: tip and tool axis in the workpiece from X, Y, Z, mm, A, B, C, degrees.
+fn in_part_of(name: Arrangement, p: [f64; 6]) -> (DVec3, DVec3) {
+    let at = DVec3::new(p[0], p[1], p[2]);
+    let [(sa, ca), (sb, cb), (sc, cc)] = [p[3], p[4], p[5]].map(|d| d.to_radians().sin_cos());
+    let back_by_c = |v: DVec3| DVec3::new(cc * v.x + sc * v.y, cc * v.y - sc * v.x, v.z);
+    let back_by_b = |v: DVec3| DVec3::new(cb * v.x - sb * v.z, v.y, cb * v.z + sb * v.x);
+    let hanging = |axis: DVec3| (at + PIVOT * (DVec3::Z - axis), axis);
+    match name {
+        Arrangement::ThreeAxis => (at, DVec3::Z),
+        Arrangement::Xyzac => in_part(p),
+        Arrangement::Xyzbc => (back_by_c(back_by_b(at)), back_by_c(back_by_b(DVec3::Z))),
+        Arrangement::XyzabHead => hanging(DVec3::new(sb, -sa * cb, ca * cb)),
+        Arrangement::XyzbcHead => hanging(DVec3::new(cc * sb, sc * sb, cb)),
+        Arrangement::XyzbcMixed => {
+            let (tip, axis) = hanging(DVec3::new(sb, 0.0, cb));
+            (back_by_c(tip), back_by_c(axis))
+        }
+    }
+}
+
 #[test]
 fn linuxcnc_understands_the_same_path() {
-    for (axes, name) in [(Axes::ThreeAxis, "xyz"), (Axes::Xyzac, "xyzac")] {
+    for name in Arrangement::ALL {
+        let axes = name.axes(PIVOT);
         let path = rings(axes, 12, 1000);
         let text = program(&path, &options(axes)).unwrap().text;
-        let Some(moves) = interpreted(&text, name) else { return };
+        let Some(moves) = interpreted(&text, name.name()) else { return };
         let moves = moves.unwrap_or_else(|message| panic!("LinuxCNC rejects it: {message}"));
-        let heights: Vec<f64> = moves.iter().filter(|m| m.0).map(|m| m.1[2]).collect();
-        assert!(heights.iter().all(|&z| z >= RAPID_PLANE));
-        let read: Vec<_> =
-            moves.iter().map(|&(rapid, p)| (rapid, in_part(p).0, in_part(p).1)).collect();
+        let read: Vec<_> = moves
+            .iter()
+            .map(|&(rapid, p)| (rapid, in_part_of(name, p).0, in_part_of(name, p).1))
+            .collect();
+        let mut rapids = read[1..].iter().filter(|m| m.0);
+        assert!(rapids.all(|m| m.1.dot(m.2) >= RAPID_PLANE - TOLERANCE), "{name:?}");
         // The first block only lifts; X and Y are not yet known.
         assert_follows(&path, &read[1..], RAPID_PLANE, TOLERANCE, RADIUS);
     }
@@ -624,4 +660,55 @@ fn linuxcnc_rejects_what_is_wrong() {
     if let Some(verdict) = interpreted("G21 G90 G94\nG1 X1 Y1\nM2\n", "bad") {
         assert!(verdict.is_err());
     }
+}
+
+/// Tables beside program zero, and a table C that is wound back at retracts.
+#[test]
+fn tables_beside_zero_with_ranges_are_written_and_read() {
+    let path = rings(ac(), 9, 400);
+    let beside = |a: RotaryAxis| RotaryAxis { centre: DVec3::new(12.0, -30.0, -80.0), ..a };
+    let turns = |turns: f64| {
+        let range = (-turns * std::f64::consts::TAU, turns * std::f64::consts::TAU);
+        move |a: RotaryAxis| if a.letter == 'C' { RotaryAxis { range, ..a } } else { a }
+    };
+    // Three rings between retracts wind C three times: more than two turns do not fit, three and a half do.
+    for allowed in [f64::INFINITY, 2.0] {
+        let axes = limited(limited(ac(), beside), turns(allowed));
+        for post in [Post::LinuxCnc, Post::Fanuc] {
+            let options = options(axes);
+            let read = read_for(&options.machine, &program_of(post, &path, &options).unwrap().text);
+            assert_follows(&path, &met(&read), RAPID_PLANE, TOLERANCE, RADIUS);
+            let rules = CheckOptions { clearance_plane: Some(RAPID_PLANE - TOLERANCE), ..limits() };
+            assert_eq!(check(&read, &rules), [], "{post:?}, {allowed} turns");
+            let wound = read.machine.iter().map(|at| at.rotary[0].abs()).fold(0.0, f64::max);
+            let most = allowed.min(9.0) * std::f64::consts::TAU;
+            assert!(wound <= most + 1e-6 && wound > 0.7 * most, "{wound} rad, {allowed} turns");
+        }
+    }
+    let narrow = options(limited(ac(), turns(1.0)));
+    let error = program(&path, &narrow).unwrap_err();
+    assert!(matches!(error, PostError::RotaryTravel { axis: 'C', .. }), "{error}");
+    assert!(error.to_string().contains("path.links = \"retract\""), "{error}");
+}
+
+#[test]
+fn what_the_rotary_axes_cannot_do_is_refused() {
+    // A table about the slope between Y and Z leans no farther than a right angle.
+    let slope = DVec3::new(0.0, 1.0, 1.0).normalize();
+    let nutating = limited(ac(), |a| match a.letter {
+        'A' => RotaryAxis { direction: slope, ..a },
+        _ => a,
+    });
+    let below = DVec3::new(0.0, 1.0, -0.2).normalize();
+    let at = |axis| point(MoveKind::Cut, 0, DVec3::new(1.0, 2.0, 3.0), axis, 10.0);
+    let path = |axis| Toolpath { points: vec![at(DVec3::Z), at(axis)] };
+    let error = program(&path(below), &options(nutating)).unwrap_err();
+    assert!(error.to_string().contains("C and A cannot turn"), "{error}");
+    program(&path(DVec3::new(0.5, 0.5, 0.7).normalize()), &options(nutating)).unwrap();
+    // Siemens names the direction of the tool axis; Fanuc needs a word for each axis.
+    let without_b = Dialect::source(Post::Fanuc).replace("b = \"B{}\"\n", "");
+    let dialect = Dialect::read(without_b.as_bytes()).unwrap();
+    let heads = options(Arrangement::XyzabHead.axes(PIVOT));
+    let error = post::program(&path(DVec3::Z), &heads, &dialect).unwrap_err().to_string();
+    assert!(error.contains("no word for the rotary axis B; add words.b"), "{error}");
 }

@@ -219,7 +219,8 @@ fn assert_runs(case: &Case) {
         }
         at = to;
     }
-    assert!(fastest <= 1.001 * options.machine.max_rotary_speed, "{fastest} rad/s");
+    let chain = options.machine.axes.chain().unwrap();
+    assert!(fastest <= 1.001 * chain.axes()[0].max_speed, "{fastest} rad/s");
     let Some(moves) = interpreted(&text, case.name) else { return };
     let moves = moves.unwrap_or_else(|message| panic!("LinuxCNC rejects it: {message}"));
     let met: Vec<(bool, DVec3, DVec3)> =

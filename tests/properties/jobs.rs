@@ -140,7 +140,6 @@ fn check_program(name: &str, job: &Job, results: &Results) {
         // The table of points holds six decimals, the program four.
         clearance_plane: rapids().next().map(|_| plane + 0.001),
         travel: job.machine.travel,
-        rotary_travel: [None; 2],
         max_feed: Some(job.machine.max_feed),
     };
     assert_eq!(gcode::check(&read, &limits), [], "{name}");

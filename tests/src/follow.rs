@@ -10,8 +10,8 @@ pub const READ_BACK: f64 = 0.001;
 
 /// A program as the machine that it was written for reads it.
 pub fn read_for(machine: &Machine, text: &str) -> GcodeProgram {
-    let kinematics = machine.axes.into();
-    let options = ReadOptions { kinematics, rapid_feed: machine.max_feed, ..Default::default() };
+    let options =
+        ReadOptions { axes: machine.axes, rapid_feed: machine.max_feed, ..Default::default() };
     read(text, &options).unwrap_or_else(|error| panic!("{error}"))
 }
 

@@ -228,7 +228,13 @@ fn of_post(error: &PostError) -> Failure {
         }
         PostError::Dialect(DialectError::Coolant { .. }) => bad_post(&["cut.coolant"]),
         PostError::Dialect(DialectError::WorkOffset { .. }) => bad_post(&["machine.work_offset"]),
+        PostError::Dialect(DialectError::Rotary { .. }) => {
+            bad_post(&["output.gcode.post_file", "output.gcode.post", "machine.axes"])
+        }
         PostError::Dialect(_) => bad_post(&["output.gcode.post_file", "output.gcode"]),
+        PostError::RotaryTravel { .. } | PostError::Unreachable { .. } => {
+            limit(&["machine.rotary", "machine.axes"])
+        }
         PostError::Singular { .. } => limit(&["cut.tolerance", "machine.axes"]),
         PostError::Travel { axis: 'X', .. } => limit(&["machine.travel.x", "machine.travel"]),
         PostError::Travel { axis: 'Y', .. } => limit(&["machine.travel.y", "machine.travel"]),

@@ -184,7 +184,7 @@ pub fn dialect(job: &Job, file: Option<&[u8]>) -> Result<Option<Dialect>, PostEr
             Dialect::read(bytes)?
         }
     };
-    post::check(&dialect, job.machine.axes, &job.setup)?;
+    post::check(&dialect, &job.machine.axes, &job.setup)?;
     Ok(Some(dialect))
 }
 
@@ -532,7 +532,7 @@ fn load_options(job: &Job) -> LoadOptions {
 fn walls(job: &Job) -> Walls {
     let rise = match job.machine.axes {
         Axes::ThreeAxis => Rise::Up,
-        Axes::Xyzac => Rise::Normal,
+        Axes::FiveAxis(_) => Rise::Normal,
     };
     Walls { height: job.path.wall_height, rise }
 }
@@ -547,10 +547,10 @@ fn checked(
     // Where the tip is programmed, rapids are chords of the way on which the machine stays above the plane.
     let off_plane = match job.machine.axes {
         Axes::ThreeAxis => 0.0,
-        Axes::Xyzac => job.cut.tolerance,
+        Axes::FiveAxis(_) => job.cut.tolerance,
     };
     let reading = gcode::ReadOptions {
-        kinematics: job.machine.axes.into(),
+        axes: job.machine.axes,
         rapid_feed: job.machine.max_feed,
         ..gcode::ReadOptions::default()
     };
@@ -1062,12 +1062,12 @@ fn warn_of_tables(out: &mut Vec<Warning>, job: &Job, planned: &Planned, delivere
     let on_machine = delivered.machine_time_s.total;
     if on_machine > SLOW_TABLES * without {
         let message = format!(
-            "the rotary tables make the path slower: {on_machine:.0} s on the machine, {without:.0} s without them"
+            "the rotary axes make the path slower: {on_machine:.0} s on the machine, {without:.0} s without them"
         );
         let remedy = if job.path.pattern.uses("traverse") {
-            "reduce cut.lead, set path.traverse = \"one-way\", or use faster tables (machine.max_rotary_speed)"
+            "reduce cut.lead, set path.traverse = \"one-way\", or use faster rotary axes (machine.max_rotary_speed)"
         } else {
-            "reduce cut.lead, or use faster tables (machine.max_rotary_speed)"
+            "reduce cut.lead, or use faster rotary axes (machine.max_rotary_speed)"
         };
         out.push(warning("machine", message, remedy));
     }

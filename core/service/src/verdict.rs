@@ -1,9 +1,10 @@
 //! A path from a file → report and pictures of its verification, for paths made here and elsewhere.
 
 use crate::results::{Input, OutputFile};
-use evencut_core::gcode::{self, CheckOptions, Finding, GcodeError, Kinematics};
+use evencut_core::gcode::{self, CheckOptions, Finding, GcodeError};
 use evencut_core::geometry::{DVec3, math};
 use evencut_core::job::Job;
+use evencut_core::machine::Axes;
 use evencut_core::mesh::{MeshFormat, ReadError, Repaired, Repairs, read, repair};
 use evencut_core::plan::{CuspBudget, Design, Files, PlanError, SurfaceKeys};
 use evencut_core::preview::{rate_map, residual_map};
@@ -237,7 +238,7 @@ pub struct ReadPath {
 #[derive(Clone, Debug, Default)]
 pub struct ProgramRules {
     /// The machine's axes.
-    pub kinematics: Kinematics,
+    pub axes: Axes,
     /// Speed of rapids, mm/s; the reader's default where not given.
     pub rapid_feed: Option<f64>,
     /// The limits against which it is checked.
@@ -258,8 +259,7 @@ impl ReadPath {
             let path = Toolpath::from_csv(text)?;
             return Ok(Self { path, lines: None, findings: Vec::new() });
         }
-        let mut reading =
-            gcode::ReadOptions { kinematics: rules.kinematics, ..gcode::ReadOptions::default() };
+        let mut reading = gcode::ReadOptions { axes: rules.axes, ..gcode::ReadOptions::default() };
         reading.rapid_feed = rules.rapid_feed.unwrap_or(reading.rapid_feed);
         let program = gcode::read(text, &reading)?;
         let findings = gcode::check(&program, &rules.check);

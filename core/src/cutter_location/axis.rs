@@ -18,7 +18,7 @@ impl ToolAxis {
     pub fn on(axes: Axes, lead: f64) -> Self {
         match axes {
             Axes::ThreeAxis => Self::Fixed(DVec3::Z),
-            Axes::Xyzac => Self::Lead(lead),
+            Axes::FiveAxis(_) => Self::Lead(lead),
         }
     }
 }

@@ -2,9 +2,10 @@
 //!
 //! Neighbouring moves with the same fault are one finding, at the line of the first.
 
+use super::kinematics::Kinematics;
 use super::program::{Finding, FindingKind, GcodeProgram, Move};
 use crate::geometry::OrderBy;
-use crate::machine::Travel;
+use crate::machine::{Chain, Travel};
 use crate::units::{per_minute, per_second};
 
 /// Positions are programmed with four decimals at best; mm, and with as many of a degree.
@@ -17,12 +18,11 @@ const FEED_ROUNDING: (f64, f64) = (1e-3, 2e-3);
 /// What a program is held against.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct CheckOptions {
-    /// Machine Z at and above which rapids must run, mm.
+    /// Height of the tip along the tool axis at and above which rapids must run, mm: of tables about program zero the
+    /// machine's Z.
     pub clearance_plane: Option<f64>,
     /// Where the linear axes can go.
     pub travel: Travel,
-    /// Where the rotary axes can go: A or B, then C, rad.
-    pub rotary_travel: [Option<(f64, f64)>; 2],
     /// Fastest feed, mm/s: of the tip, and as programmed per minute.
     pub max_feed: Option<f64>,
 }
@@ -86,11 +86,13 @@ impl Checker<'_> {
             }
         };
         let low = self.findings(FindingKind::LowRapid, rule(false), |z| {
-            format!("rapid at machine Z {z:.3} mm; the clearance plane is at {plane:.3} mm")
+            format!(
+                "rapid {z:.3} mm high along the tool axis; the clearance plane is at {plane:.3} mm"
+            )
         });
         let diagonal = self.findings(FindingKind::DiagonalRapid, rule(true), |z| {
             format!(
-                "rapid down to machine Z {z:.3} mm while other axes move; below the clearance plane at {plane:.3} mm go down alone and at feed"
+                "rapid down to {z:.3} mm along the tool axis while it also moves across it or turns; below the clearance plane at {plane:.3} mm go down alone and at feed"
             )
         });
         low.into_iter().chain(diagonal).collect()
@@ -104,10 +106,12 @@ impl Checker<'_> {
         }
         let machine = &self.program.machine;
         let (from, to) = (machine[points.start - 1], machine[points.end - 1]);
-        let way = to.linear - from.linear;
+        let kinematics = Kinematics(self.program.axes);
+        let (low, high) = (kinematics.in_tool_frame(&to), kinematics.in_tool_frame(&from));
+        let way = low - high;
         let turn = |i: usize| (to.rotary[i] - from.rotary[i]).abs().to_degrees();
         let aside = way.truncate().length() > ROUNDING || turn(0).max(turn(1)) > ROUNDING;
-        aside && way.z < -ROUNDING && to.linear.z < plane - ROUNDING
+        aside && way.z < -ROUNDING && low.z < plane - ROUNDING
     }
 
     fn feeds(&self) -> Vec<Finding> {
@@ -166,13 +170,14 @@ impl Checker<'_> {
 
     fn travel(&self) -> Vec<Finding> {
         let Travel { x, y, z } = self.options.travel;
-        let [first, second] = self.options.rotary_travel;
-        let degrees = |(low, high): (f64, f64)| (low.to_degrees(), high.to_degrees());
-        let ranges = [x, y, z, first.map(degrees), second.map(degrees)];
+        let mut ranges = vec![('X', x), ('Y', y), ('Z', z)];
+        for axis in self.program.axes.chain().into_iter().flat_map(Chain::axes) {
+            let (low, high) = axis.range;
+            ranges.push((axis.letter, Some((low.to_degrees(), high.to_degrees()))));
+        }
         let mut findings = Vec::new();
-        for (axis, range) in ranges.into_iter().enumerate() {
+        for (axis, (name, range)) in ranges.into_iter().enumerate() {
             let Some((low, high)) = range else { continue };
-            let name = ["X", "Y", "Z", "the tilting table (A or B)", "table C"][axis];
             let unit = if axis < 3 { "mm" } else { "degrees" };
             let rule = |i: usize, _: &Move| self.beyond(i, axis, (low, high));
             findings.extend(self.findings(FindingKind::Travel, rule, |position| {

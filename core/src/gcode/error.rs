@@ -44,11 +44,11 @@ pub enum Fault {
         /// What it is, and what to do instead.
         remedy: &'static str,
     },
-    /// An axis that the kinematics do not have.
+    /// An axis that the machine does not have.
     #[error(
-        "{0} moves a rotary axis that {1} does not have; name the machine's tables (the reading option kinematics: xyzac or xyzbc), or write the program for three axes"
+        "{0} moves a rotary axis that {1} does not have; name the machine's axes (machine.axes of the job, or --axes), or write the program for those that it has"
     )]
-    Rotary(char, &'static str),
+    Rotary(char, String),
     /// A letter or a group of codes twice.
     #[error("{0} conflicts with another word of its kind; a block may hold only one")]
     Twice(String),

@@ -11,7 +11,7 @@ use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 
 /// How far a point may be off besides the rounding of its numbers, mm: what is read is in chords.
 const CLOSE: f64 = 1e-3;
-/// Part of the tolerance by which an axis beside the C axis may be off at the cutter's rim: it is taken for it.
+/// Part of the tolerance by which an axis beside the first rotary axis may be off at the cutter's rim: it is taken for it.
 const OFF_POLE: f64 = 0.25;
 
 /// How closely a program must be the path.
@@ -23,7 +23,7 @@ pub struct Following {
     pub rounding: f64,
     /// Radius of the cutter, mm, at whose rim the direction of the axis counts.
     pub radius: f64,
-    /// Machine Z at and above which it may go anywhere before and after the path, mm.
+    /// Height along the tool axis at and above which it may go anywhere before and after the path, mm.
     pub clearance_plane: f64,
 }
 
@@ -47,7 +47,7 @@ pub fn leaves(program: &GcodeProgram, path: &Toolpath, options: Following) -> Op
     // Before or after the path: how far off the way along the axis, if too low for going anywhere.
     let off_end = |k: usize, end: &PathPoint| {
         let way = read[k].tip - end.tip;
-        let is_high = program.machine[k].linear.z >= clearance_plane - most;
+        let is_high = read[k].tip.dot(read[k].axis) >= clearance_plane - most;
         if is_high { 0.0 } else { (way - way.dot(end.axis).max(0.0) * end.axis).length() }
     };
     let mut at = 0;

@@ -10,6 +10,7 @@ use super::options::{ReadOptions, validate};
 use super::program::{Finding, FindingKind, GcodeProgram, Move};
 use super::scanner::Scanner;
 use crate::geometry::{DVec2, DVec3};
+use crate::machine::{Arrangement, Axes};
 use crate::toolpath::{MoveKind, PathPoint};
 use crate::units::{MINUTE, per_second};
 
@@ -60,6 +61,7 @@ pub fn read(text: &str, options: &ReadOptions) -> Result<GcodeProgram, GcodeErro
         let line = reader.line.max(1);
         reader.out.findings.push(Finding { line, kind: FindingKind::NoEnd, message });
     }
+    reader.out.axes = reader.kinematics.0;
     Ok(reader.out)
 }
 
@@ -91,7 +93,7 @@ impl<'a> Reader<'a> {
     fn new(options: &'a ReadOptions) -> Self {
         Self {
             options,
-            kinematics: options.kinematics,
+            kinematics: Kinematics(options.axes),
             modal: Modal::default(),
             position: [None, None, None, Some(0.0), Some(0.0)],
             clock: 0.0,
@@ -210,9 +212,9 @@ impl<'a> Reader<'a> {
                 remedy,
             });
         }
-        if self.kinematics == Kinematics::ThreeAxis {
+        if self.kinematics.0 == Axes::ThreeAxis {
             // Whichever tables turn to the axis: tip, axis and height are the same.
-            self.kinematics = Kinematics::Xyzac;
+            self.kinematics = Kinematics(Arrangement::Xyzac.axes(0.0));
         }
         let rotary = [3, 4].map(|i| self.position[i].unwrap_or(0.0));
         let before =
@@ -390,9 +392,14 @@ impl<'a> Reader<'a> {
     fn go(&mut self, motion: Motion, to: Position, arc: Option<Arc>) -> Result<(), Fault> {
         self.within_reason(&to)?;
         let ends = (self.machine(&self.position), self.machine(&to));
+        let height = |at: &MachinePosition| self.kinematics.in_tool_frame(at).z;
+        // Of a place that is known in part the Z word is the best that is known.
         let heights = match self.modal.control {
-            true => [ends.0.map(|at| at.linear.z), ends.1.map(|at| at.linear.z)],
-            false => [self.position[2], to[2]],
+            true => [ends.0.map(|at| height(&at)), ends.1.map(|at| height(&at))],
+            false => [
+                ends.0.map_or(self.position[2], |at| Some(height(&at))),
+                ends.1.map_or(to[2], |at| Some(height(&at))),
+            ],
         };
         self.position = to;
         let way = match (self.modal.control, self.turned) {
@@ -416,7 +423,7 @@ impl<'a> Reader<'a> {
         if ends.1.is_none() && ends.0.is_some() {
             self.lost = self.line;
         }
-        let on_the_way = self.out.machine[start..].iter().map(|p| p.linear.z);
+        let on_the_way = self.out.path.points[start..].iter().map(|p| p.tip.dot(p.axis));
         let lowest = heights.into_iter().flatten().chain(on_the_way).reduce(f64::min);
         self.note(rapid, duration, lowest);
         Ok(())

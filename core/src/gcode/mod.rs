@@ -51,6 +51,6 @@ pub use check::{CheckOptions, check};
 pub use error::{Fault, GcodeError};
 pub use follow::{Following, leaves};
 pub use interpret::read;
-pub use kinematics::{Kinematics, MachinePosition};
+pub use kinematics::MachinePosition;
 pub use options::ReadOptions;
 pub use program::{Finding, FindingKind, GcodeProgram, Move};

@@ -1,15 +1,15 @@
 //! How a program is read.
 
 use super::error::GcodeError;
-use super::kinematics::Kinematics;
 use crate::geometry::DVec3;
+use crate::machine::Axes;
 
 /// How a program is read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReadOptions {
-    /// Rotary axes of the machine; three axes by default.
-    pub kinematics: Kinematics,
-    /// Largest distance of a chord from its arc, or from the way of the tip while the tables turn,
+    /// Axes of the machine; three by default.
+    pub axes: Axes,
+    /// Largest distance of a chord from its arc, or from the way of the tip while rotary axes turn,
     /// mm; at least 1e-6. While they turn it also holds 50 mm up the tool, for the axis.
     pub chord_tolerance: f64,
     /// How much the radii at the two ends of an arc may differ, mm; more is a finding.
@@ -28,7 +28,7 @@ pub struct ReadOptions {
 impl Default for ReadOptions {
     fn default() -> Self {
         Self {
-            kinematics: Kinematics::ThreeAxis,
+            axes: Axes::ThreeAxis,
             chord_tolerance: 0.001,
             arc_tolerance: 0.01,
             rapid_feed: 250.0,

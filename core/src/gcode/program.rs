@@ -1,6 +1,7 @@
 //! A program that was read: its path, and what is doubtful about it.
 
 use super::kinematics::MachinePosition;
+use crate::machine::Axes;
 use crate::toolpath::Toolpath;
 use std::fmt;
 use std::ops::Range;
@@ -11,11 +12,13 @@ pub struct GcodeProgram {
     /// What the tip does, in the workpiece: feed moves are cuts, the rest rapids; pass, region, removal
     /// rate and engagement are 0; the normal is the axis. Starts at the first position known in full.
     ///
-    /// Feeds are those of the tip in the workpiece: as programmed on three axes; while tables turn, its
+    /// Feeds are those of the tip in the workpiece: as programmed on three axes; while rotary axes turn, its
     /// travel by the move's time. Moves without a feed have feed 0 and take no time.
     pub path: Toolpath,
     /// Line of every point, from 1.
     pub lines: Vec<u32>,
+    /// The axes that it was read for.
+    pub axes: Axes,
     /// Where the machine's axes stand at every point.
     pub machine: Vec<MachinePosition>,
     /// The moves, in order, also those before the path starts.
@@ -49,7 +52,7 @@ pub struct Move {
     pub duration: f64,
     /// Whether the spindle turns.
     pub spindle: bool,
-    /// Lowest machine Z as far as known, mm.
+    /// Lowest height of the tip along the tool axis as far as known, mm: of tables about program zero the machine's Z.
     pub lowest: Option<f64>,
 }
 

@@ -3,7 +3,7 @@
 use super::*;
 use crate::geometry::DVec3;
 use crate::geometry::math::{acos, cos, hypot, sin};
-use crate::machine::Travel;
+use crate::machine::{Arrangement, Axes, Chain, RotaryAxis, Travel};
 use crate::toolpath::MoveKind;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -11,8 +11,8 @@ fn plain(text: &str) -> GcodeProgram {
     read(text, &ReadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn tables(kinematics: Kinematics) -> ReadOptions {
-    ReadOptions { kinematics, ..ReadOptions::default() }
+fn tables(arrangement: Arrangement) -> ReadOptions {
+    ReadOptions { axes: arrangement.axes(0.0), ..ReadOptions::default() }
 }
 
 fn end(program: &GcodeProgram) -> DVec3 {
@@ -208,7 +208,7 @@ fn tool_centre_control_programs_the_tip() {
     let cldata = "PARTNO P\nSPINDL/RPM,100,CLW\nRAPID\nGOTO/1,2,3,0,0,1\nFEDRAT/60,MMPM\nGOTO/5,2,3,0,1,0\nFINI";
     let words = forms.map(|moves| format!("S100 M3\n{moves}\nG49\nM30"));
     let programs = words.iter().map(String::as_str).chain([heidenhain, cldata]);
-    let options = ReadOptions { kinematics: Kinematics::Xyzac, ..ReadOptions::default() };
+    let options = tables(Arrangement::Xyzac);
     for text in programs {
         let program = read(text, &options).unwrap_or_else(|error| panic!("{error}\n{text}"));
         let (first, last) = (program.path.points[0], program.path.points.last().unwrap());
@@ -228,7 +228,7 @@ fn tool_centre_control_programs_the_tip() {
         assert!(at.linear.distance(DVec3::new(5.0, -3.0, 2.0)) < 1e-9, "{text}: {}", at.linear);
     }
     // Tables B and C stand elsewhere for the same axis; tip and axis are the same.
-    let other = ReadOptions { kinematics: Kinematics::Xyzbc, ..ReadOptions::default() };
+    let other = tables(Arrangement::Xyzbc);
     for text in [heidenhain, cldata] {
         let program = read(text, &other).unwrap();
         let last = program.path.points.last().unwrap();
@@ -241,7 +241,7 @@ fn tool_centre_control_programs_the_tip() {
 /// Arcs are those of the tip, too: half a circle of 2 mm about (3, 2) in the workpiece, the table leaning.
 #[test]
 fn with_tool_centre_control_arcs_are_those_of_the_tip() {
-    let options = ReadOptions { kinematics: Kinematics::Xyzac, ..ReadOptions::default() };
+    let options = tables(Arrangement::Xyzac);
     for turn in ["", " A40 C10"] {
         let text = format!(
             "S100 M3\nG0 A30 C0\nG43.4 H1\nG0 X1 Y2 Z3\nG3 X5 Y2 I2 J0 F60{turn}\nG49\nM30"
@@ -395,7 +395,7 @@ fn points_are_bounded() {
         let error = read(text, &options).unwrap_err();
         assert!(error.to_string().contains("more than 1000 points"), "{error}");
     }
-    let turning = ReadOptions { kinematics: Kinematics::Xyzac, ..options };
+    let turning = ReadOptions { axes: Arrangement::Xyzac.axes(0.0), ..options };
     for text in ["G0 X999999 Y0 Z0\nC9\nM2", "G0 X1 Y0 Z0\nC999999\nM2"] {
         let error = read(text, &turning).unwrap_err();
         assert!(error.to_string().contains("more than 1000 points"), "{error}");
@@ -452,15 +452,18 @@ fn the_ways_of_giving_feed_give_time() {
 fn rotary_words_need_tables() {
     let refused = |text: &str, options: &ReadOptions| read(text, options).unwrap_err().to_string();
     let message = refused("G0 X0 Y0 Z0\nA10\nM2", &ReadOptions::default());
-    assert!(message.contains("line 2") && message.contains("kinematics"), "{message}");
-    let message = refused("G0 B1", &tables(Kinematics::Xyzac));
-    assert!(message.contains("B moves a rotary axis that xyzac does not have"), "{message}");
-    assert!(refused("G0 A1", &tables(Kinematics::Xyzbc)).contains("xyzbc does not have"));
+    assert!(message.contains("line 2") && message.contains("machine.axes"), "{message}");
+    let message = refused("G0 B1", &tables(Arrangement::Xyzac));
+    assert!(
+        message.contains("B moves a rotary axis that a machine with the axes XYZCA does not have"),
+        "{message}"
+    );
+    assert!(refused("G0 A1", &tables(Arrangement::Xyzbc)).contains("XYZCB does not have"));
 }
 
 #[test]
 fn tables_turn_the_path_and_the_axis() {
-    let ac = read("G0 X1 Y2 Z3 A90 C0\nC90\nM2", &tables(Kinematics::Xyzac)).unwrap();
+    let ac = read("G0 X1 Y2 Z3 A90 C0\nC90\nM2", &tables(Arrangement::Xyzac)).unwrap();
     let (first, last) = (ac.path.points[0], ac.path.points.last().unwrap());
     // A = 90: machine (x, y, z) is workpiece (x, z, -y).
     assert!(first.tip.distance(DVec3::new(1.0, 3.0, -2.0)) < 1e-12);
@@ -469,7 +472,7 @@ fn tables_turn_the_path_and_the_axis() {
         last.tip.distance(DVec3::new(3.0, -1.0, -2.0)) < 1e-12
             && last.axis.distance(DVec3::X) < 1e-12
     );
-    let bc = read("G0 X1 Y2 Z3 B90 C0\nC90\nM2", &tables(Kinematics::Xyzbc)).unwrap();
+    let bc = read("G0 X1 Y2 Z3 B90 C0\nC90\nM2", &tables(Arrangement::Xyzbc)).unwrap();
     let (first, last) = (bc.path.points[0], bc.path.points.last().unwrap());
     assert!(first.tip.distance(DVec3::new(-3.0, 2.0, 1.0)) < 1e-12);
     assert!(first.axis.distance(-DVec3::X) < 1e-12);
@@ -478,7 +481,7 @@ fn tables_turn_the_path_and_the_axis() {
             && last.axis.distance(DVec3::Y) < 1e-12
     );
     assert_eq!(ac.machine.last().unwrap().linear, DVec3::new(1.0, 2.0, 3.0));
-    assert!((ac.machine.last().unwrap().rotary[1] - FRAC_PI_2).abs() < 1e-15);
+    assert!((ac.machine.last().unwrap().rotary[0] - FRAC_PI_2).abs() < 1e-15);
 }
 
 #[test]
@@ -489,7 +492,7 @@ fn turning_moves_keep_the_tolerance() {
         "G0 X30 Y5 Z10\nG93 G2 X35 I2.5 Z2 A20 C10 P2 F3\nM2",
     ];
     for text in texts {
-        let options = tables(Kinematics::Xyzac);
+        let options = tables(Arrangement::Xyzac);
         let program = read(text, &options).unwrap();
         let fine = read(text, &ReadOptions { chord_tolerance: 1e-6, ..options }).unwrap();
         assert!(fine.lines.len() > 5 * program.lines.len());
@@ -508,7 +511,7 @@ fn turning_moves_keep_the_tolerance() {
             assert!(turned < 0.001, "{text}: axis off by {turned}");
         }
     }
-    let program = read(texts[0], &tables(Kinematics::Xyzac)).unwrap();
+    let program = read(texts[0], &tables(Arrangement::Xyzac)).unwrap();
     let last = program.path.points.last().unwrap();
     assert!((last.time - 30.0).abs() < 1e-9, "180 degrees at 360 a minute");
     assert!((length(&program) / (30.0 * PI) - 1.0).abs() < 1e-4);
@@ -522,7 +525,6 @@ fn limits() -> CheckOptions {
     CheckOptions {
         clearance_plane: Some(50.0),
         travel: Travel { x: Some((0.0, 30.0)), y: None, z: Some((-1.0, 60.0)) },
-        rotary_travel: [None; 2],
         max_feed: Some(10.0),
     }
 }
@@ -577,15 +579,17 @@ fn findings_say_how_far_and_for_how_long() {
 #[test]
 fn tables_have_limits_too() {
     let text = "S1 M3\nG0 X0 Y0 Z50 A10 C720\nG93 G1 A-40 F60\nM2";
-    let program = read(text, &tables(Kinematics::Xyzac)).unwrap();
-    let range = Some((-30.0f64.to_radians(), 30.0f64.to_radians()));
-    let options = CheckOptions { rotary_travel: [range, None], ..CheckOptions::default() };
-    let findings = check(&program, &options);
+    let Axes::FiveAxis(chain) = Arrangement::Xyzac.axes(0.0) else { panic!("tables") };
+    let [c, a] = *chain.axes();
+    let range = (-30.0f64.to_radians(), 30.0f64.to_radians());
+    let chain = Chain::new([c, RotaryAxis { range, ..a }], 0.0).unwrap();
+    let reading = ReadOptions { axes: Axes::FiveAxis(chain), ..ReadOptions::default() };
+    let findings = check(&read(text, &reading).unwrap(), &CheckOptions::default());
     assert_eq!(findings.len(), 1);
     assert!(findings[0].message.contains("-40.000"), "{}", findings[0]);
     // A turn about the rotary centre while the machine descends is a diagonal rapid.
     let text = "G0 X0 Y0 Z50\nA10 Z20\nM2";
     let options = CheckOptions { clearance_plane: Some(50.0), ..CheckOptions::default() };
-    let findings = check(&read(text, &tables(Kinematics::Xyzac)).unwrap(), &options);
+    let findings = check(&read(text, &tables(Arrangement::Xyzac)).unwrap(), &options);
     assert_eq!(findings[0].kind, FindingKind::DiagonalRapid);
 }

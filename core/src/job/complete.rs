@@ -112,8 +112,8 @@ impl Job {
     pub fn cutter_length(&self) -> f64 {
         match self.machine.axes {
             Axes::ThreeAxis => f64::INFINITY,
-            Axes::Xyzac if self.assembly.sections.is_empty() => 4.0 * self.tool.radius(),
-            Axes::Xyzac => self.assembly.cutter_length.min(4.0 * self.tool.radius()),
+            Axes::FiveAxis(_) if self.assembly.sections.is_empty() => 4.0 * self.tool.radius(),
+            Axes::FiveAxis(_) => self.assembly.cutter_length.min(4.0 * self.tool.radius()),
         }
     }
 

@@ -17,7 +17,7 @@ use super::path::{Boundary, FirstPass, Links, Parameter, Pattern, RingOrder, Sta
 use super::regions::{Compensation, DistortionMeasure, RegionMethod, RegionOrder};
 use super::surface::{AnalyticKind, FlattenMethod};
 use super::texture::TextureCells;
-use crate::machine::{Axes, Coolant, SpindleDirection, WorkOffset};
+use crate::machine::{Arrangement, Carries, Coolant, SpindleDirection, WorkOffset};
 use crate::tool::ToolKind;
 
 /// The version of the format that is read and written.
@@ -277,6 +277,9 @@ pub struct ToolTable {
     /// Length from the tip to the holder.
     #[schemars(extend("x-unit" = "mm", "x-default" = "ten diameters", "minimum" = 0.001, "maximum" = 2000.0))]
     pub stickout: Option<f64>,
+    /// Length from the tip to the spindle's gauge line; asked for where a head turns the spindle.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "`stickout` and the lengths of `holder`, where that is given", "minimum" = 0.001, "maximum" = 3000.0))]
+    pub gauge_length: Option<f64>,
     /// The holder as cylinders and cones, from the shank upward.
     #[schemars(extend("x-default" = "none", "minItems" = 1, "maxItems" = 100))]
     pub holder: Option<Vec<HolderTable>>,
@@ -564,18 +567,28 @@ pub struct TrochoidTable {
 #[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MachineTable {
-    /// Arrangement of the axes.
-    #[schemars(extend("default" = "3"))]
-    pub axes: Option<Axes>,
+    /// Arrangement of the axes. Rotary tables turn about program zero; axes that lie elsewhere, or have ranges, are given in
+    /// `rotary`.
+    #[schemars(extend("x-default" = "3, or that of `rotary`"))]
+    pub axes: Option<Arrangement>,
+    /// The rotary axes, the one nearer to the workpiece first.
+    #[schemars(extend("x-default" = "those of `axes`", "minItems" = 2, "maxItems" = 2))]
+    pub rotary: Option<Vec<RotaryTable>>,
+    /// From the spindle's gauge line up to the pivot of a head: where its axes are, unless `rotary` says otherwise.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "with a head required", "minimum" = 0.0, "maximum" = 10000.0))]
+    pub pivot_length: Option<f64>,
     /// Fastest feed; rapids are timed with it too.
     #[schemars(extend("x-unit" = "mm/min", "x-default" = "15000 mm/min", "minimum" = 0.001, "maximum" = 1e6))]
     pub max_feed: Option<f64>,
     /// Acceleration of the linear axes.
     #[schemars(extend("x-unit" = "mm/s²", "x-default" = "2000 mm/s²", "minimum" = 0.01, "maximum" = 1e6))]
     pub max_acceleration: Option<f64>,
-    /// Fastest turn of a rotary axis.
+    /// Fastest turn of the rotary axes.
     #[schemars(extend("x-unit" = "deg/s", "x-default" = "90 deg/s", "minimum" = 0.01, "maximum" = 1e5))]
     pub max_rotary_speed: Option<f64>,
+    /// Acceleration of the rotary axes.
+    #[schemars(extend("x-unit" = "deg/s²", "x-default" = "not asked", "minimum" = 0.01, "maximum" = 1e7))]
+    pub max_rotary_acceleration: Option<f64>,
     /// Height above part and stock at which rapids run.
     #[schemars(extend("x-unit" = "mm", "x-default" = "10 mm", "exclusiveMinimum" = 0.0, "maximum" = 1e4))]
     pub clearance: Option<f64>,
@@ -585,6 +598,44 @@ pub struct MachineTable {
     /// Where the linear axes can go, in the program's coordinates.
     #[schemars(extend("x-default" = "not checked"))]
     pub travel: Option<TravelTable>,
+}
+
+/// A rotary axis.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("required" = ["letter", "carries"]))]
+pub struct RotaryTable {
+    /// Its letter in programs.
+    pub letter: Option<RotaryLetter>,
+    /// What it turns.
+    pub carries: Option<Carries>,
+    /// Direction about which it turns counter-clockwise, all axes at zero; need not have length 1.
+    #[schemars(extend("x-default" = "A: X, B: Y, C: Z", "items" = { "type": "number", "minimum": -1e6, "maximum": 1e6 }))]
+    pub direction: Option<[f64; 3]>,
+    /// A point that it turns about, all axes at zero: of a table from program zero, of a head from the middle of the
+    /// spindle's gauge line.
+    #[schemars(extend("x-default" = "table: program zero; head: `[0, 0, pivot_length]`", "items" = { "type": "number", "x-unit": "mm", "minimum": -1e5, "maximum": 1e5 }))]
+    pub centre: Option<[f64; 3]>,
+    /// Least and greatest position.
+    #[schemars(extend("x-default" = "without end", "items" = { "type": "number", "x-unit": "deg", "minimum": -1e6, "maximum": 1e6 }))]
+    pub range: Option<[f64; 2]>,
+    /// Fastest turn.
+    #[schemars(extend("x-unit" = "deg/s", "x-default" = "`max_rotary_speed`", "minimum" = 0.01, "maximum" = 1e5))]
+    pub max_speed: Option<f64>,
+    /// Acceleration.
+    #[schemars(extend("x-unit" = "deg/s²", "x-default" = "`max_rotary_acceleration`", "minimum" = 0.01, "maximum" = 1e7))]
+    pub max_acceleration: Option<f64>,
+}
+
+/// Letter of a rotary axis.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum RotaryLetter {
+    /// About X, as a rule.
+    A,
+    /// About Y, as a rule.
+    B,
+    /// About Z, as a rule.
+    C,
 }
 
 /// Least and greatest position of each linear axis, in the program's coordinates.

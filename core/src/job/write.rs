@@ -5,8 +5,9 @@ use super::cut::{Cut, Stepover};
 use super::file::{
     AnalyticTable, ComponentKey, ComponentRule, CutTable, DistortionTable, FaceKey, FaceRule,
     FlattenTable, ForceTable, GcodeTable, HolderTable, HubTable, JobFile, MachineTable,
-    MaterialTable, OutputTable, PathTable, PostKey, RegionsTable, SelectTable, SurfaceTable,
-    TensorTable, TextureTable, ToolTable, TravelTable, TrochoidTable, Units, VERSION,
+    MaterialTable, OutputTable, PathTable, PostKey, RegionsTable, RotaryLetter, RotaryTable,
+    SelectTable, SurfaceTable, TensorTable, TextureTable, ToolTable, TravelTable, TrochoidTable,
+    Units, VERSION,
 };
 use super::force::{MinChip, MrrLimit};
 use super::hub::HubOptions;
@@ -18,7 +19,7 @@ use super::surface::{AnalyticOptions, Component, Faces, Selection, SurfaceOption
 use super::texture::TextureOptions;
 use super::units::{to_degrees, to_per_minute};
 use crate::load::Material;
-use crate::machine::{Machine, Setup};
+use crate::machine::{Arrangement, Chain, Machine, RotaryAxis, Setup};
 use crate::tool::AssemblyPart;
 use core::f64::consts::PI;
 
@@ -69,6 +70,7 @@ impl Job {
             number: Some(self.setup.tool_number),
             length_offset: Some(self.setup.length_offset),
             diameter_offset: Some(self.setup.diameter_offset),
+            gauge_length: self.machine.axes.chain().map(Chain::gauge_length).filter(|g| *g > 0.0),
             ..self.shank_and_holder()
         }
     }
@@ -297,13 +299,33 @@ fn machine_table(machine: &Machine, setup: &Setup) -> MachineTable {
     let pair = |reach: Option<(f64, f64)>| reach.map(|(least, greatest)| [least, greatest]);
     let table = TravelTable { x: pair(travel.x), y: pair(travel.y), z: pair(travel.z) };
     MachineTable {
-        axes: Some(machine.axes),
+        axes: machine.axes.chain().is_none().then_some(Arrangement::ThreeAxis),
+        rotary: machine.axes.chain().map(|chain| chain.axes().iter().map(rotary_table).collect()),
+        pivot_length: None,
         max_feed: Some(to_per_minute(machine.max_feed)),
         max_acceleration: Some(machine.max_acceleration),
-        max_rotary_speed: Some(to_degrees(machine.max_rotary_speed)),
+        max_rotary_speed: None,
+        max_rotary_acceleration: None,
         clearance: Some(machine.clearance),
         work_offset: setup.work_offset,
         travel: (table != TravelTable::default()).then_some(table),
+    }
+}
+
+fn rotary_table(axis: &RotaryAxis) -> RotaryTable {
+    let (low, high) = axis.range;
+    RotaryTable {
+        letter: Some(match axis.letter {
+            'A' => RotaryLetter::A,
+            'B' => RotaryLetter::B,
+            _ => RotaryLetter::C,
+        }),
+        carries: Some(axis.carries),
+        direction: Some(axis.direction.to_array()),
+        centre: Some(axis.centre.to_array()),
+        range: low.is_finite().then_some([to_degrees(low), to_degrees(high)]),
+        max_speed: Some(to_degrees(axis.max_speed)),
+        max_acceleration: Some(axis.max_acceleration).filter(|a| a.is_finite()).map(to_degrees),
     }
 }
 

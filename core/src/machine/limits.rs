@@ -1,17 +1,25 @@
 //! How the axes of a machine are arranged, and what they can do.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use super::chain::Chain;
 
 /// Arrangement of the axes.
-#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Copy, Clone, Debug, PartialEq, Default)]
 pub enum Axes {
     /// Three linear axes; the tool axis is fixed.
-    #[serde(rename = "3")]
+    #[default]
     ThreeAxis,
-    /// Rotary tables A (about X) and C (about Z) under three linear axes.
-    #[serde(rename = "xyzac")]
-    Xyzac,
+    /// Two rotary axes besides.
+    FiveAxis(Chain),
+}
+
+impl Axes {
+    /// The rotary axes, if there are any.
+    pub fn chain(&self) -> Option<&Chain> {
+        match self {
+            Self::ThreeAxis => None,
+            Self::FiveAxis(chain) => Some(chain),
+        }
+    }
 }
 
 /// Limits of the machine.
@@ -23,8 +31,6 @@ pub struct Machine {
     pub max_feed: f64,
     /// Acceleration of the linear axes, mm/s².
     pub max_acceleration: f64,
-    /// Fastest turn of a rotary axis, rad/s.
-    pub max_rotary_speed: f64,
     /// Height above part and stock at which rapids run, mm.
     pub clearance: f64,
     /// Where the linear axes can go, in the program's coordinates.

@@ -1,11 +1,14 @@
 //! The machine: its axes and what they can do.
 
+mod arrangement;
+mod chain;
 mod limits;
 mod post;
 mod tables;
-mod xyzac;
 
+pub use arrangement::Arrangement;
+pub(crate) use chain::between;
+pub use chain::{Angles, Carries, Chain, ChainError, RotaryAxis};
 pub use limits::{Axes, Machine, Travel};
 pub use post::{Coolant, Post, Setup, SpindleDirection, WorkOffset};
 pub(crate) use tables::{Leg, Tables};
-pub(crate) use xyzac::Rotary;

@@ -248,7 +248,7 @@ pub fn deliver_options(job: &Job, rapid_plane: f64, threads: usize) -> DeliverOp
 pub fn rapid_plane(part: &Part, walls: &[DVec3], job: &Job) -> f64 {
     let reach = |p: &DVec3| match job.machine.axes {
         Axes::ThreeAxis => p.z,
-        Axes::Xyzac => p.length(),
+        Axes::FiveAxis(_) => p.length(),
     };
     let top = |places: &[DVec3]| places.iter().map(reach).fold(f64::NEG_INFINITY, f64::max);
     let stock = job.cut.axial_depth + job.cut.allowance;

@@ -3,7 +3,8 @@
 use super::dialect::{Decimals, Dialect, Motion, Program};
 use super::error::DialectError;
 use super::program::ProgramOptions;
-use crate::machine::{Axes, SpindleDirection};
+use crate::geometry::DVec3;
+use crate::machine::{Axes, Carries, RotaryAxis, SpindleDirection};
 use crate::toolpath::push_fixed;
 use crate::units::per_minute;
 
@@ -27,6 +28,7 @@ pub(super) enum Letter {
     Y,
     Z,
     A,
+    B,
     C,
     I,
     J,
@@ -48,7 +50,7 @@ pub(super) struct Blocks<'a> {
 #[derive(Default)]
 struct Modal {
     rapid: Option<bool>,
-    words: [String; 8],
+    words: [String; 9],
     feed: String,
 }
 
@@ -56,7 +58,7 @@ impl<'a> Blocks<'a> {
     /// # Errors
     /// [`DialectError`] if the post has no words for the setup.
     pub fn new(options: &ProgramOptions, dialect: &'a Dialect) -> Result<Self, DialectError> {
-        let program = dialect.program(options.machine.axes)?;
+        let program = dialect.program(&options.machine.axes)?;
         let setup = &options.setup;
         let length = |value: f64| number(value, dialect.decimals.length, &dialect.decimals);
         let plain = |value: f64, decimals: u32| {
@@ -91,7 +93,7 @@ impl<'a> Blocks<'a> {
     }
 
     /// The first lines: what the program is, for whom reads it.
-    pub fn header(&mut self, options: &ProgramOptions, notes: &[&str]) {
+    pub fn header(&mut self, options: &ProgramOptions, notes: &[String]) {
         self.fixed(&self.dialect.first, false);
         let tool = &options.tool;
         let mut cutter = format!(
@@ -105,7 +107,8 @@ impl<'a> Blocks<'a> {
         let name = format!("job: {}", options.name);
         let comments = ["evencut", &name, &cutter, "mm, tool tip programmed"];
         let [open, close] = &self.dialect.comment;
-        for comment in comments.iter().chain(notes) {
+        let comments = comments.into_iter().chain(notes.iter().map(String::as_str));
+        for comment in comments {
             let clean: String = comment.chars().take(LONGEST_COMMENT).map(harmless).collect();
             self.line(&format!("{open}{clean}{close}"), false);
         }
@@ -189,6 +192,7 @@ impl<'a> Blocks<'a> {
                 Letter::Y => (Some(&words.y), Quantity::Length),
                 Letter::Z => (Some(&words.z), Quantity::Length),
                 Letter::A => (words.a.as_ref(), Quantity::Angle),
+                Letter::B => (words.b.as_ref(), Quantity::Angle),
                 Letter::C => (words.c.as_ref(), Quantity::Angle),
                 Letter::I => (words.i.as_ref(), Quantity::Vector),
                 Letter::J => (words.j.as_ref(), Quantity::Vector),
@@ -279,16 +283,35 @@ fn identifier(name: &str) -> String {
 }
 
 /// What is to be known of a program for five axes.
-pub(super) fn notes(axes: Axes, keeps_tip: bool) -> &'static [&'static str] {
-    match (axes, keeps_tip) {
-        (Axes::ThreeAxis, _) => &[],
-        (Axes::Xyzac, false) => &[
-            "table A about X carries table C about Z, centre at program zero",
-            "machine coordinates: run with trivial kinematics, tool centre control off",
-        ],
-        (Axes::Xyzac, true) => &[
-            "planned for table A about X that carries table C about Z, centre at program zero",
-            "workpiece coordinates: they turn with the table, tool centre control on",
-        ],
+pub(super) fn notes(axes: &Axes, keeps_tip: bool) -> Vec<String> {
+    let Some(chain) = axes.chain() else { return Vec::new() };
+    let place = |p: DVec3| format!("{:.3} {:.3} {:.3}", p.x, p.y, p.z);
+    let axis = |axis: &RotaryAxis| {
+        let (what, from) = match axis.carries {
+            Carries::Table => ("table", "program zero"),
+            Carries::Head => ("head", "the gauge line"),
+        };
+        let about = match axis.direction {
+            DVec3::X => "X".to_string(),
+            DVec3::Y => "Y".to_string(),
+            DVec3::Z => "Z".to_string(),
+            direction => place(direction),
+        };
+        format!("{what} {} about {about}, centre {} from {from}", axis.letter, place(axis.centre))
+    };
+    let mut notes = vec!["rotary axes, the one nearest to the workpiece first:".to_string()];
+    notes.extend(chain.axes().iter().map(axis));
+    let (length, heads) = (chain.gauge_length(), chain.has_heads() && !keeps_tip);
+    if heads {
+        notes.push(format!(
+            "tip to gauge line {length:.3}: a tool of another length needs another program"
+        ));
     }
+    notes.push(match keeps_tip {
+        true => "workpiece coordinates: they turn with tables, tool centre control on".to_string(),
+        false => {
+            "machine coordinates: run with trivial kinematics, tool centre control off".to_string()
+        }
+    });
+    notes
 }

@@ -110,8 +110,9 @@ pub(super) struct Words {
     pub x: String,
     pub y: String,
     pub z: String,
-    /// Angles of the tables.
+    /// Positions of the rotary axes.
     pub a: Option<String>,
+    pub b: Option<String>,
     pub c: Option<String>,
     /// Direction of the tool axis.
     pub i: Option<String>,
@@ -161,7 +162,7 @@ pub(super) enum Position {
 /// How the tool axis is written.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Default)]
 pub(super) enum Orientation {
-    /// By the angles of the tables.
+    /// By the positions of the rotary axes.
     #[default]
     Angles,
     /// By its direction in the workpiece.
@@ -261,13 +262,32 @@ impl Dialect {
     ///
     /// # Errors
     /// [`DialectError::Axes`] if this post has no such programs.
-    pub(super) fn program(&self, axes: Axes) -> Result<&Program, DialectError> {
+    pub(super) fn program(&self, axes: &Axes) -> Result<&Program, DialectError> {
         let (program, table, what) = match axes {
             Axes::ThreeAxis => (&self.three_axis, "three_axis", "three axes"),
-            Axes::Xyzac => (&self.five_axis, "five_axis", "five axes"),
+            Axes::FiveAxis(_) => (&self.five_axis, "five_axis", "five axes"),
         };
         let name = || self.name.clone();
         program.as_ref().ok_or_else(|| DialectError::Axes { post: name(), table, axes: what })
+    }
+
+    /// Whether there are words for the rotary axes of such a machine, where they are written.
+    ///
+    /// # Errors
+    /// [`DialectError::Rotary`] if one is missing.
+    pub(super) fn rotary_words(&self, axes: &Axes) -> Result<(), DialectError> {
+        let by_vector = self.program(axes)?.orientation == Orientation::Vector;
+        let Some(chain) = axes.chain().filter(|_| !by_vector) else { return Ok(()) };
+        let Words { a, b, c, .. } = &self.words;
+        let all = [('A', a), ('B', b), ('C', c)];
+        let is_missing = |letter: &char| !all.iter().any(|(l, word)| l == letter && word.is_some());
+        match chain.letters().into_iter().find(is_missing) {
+            None => Ok(()),
+            Some(letter) => {
+                let (post, key) = (self.name.clone(), letter.to_ascii_lowercase());
+                Err(DialectError::Rotary { post, letter, key })
+            }
+        }
     }
 
     /// The words that switch a coolant on and off; `None` for no coolant.
@@ -357,23 +377,20 @@ impl Dialect {
     }
 
     fn validate_orientation(&self, program: &Program) -> Result<(), DialectError> {
-        let Words { a, c, i, j, k, .. } = &self.words;
-        let missing = |words: &[(&'static str, &Option<String>)]| {
-            words.iter().find(|(_, word)| word.is_none()).map(|(key, _)| format!("words.{key}"))
-        };
-        let (missing, what) = match program.orientation {
-            Orientation::Angles => (missing(&[("a", a), ("c", c)]), "five_axis.orientation angles"),
-            Orientation::Vector if program.position == Position::Machine => {
-                let rule = "\"tip\" where five_axis.orientation is \"vector\"".to_string();
-                return Err(value("five_axis.position", "\"machine\"".to_string(), rule));
-            }
-            Orientation::Vector => {
-                (missing(&[("i", i), ("j", j), ("k", k)]), "five_axis.orientation vector")
-            }
-        };
-        match missing {
+        let Words { i, j, k, .. } = &self.words;
+        if program.orientation == Orientation::Angles {
+            return Ok(());
+        }
+        if program.position == Position::Machine {
+            let rule = "\"tip\" where five_axis.orientation is \"vector\"".to_string();
+            return Err(value("five_axis.position", "\"machine\"".to_string(), rule));
+        }
+        match [("i", i), ("j", j), ("k", k)].iter().find(|(_, word)| word.is_none()) {
             None => Ok(()),
-            Some(key) => Err(value(&key, "missing".to_string(), format!("there for {what}"))),
+            Some((key, _)) => {
+                let rule = "there for five_axis.orientation vector".to_string();
+                Err(value(&format!("words.{key}"), "missing".to_string(), rule))
+            }
         }
     }
 
@@ -476,6 +493,7 @@ impl Words {
             y: keys.text("y")?,
             z: keys.text("z")?,
             a: keys.optional("a")?,
+            b: keys.optional("b")?,
             c: keys.optional("c")?,
             i: keys.optional("i")?,
             j: keys.optional("j")?,
@@ -487,9 +505,9 @@ impl Words {
     }
 
     fn all(&self) -> impl Iterator<Item = (&'static str, &String)> {
-        let Self { x, y, z, a, c, i, j, k, feed } = self;
+        let Self { x, y, z, a, b, c, i, j, k, feed } = self;
         let always = [("x", x), ("y", y), ("z", z), ("feed", feed)];
-        let some = [("a", a), ("c", c), ("i", i), ("j", j), ("k", k)];
+        let some = [("a", a), ("b", b), ("c", c), ("i", i), ("j", j), ("k", k)];
         let some = some.into_iter().filter_map(|(key, word)| Some((key, word.as_ref()?)));
         always.into_iter().chain(some)
     }

@@ -45,6 +45,18 @@ pub enum DialectError {
         /// Which axes.
         axes: &'static str,
     },
+    /// It has no word for a rotary axis.
+    #[error(
+        "post: {post} has no word for the rotary axis {letter}; add words.{key} to a copy of it, or choose another post"
+    )]
+    Rotary {
+        /// Its name.
+        post: String,
+        /// Of the axis.
+        letter: char,
+        /// That it lacks.
+        key: char,
+    },
     /// It has no word for a coolant.
     #[error("post: {post} has no coolant \"{coolant}\"; it has {known}")]
     Coolant {
@@ -89,9 +101,24 @@ pub enum PostError {
         /// Its axis.
         axis: DVec3,
     },
+    /// The rotary axes cannot turn to a direction of the tool axis.
+    #[error(
+        "post: at ({:.3}, {:.3}, {:.3}) the tool axis is ({:.3}, {:.3}, {:.3}), to which {first} and {second} cannot turn; choose another machine.axes, or lean less (cut.lead)",
+        tip.x, tip.y, tip.z, axis.x, axis.y, axis.z
+    )]
+    Unreachable {
+        /// The rotary axis next to the workpiece.
+        first: char,
+        /// That next to the tool.
+        second: char,
+        /// The tip, mm.
+        tip: DVec3,
+        /// The tool axis.
+        axis: DVec3,
+    },
     /// A rapid would run through part or stock.
     #[error(
-        "post: the rapid to point {index} at ({:.3}, {:.3}, {:.3}) runs at machine Z {height:.3} mm; rapids must stay at or above the rapid plane at {rapid_plane} mm",
+        "post: the rapid to point {index} at ({:.3}, {:.3}, {:.3}) runs {height:.3} mm high along the tool axis; rapids must stay at or above the rapid plane at {rapid_plane} mm",
         tip.x, tip.y, tip.z
     )]
     LowRapid {
@@ -99,7 +126,7 @@ pub enum PostError {
         index: usize,
         /// Its tip, mm.
         tip: DVec3,
-        /// Lowest machine Z of the move, mm.
+        /// Lowest height of the move along the tool axis, mm.
         height: f64,
         /// The rapid plane, mm.
         rapid_plane: f64,
@@ -133,9 +160,26 @@ pub enum PostError {
         /// Greatest position allowed, mm.
         high: f64,
     },
+    /// A rotary axis would leave its range.
+    #[error(
+        "post: axis {axis} would turn to {position:.3} degrees near ({:.3}, {:.3}, {:.3}); its range is {low} to {high} degrees: lean less (cut.lead), let the path retract more often (path.links = \"retract\"), so that it can be wound back there, or choose another machine",
+        place.x, place.y, place.z
+    )]
+    RotaryTravel {
+        /// Its letter.
+        axis: char,
+        /// The position outside, degrees.
+        position: f64,
+        /// Least position allowed, degrees.
+        low: f64,
+        /// Greatest position allowed, degrees.
+        high: f64,
+        /// The tip there, mm.
+        place: DVec3,
+    },
     /// The rotary axes cannot follow.
     #[error(
-        "post: between ({:.3}, {:.3}, {:.3}) and the next point the rotary axes turn too fast near A = 0 to stay within {tolerance} mm; keep the tool axis away from the C axis there",
+        "post: between ({:.3}, {:.3}, {:.3}) and the next point the rotary axes turn too fast to stay within {tolerance} mm, the tool standing nearly along axis {axis}; keep the tool axis away from that there",
         place.x, place.y, place.z
     )]
     Singular {
@@ -143,5 +187,7 @@ pub enum PostError {
         place: DVec3,
         /// Tolerance, mm.
         tolerance: f64,
+        /// The axis next to the workpiece.
+        axis: char,
     },
 }

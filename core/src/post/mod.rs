@@ -23,8 +23,8 @@ use crate::toolpath::Toolpath;
 /// Writes a path as a program.
 ///
 /// Three-axis programs give the tip and feed per minute. Five-axis ones give what the post asks for: positions of the
-/// machine's axes (rotary centre at program zero), or the tip in the workpiece with tool centre control on; the tool
-/// axis by the angles of the tables or by its direction. Moves are split until what the controller makes of them stays
+/// machine's axes, or the tip in the workpiece with tool centre control on; the tool
+/// axis by the positions of the rotary axes or by its direction. Moves are split until what the controller makes of them stays
 /// within half the tolerance of the path; the feed holds at the contact, by inverse time or by the speed of the tip in
 /// each block.
 ///
@@ -35,16 +35,17 @@ pub fn program(
     options: &ProgramOptions,
     dialect: &Dialect,
 ) -> Result<Program, PostError> {
-    check(dialect, options.machine.axes, &options.setup)?;
+    check(dialect, &options.machine.axes, &options.setup)?;
     render::render(path, options, dialect)
 }
 
 /// Whether a post can write programs for such a machine with such a setup.
 ///
 /// # Errors
-/// [`DialectError`]: no such axes, coolant or work offset.
-pub fn check(dialect: &Dialect, axes: Axes, setup: &Setup) -> Result<(), DialectError> {
+/// [`DialectError`]: no such axes or words for them, coolant or work offset.
+pub fn check(dialect: &Dialect, axes: &Axes, setup: &Setup) -> Result<(), DialectError> {
     dialect.program(axes)?;
+    dialect.rotary_words(axes)?;
     dialect.coolant(setup.coolant)?;
     dialect.work_offset(setup.work_offset)?;
     Ok(())

@@ -5,7 +5,7 @@ use super::dialect::{Dialect, FeedMode, Orientation, Position};
 use super::error::PostError;
 use super::program::{Program, ProgramOptions};
 use crate::geometry::{DVec3, math};
-use crate::machine::{Axes, Leg, Rotary, Tables};
+use crate::machine::{Angles, Axes, Chain, Leg, Tables};
 use crate::machine_time::commanded_time;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use crate::units::{MINUTE, per_minute};
@@ -16,6 +16,8 @@ const ROUNDING: f64 = 1e-6;
 const LOW: f64 = 1e-3;
 /// Travel of the tip below which a block is timed by the turn of the axis, mm: a few of the last digits.
 const STILL: f64 = 1e-3;
+/// How far rounded positions may be beyond the range of a rotary axis, rad.
+const TURN_ROUNDING: f64 = 1e-7;
 /// Shortest time of a block, s.
 const SHORTEST: f64 = 1e-4;
 
@@ -25,33 +27,36 @@ pub(super) fn render(
     dialect: &Dialect,
 ) -> Result<Program, PostError> {
     check(path, options)?;
-    let program = dialect.program(options.machine.axes)?;
-    let form = match (options.machine.axes, program.position, program.orientation) {
+    let axes = &options.machine.axes;
+    let program = dialect.program(axes)?;
+    let form = match (axes, program.position, program.orientation) {
         (Axes::ThreeAxis, ..) => Form::Linear,
-        (Axes::Xyzac, Position::Machine, _) => Form::Machine,
-        (Axes::Xyzac, Position::Tip, Orientation::Angles) => Form::TipAngles,
-        (Axes::Xyzac, Position::Tip, Orientation::Vector) => Form::TipVector,
+        (Axes::FiveAxis(_), Position::Machine, _) => Form::Machine,
+        (Axes::FiveAxis(_), Position::Tip, Orientation::Angles) => Form::TipAngles,
+        (Axes::FiveAxis(_), Position::Tip, Orientation::Vector) => Form::TipVector,
     };
-    let tables = Tables::new(&options.machine, options.tolerance, options.tool.radius())
-        .keeping_tip(form.keeps_tip());
-    let tables = match form {
-        // The controller finds the angles by itself.
-        Form::TipVector => tables,
-        _ => tables.rounded(dialect.angle_decimals()),
-    };
+    let tables = Tables::of(&options.machine, options.tolerance, options.tool.radius());
+    let tables =
+        tables.map(|tables| tables.keeping_tip(form.keeps_tip())).map(|tables| match form {
+            // The controller finds the angles by itself.
+            Form::TipVector => tables,
+            _ => tables.rounded(dialect.angle_decimals()),
+        });
     let mut blocks = Blocks::new(options, dialect)?;
     blocks.text.reserve(48 * path.points.len() + 1024);
-    blocks.header(options, notes(options.machine.axes, form.keeps_tip()));
+    blocks.header(options, &notes(axes, form.keeps_tip()));
     blocks.start();
     let reach = [(f64::INFINITY, f64::NEG_INFINITY); 3];
     let (feed_mode, legs) = (program.feed_mode, Vec::new());
-    let mut writer = Writer { blocks, options, form, feed_mode, tables, reach, legs };
+    let turned = [Turned::default(); 2];
+    let mut writer = Writer { blocks, options, form, feed_mode, tables, reach, turned, legs };
     writer.start(&path.points);
-    for pair in path.points.windows(2) {
-        writer.step(&pair[0], &pair[1])?;
+    for i in 1..path.points.len() {
+        writer.step(&path.points[i - 1], &path.points[i..])?;
     }
     writer.finish(&path.points[path.points.len() - 1], last_feed(&path.points));
     check_travel(&writer.reach, options)?;
+    check_turns(&writer.turned, options)?;
     Ok(Program { text: writer.blocks.text, extension: dialect.extension.clone() })
 }
 
@@ -65,8 +70,16 @@ fn check(path: &Toolpath, options: &ProgramOptions) -> Result<(), PostError> {
         if !p.tip.is_finite() || !(1.0 - 1e-6..1.0 + 1e-6).contains(&p.axis.length()) {
             return Err(PostError::NotFinite { index });
         }
-        if options.machine.axes == Axes::ThreeAxis && p.axis.distance(DVec3::Z) > 1e-9 {
-            return Err(PostError::TiltedAxis { index, tip: p.tip, axis: p.axis });
+        match options.machine.axes.chain() {
+            None if p.axis.distance(DVec3::Z) > 1e-9 => {
+                return Err(PostError::TiltedAxis { index, tip: p.tip, axis: p.axis });
+            }
+            Some(chain) if !chain.reaches(p.axis) => {
+                let [first, second] = chain.letters();
+                let (tip, axis) = (p.tip, p.axis);
+                return Err(PostError::Unreachable { first, second, tip, axis });
+            }
+            _ => {}
         }
         if index == 0 {
             continue;
@@ -96,7 +109,28 @@ fn check_travel(reach: &[(f64, f64); 3], options: &ProgramOptions) -> Result<(),
     Ok(())
 }
 
-/// Machine Z of the tip.
+/// Whether every rotary axis stays within its range.
+fn check_turns(turned: &[Turned; 2], options: &ProgramOptions) -> Result<(), PostError> {
+    let Some(chain) = options.machine.axes.chain() else { return Ok(()) };
+    for (axis, turned) in chain.axes().iter().zip(turned) {
+        let (low, high) = axis.range;
+        for &(position, place) in [&turned.least, &turned.greatest].into_iter().flatten() {
+            if position < low - TURN_ROUNDING || position > high + TURN_ROUNDING {
+                let [position, low, high] = [position, low, high].map(f64::to_degrees);
+                return Err(PostError::RotaryTravel {
+                    axis: axis.letter,
+                    position,
+                    low,
+                    high,
+                    place,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Height of the tip along the tool axis; on centred tables the machine's Z.
 fn height(p: &PathPoint) -> f64 {
     p.tip.dot(p.axis)
 }
@@ -116,14 +150,14 @@ enum Form {
     Linear,
     /// Positions of the axes of the machine.
     Machine,
-    /// The tip in the workpiece and the angles of the tables.
+    /// The tip in the workpiece and the positions of the rotary axes.
     TipAngles,
     /// The tip in the workpiece and the direction of the tool axis.
     TipVector,
 }
 
 impl Form {
-    /// Whether the controller keeps the tip on its line while the tables turn.
+    /// Whether the controller keeps the tip on its line while the rotary axes turn.
     fn keeps_tip(self) -> bool {
         matches!(self, Self::TipAngles | Self::TipVector)
     }
@@ -134,11 +168,31 @@ struct Writer<'a> {
     options: &'a ProgramOptions,
     form: Form,
     feed_mode: FeedMode,
-    tables: Tables,
+    /// `None` on three axes.
+    tables: Option<Tables>,
     /// Least and greatest position of each linear axis so far, mm.
     reach: [(f64, f64); 3],
+    turned: [Turned; 2],
     /// Of the move that is being written.
     legs: Vec<Leg>,
+}
+
+/// Least and greatest position of a rotary axis so far, rad, with the tips there.
+#[derive(Copy, Clone, Default)]
+struct Turned {
+    least: Option<(f64, DVec3)>,
+    greatest: Option<(f64, DVec3)>,
+}
+
+impl Turned {
+    fn extend(&mut self, position: f64, tip: DVec3) {
+        if self.least.is_none_or(|(least, _)| position < least) {
+            self.least = Some((position, tip));
+        }
+        if self.greatest.is_none_or(|(greatest, _)| position > greatest) {
+            self.greatest = Some((position, tip));
+        }
+    }
 }
 
 /// How fast a block runs.
@@ -161,12 +215,13 @@ struct Place {
     /// In the workpiece.
     tip: DVec3,
     axis: DVec3,
-    rotary: Rotary,
+    rotary: Angles,
 }
 
 impl Place {
-    fn machine(&self) -> DVec3 {
-        self.rotary.to_machine(self.tip)
+    /// Along the tool axis, mm.
+    fn height(&self) -> f64 {
+        self.tip.dot(self.axis)
     }
 }
 
@@ -175,25 +230,36 @@ impl Writer<'_> {
     fn start(&mut self, points: &[PathPoint]) {
         let first = &points[0];
         let plane = self.options.rapid_plane;
+        self.unwind(points);
         let target = self.place(first);
-        let low = Some(plane - target.machine().z).filter(|low| *low > LOW).unwrap_or(0.0);
+        let low = Some(plane - target.height()).filter(|low| *low > LOW).unwrap_or(0.0);
         let safe = Place { tip: target.tip + low * target.axis, ..target };
         match self.form {
             // Retracted before, the cutter goes over the first point before it goes down.
             Form::Linear if self.blocks.has_control() => {
-                let machine = safe.machine();
+                let machine = self.machine(&safe);
                 self.blocks.go(None, &[(Letter::X, machine.x), (Letter::Y, machine.y)]);
                 self.blocks.control(true);
             }
             // Blocks of which each gives all coordinates cannot go up alone.
             Form::Linear | Form::Machine if self.blocks.repeats_words() => {}
             Form::Linear | Form::Machine => {
-                self.extend(safe.machine());
-                self.blocks.go(None, &[(Letter::Z, safe.machine().z)]);
+                let upright = self.upright(&safe);
+                let machine = self.machine(&upright.unwrap_or(safe));
+                self.extend(machine);
+                self.blocks.go(None, &[(Letter::Z, machine.z)]);
+                // A leaning head is lower than an upright one: it turns where the linear axes give way.
+                if let (Some(upright), Some(tables)) = (upright, &mut self.tables) {
+                    tables.at = upright.rotary;
+                    self.block(Speed::Rapid, upright);
+                    self.unwind(points);
+                    self.rapid(upright.tip, &PathPoint { tip: safe.tip, ..*first });
+                }
             }
-            // The tables turn before the control follows them.
+            // The rotary axes turn before the control follows them.
             Form::TipAngles => {
-                self.blocks.go(None, &angles(safe.rotary));
+                let angles = self.angles(safe.rotary);
+                self.blocks.go(None, &angles);
                 self.blocks.control(true);
             }
             Form::TipVector => self.blocks.control(true),
@@ -206,8 +272,8 @@ impl Writer<'_> {
     }
 
     fn finish(&mut self, last: &PathPoint, feed: Option<f64>) {
-        let at = Place { tip: last.tip, axis: last.axis, rotary: self.tables.at };
-        let low = self.options.rapid_plane - at.machine().z;
+        let at = Place { tip: last.tip, axis: last.axis, rotary: self.rotary() };
+        let low = self.options.rapid_plane - at.height();
         if low > LOW {
             let feed = feed.unwrap_or(self.options.machine.max_feed);
             self.along_axis(Place { tip: at.tip + low * at.axis, ..at }, low, feed);
@@ -227,9 +293,10 @@ impl Writer<'_> {
         self.block(speed, to);
     }
 
-    /// The move between two points of the path.
-    fn step(&mut self, from: &PathPoint, to: &PathPoint) -> Result<(), PostError> {
-        if self.form == Form::Linear {
+    /// The move from a point of the path to the first of those that follow.
+    fn step(&mut self, from: &PathPoint, rest: &[PathPoint]) -> Result<(), PostError> {
+        let to = &rest[0];
+        let Some(tables) = &mut self.tables else {
             let speed = match to.kind {
                 MoveKind::Rapid => Speed::Rapid,
                 _ => Speed::Feed(to.feed),
@@ -237,15 +304,16 @@ impl Writer<'_> {
             let place = self.place(to);
             self.block(speed, place);
             return Ok(());
-        }
+        };
         if to.kind == MoveKind::Rapid {
-            self.rapid(from, to);
+            self.unwind(rest);
+            self.rapid(from.tip, to);
             return Ok(());
         }
         let time = commanded_time(from, to, &self.options.tool, &self.options.machine);
         if self.form == Form::TipVector {
-            let least = self.tables.turn(to.axis);
-            let place = Place { tip: to.tip, axis: to.axis, rotary: self.tables.at };
+            let least = tables.turn(to.axis);
+            let place = Place { tip: to.tip, axis: to.axis, rotary: tables.at };
             let travel = from.tip.distance(to.tip);
             let turn = angle(from.axis, to.axis);
             self.block(Speed::Time { time: time.max(least), travel, turn }, place);
@@ -254,20 +322,23 @@ impl Writer<'_> {
         self.legs(from, to, time)
     }
 
-    /// A move at feed with the angles of the tables.
+    /// A move at feed with the positions of the rotary axes.
     fn legs(&mut self, from: &PathPoint, to: &PathPoint, time: f64) -> Result<(), PostError> {
+        let Some(tables) = &mut self.tables else { return Ok(()) };
         let mut legs = core::mem::take(&mut self.legs);
         legs.clear();
-        let mut before = Place { tip: from.tip, axis: from.axis, rotary: self.tables.at };
+        let chain = tables.chain;
+        let mut before = Place { tip: from.tip, axis: from.axis, rotary: tables.at };
         let ends = ((from.tip, from.axis), (to.tip, to.axis));
-        let gone = self.tables.go(ends.0, ends.1, time, &mut legs);
-        let tolerance = self.options.tolerance;
-        gone.map_err(|place| PostError::Singular { place, tolerance })?;
+        let gone = tables.go(ends.0, ends.1, time, &mut legs);
+        let (tolerance, axis) = (self.options.tolerance, chain.letters()[0]);
+        gone.map_err(|place| PostError::Singular { place, tolerance, axis })?;
         for leg in &legs {
             let rotary = leg.rotary;
-            let place = Place { tip: rotary.to_part(leg.to), axis: rotary.axis(), rotary };
+            let (tip, axis) = (chain.to_part(leg.to, rotary), chain.axis(rotary));
+            let place = Place { tip, axis, rotary };
             let travel = before.tip.distance(place.tip);
-            let turn = before.rotary.turn_to(rotary);
+            let turn = chain.turn(before.rotary, rotary);
             self.block(Speed::Time { time: leg.time, travel, turn }, place);
             before = place;
         }
@@ -275,25 +346,64 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// A rapid: the linear axes of the machine run straight, above part and stock.
-    fn rapid(&mut self, from: &PathPoint, to: &PathPoint) {
-        if !self.form.keeps_tip() {
-            let place = self.place(to);
-            self.block(Speed::Rapid, place);
-            return;
-        }
-        for (tip, rotary) in self.tables.turn_straight(from.tip, (to.tip, to.axis)) {
-            let axis = if tip == to.tip { to.axis } else { rotary.axis() };
+    /// A rapid above part and stock, of which the height along the tool axis never falls below those at its ends.
+    fn rapid(&mut self, from: DVec3, to: &PathPoint) {
+        let Some(tables) = &mut self.tables else { return };
+        let chain = tables.chain;
+        for (tip, rotary) in tables.turn_straight(from, (to.tip, to.axis)) {
+            let axis = if tip == to.tip { to.axis } else { chain.axis(rotary) };
             self.block(Speed::Rapid, Place { tip, axis, rotary });
         }
     }
 
-    /// Turns the tables for a point.
+    /// Keeps the rotary axes within their ranges until the next rapid, if a turn by whole windings does.
+    fn unwind(&mut self, from: &[PathPoint]) {
+        let Some(tables) = &mut self.tables else { return };
+        let stretch = from[1..].iter().take_while(|p| p.kind != MoveKind::Rapid);
+        tables.unwind(from[..1].iter().chain(stretch).map(|p| p.axis));
+    }
+
+    /// Turns the rotary axes for a point.
     fn place(&mut self, p: &PathPoint) -> Place {
-        if self.form != Form::Linear {
-            self.tables.turn(p.axis);
+        if let Some(tables) = &mut self.tables {
+            tables.turn(p.axis);
         }
-        Place { tip: p.tip, axis: p.axis, rotary: self.tables.at }
+        Place { tip: p.tip, axis: p.axis, rotary: self.rotary() }
+    }
+
+    /// Where the rotary axes stand.
+    fn rotary(&self) -> Angles {
+        self.tables.map_or([0.0; 2], |tables| tables.at)
+    }
+
+    fn chain(&self) -> Option<&Chain> {
+        self.tables.as_ref().map(|tables| &tables.chain)
+    }
+
+    /// Positions of the linear axes.
+    fn machine(&self, place: &Place) -> DVec3 {
+        self.chain().map_or(place.tip, |chain| chain.to_machine(place.tip, place.rotary))
+    }
+
+    /// Over a place with all rotary axes at zero, on machines on which they carry the tip up or down.
+    fn upright(&self, place: &Place) -> Option<Place> {
+        let chain = self.chain().filter(|chain| !chain.is_centred())?;
+        let rotary = [0.0; 2];
+        let axis = chain.axis(rotary);
+        let low = self.options.rapid_plane - place.tip.dot(axis);
+        Some(Place { tip: place.tip + low.max(0.0) * axis, axis, rotary })
+    }
+
+    /// Words of the rotary axes, in the order of their letters.
+    fn angles(&self, at: Angles) -> Vec<(Letter, f64)> {
+        let Some(chain) = self.chain() else { return Vec::new() };
+        let letter = |i: usize| match chain.letters()[i] {
+            'A' => Letter::A,
+            'B' => Letter::B,
+            _ => Letter::C,
+        };
+        let order = if chain.letters()[0] < chain.letters()[1] { [0, 1] } else { [1, 0] };
+        order.map(|i| (letter(i), at[i].to_degrees())).to_vec()
     }
 
     fn extend(&mut self, machine: DVec3) {
@@ -304,17 +414,20 @@ impl Writer<'_> {
 
     /// Writes a block that ends at a place.
     fn block(&mut self, speed: Speed, to: Place) {
-        let machine = to.machine();
+        let machine = self.machine(&to);
         self.extend(machine);
-        let [a, c] = angles(to.rotary);
+        for (turned, position) in self.turned.iter_mut().zip(to.rotary) {
+            turned.extend(position, to.tip);
+        }
         let linear = |p: DVec3| [(Letter::X, p.x), (Letter::Y, p.y), (Letter::Z, p.z)];
         let feed = self.feed(speed);
         match self.form {
             Form::Linear => self.blocks.go(feed, &linear(to.tip)),
             Form::Machine | Form::TipAngles => {
                 let position = if self.form == Form::Machine { machine } else { to.tip };
-                let [x, y, z] = linear(position);
-                self.blocks.go(feed, &[x, y, z, a, c]);
+                let mut words = linear(position).to_vec();
+                words.extend(self.angles(to.rotary));
+                self.blocks.go(feed, &words);
             }
             Form::TipVector => {
                 let [x, y, z] = linear(to.tip);
@@ -340,10 +453,6 @@ impl Writer<'_> {
             }
         }
     }
-}
-
-fn angles(rotary: Rotary) -> [(Letter, f64); 2] {
-    [(Letter::A, rotary.a.to_degrees()), (Letter::C, rotary.c.to_degrees())]
 }
 
 /// Between two unit vectors, rad.

@@ -67,7 +67,7 @@ impl Resolver<'_> {
         let diameter = tool.map_or(10.0, |t| 2.0 * t.radius());
         let lead = radians(table.lead.unwrap_or(match machine.axes {
             Axes::ThreeAxis => 0.0,
-            Axes::Xyzac => 5.0,
+            Axes::FiveAxis(_) => 5.0,
         }));
         let stepover = self.stepover();
         if let (Some(tool), Some(stepover)) = (tool, stepover) {
@@ -163,10 +163,10 @@ impl Resolver<'_> {
                     "a tilted tool axis, but {} has three axes",
                     self.named("machine.axes")
                 );
-                let help = "give `lead = 0`, or `axes = \"xyzac\"` in [machine]";
+                let help = "give `lead = 0`, or five axes in [machine], such as `axes = \"xyzac\"`";
                 self.fault("cut.lead", message, help);
             }
-            Axes::Xyzac if lead == 0.0 => {
+            Axes::FiveAxis(_) if lead == 0.0 => {
                 let Some(tool) = tool.filter(|t| t.bottom_radius() > 0.0) else { return };
                 let kind = tool.kind().name();
                 let message = format!("a {kind} end without lead cuts with its heel on five axes");

@@ -159,8 +159,8 @@ impl Resolver<'_> {
                 }
             }
         }
-        if machine.axes != Axes::Xyzac {
-            let help = "give `machine.axes = \"xyzac\"`";
+        if machine.axes == Axes::ThreeAxis {
+            let help = "give a machine with five axes, such as `machine.axes = \"xyzac\"`";
             self.fault("machine.axes", "between blades the tool axis has to turn", help);
         }
         if tool.kind() != ToolKind::Ball {

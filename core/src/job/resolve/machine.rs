@@ -1,18 +1,23 @@
-//! The machine and the reach of its axes.
+//! The machine, its rotary axes and the reach of its axes.
 
 use super::resolver::Resolver;
+use crate::geometry::DVec3;
+use crate::job::file::{RotaryLetter, RotaryTable, ToolTable};
 use crate::job::units::radians;
-use crate::machine::{Axes, Machine, Travel};
+use crate::machine::{Arrangement, Axes, Carries, Chain, Machine, RotaryAxis, Travel};
+
+/// Fastest turn of a rotary axis by default, degrees/s.
+const ROTARY_SPEED: f64 = 90.0;
 
 impl Resolver<'_> {
     pub(super) fn machine(&mut self) -> Machine {
+        let axes = self.axes();
         let table = &self.file.machine;
         let travel = table.travel.clone().unwrap_or_default();
         Machine {
-            axes: table.axes.unwrap_or(Axes::ThreeAxis),
+            axes,
             max_feed: self.feed(table.max_feed, 15_000.0),
             max_acceleration: self.length(table.max_acceleration, 2000.0),
-            max_rotary_speed: radians(table.max_rotary_speed.unwrap_or(90.0)),
             clearance: self.length(table.clearance, 10.0),
             travel: Travel {
                 x: self.reach("x", travel.x),
@@ -20,6 +25,113 @@ impl Resolver<'_> {
                 z: self.reach("z", travel.z),
             },
         }
+    }
+
+    /// Three axes after a fault.
+    fn axes(&mut self) -> Axes {
+        let table = &self.file.machine;
+        let named = match (table.axes, &table.rotary) {
+            (Some(_), Some(_)) => {
+                let message = format!("given beside {}", self.named("machine.axes"));
+                self.fault("machine.rotary", message, "keep one of the two");
+                return Axes::ThreeAxis;
+            }
+            (named, None) => named.unwrap_or(Arrangement::ThreeAxis),
+            (None, Some(_)) => Arrangement::ThreeAxis,
+        };
+        let of_name = |&(letter, carries): &(char, Carries)| {
+            let letter = match letter {
+                'A' => RotaryLetter::A,
+                'B' => RotaryLetter::B,
+                _ => RotaryLetter::C,
+            };
+            RotaryTable { letter: Some(letter), carries: Some(carries), ..RotaryTable::default() }
+        };
+        let given = table.rotary.clone();
+        let tables = given.unwrap_or_else(|| named.rotary().iter().map(of_name).collect());
+        let key = if self.places.has("machine.rotary") { "machine.rotary" } else { "machine.axes" };
+        let [first, second] = &tables[..] else { return Axes::ThreeAxis };
+        let [Some(first), Some(second)] = [first, second].map(|t| self.rotary(t, key)) else {
+            return Axes::ThreeAxis;
+        };
+        let has_heads = second.carries == Carries::Head;
+        let length = self.gauge_length();
+        if length.is_none() && has_heads {
+            let help = "give `tool.gauge_length`, or describe the holder (`tool.holder`)";
+            self.fault("tool", "a head turns the spindle, but the length from the tip to the spindle's gauge line is not known", help);
+            return Axes::ThreeAxis;
+        }
+        match Chain::new([first, second], length.unwrap_or(0.0)) {
+            Ok(chain) => Axes::FiveAxis(chain),
+            Err(error) => {
+                let help =
+                    "give two axes that tilt the tool, the one nearer to the workpiece first";
+                self.fault(key, error.to_string(), help);
+                Axes::ThreeAxis
+            }
+        }
+    }
+
+    /// `None` with a fault noted.
+    fn rotary(&mut self, table: &RotaryTable, key: &str) -> Option<RotaryAxis> {
+        let machine = &self.file.machine;
+        let letter = match table.letter? {
+            RotaryLetter::A => 'A',
+            RotaryLetter::B => 'B',
+            RotaryLetter::C => 'C',
+        };
+        let carries = table.carries?;
+        let plain = RotaryAxis::plain(letter, carries);
+        let direction =
+            table.direction.map_or(Some(plain.direction), |d| DVec3::from(d).try_normalize());
+        let Some(direction) = direction else {
+            self.fault(
+                key,
+                format!("the direction of {letter} is 0"),
+                "give the direction that it turns about",
+            );
+            return None;
+        };
+        let centre = match (carries, table.centre, machine.pivot_length) {
+            (_, Some(centre), _) => self.point(centre),
+            (Carries::Head, None, Some(length)) => self.unit * length * DVec3::Z,
+            (Carries::Table, None, _) => DVec3::ZERO,
+            (Carries::Head, None, None) => {
+                let message =
+                    format!("head {letter} turns the spindle, but where its pivot is is not known");
+                self.fault(
+                    key,
+                    message,
+                    "give `machine.pivot_length`: from the spindle's gauge line up to the pivot",
+                );
+                return None;
+            }
+        };
+        if let Some([low, high]) = table.range.filter(|[low, high]| low >= high) {
+            let message = format!("the range of {letter} from {low} to {high} is empty");
+            self.fault(key, message, "give the least position first, then the greatest");
+            return None;
+        }
+        let range = table.range.map_or(plain.range, |[low, high]| (radians(low), radians(high)));
+        let speed = table.max_speed.or(machine.max_rotary_speed).unwrap_or(ROTARY_SPEED);
+        let acceleration = table.max_acceleration.or(machine.max_rotary_acceleration);
+        Some(RotaryAxis {
+            direction,
+            centre,
+            range,
+            max_speed: radians(speed),
+            max_acceleration: acceleration.map_or(f64::INFINITY, radians),
+            ..plain
+        })
+    }
+
+    /// From the tip to the spindle's gauge line, mm, as far as the job says.
+    fn gauge_length(&self) -> Option<f64> {
+        let ToolTable { gauge_length, stickout, holder, .. } = &self.file.tool;
+        let of_holder = stickout.zip(holder.as_ref()).map(|(stickout, holder)| {
+            holder.iter().filter_map(|section| section.length).fold(stickout, |sum, l| sum + l)
+        });
+        gauge_length.or(of_holder).map(|length| length * self.unit)
     }
 
     fn reach(&mut self, axis: &str, reach: Option<[f64; 2]>) -> Option<(f64, f64)> {
