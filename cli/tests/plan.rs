@@ -214,9 +214,55 @@ fn slow_tables_are_told() {
         fs::write(directory.join("part.toml"), format!("{DOME}{tables}{speed:.1}\n")).unwrap();
         let output = evencut(&directory, &["plan", "part.toml"]);
         let (_, data, messages) = streams(&output);
-        let told = [data, messages].iter().any(|text| text.contains("the rotary tables make"));
+        let told = [data, messages].iter().any(|text| text.contains("the rotary axes make"));
         assert_eq!(told, is_told, "{data}{messages}");
     }
+}
+
+/// Every machine that comes along, and a described one: planned, judged, written, read back.
+#[test]
+fn machines_of_all_kinds_have_programs() {
+    let directory = scratch("machines");
+    let job = DOME.replace("diameter = 4.0", "diameter = 4.0\ngauge_length = 90.0");
+    let described = "[[machine.rotary]]\nletter = \"B\"\ncarries = \"table\"\nrange = [-110.0, 110.0]\n\
+                     centre = [0.0, 0.0, -60.0]\nmax_speed = 40.0\nmax_acceleration = 400.0\n\
+                     [[machine.rotary]]\nletter = \"A\"\ncarries = \"head\"\n";
+    let named = ["xyzac", "xyzbc", "xyzab-head", "xyzbc-head", "xyzbc-mixed"];
+    let named = named.map(|name| (name, format!("axes = {name:?}\n")));
+    let mut programs: Vec<String> = Vec::new();
+    for (name, axes) in named.into_iter().chain([("own", described.to_string())]) {
+        let job = format!("{job}lead = 5.0\n[machine]\npivot_length = 150.0\n{axes}");
+        fs::write(directory.join("part.toml"), job).unwrap();
+        let output = evencut(&directory, &["plan", "part.toml", "-q", "-o", name]);
+        assert_eq!(streams(&output), (0, "", ""), "{name}");
+        let program = fs::read_to_string(directory.join(name).join("program.ngc")).unwrap();
+        let blocks: Vec<&str> = program.lines().filter(|l| !l.starts_with('(')).collect();
+        let letters = [" A", " B", " C"].map(|word| blocks.iter().any(|l| l.contains(word)));
+        assert_eq!(letters.iter().filter(|l| **l).count(), 2, "{name}: {letters:?}");
+        // What was resolved says the same again.
+        let resolved = format!("{name}/job.resolved.toml");
+        let output = evencut(&directory, &["plan", &resolved, "-q", "-o", "again"]);
+        assert_eq!(streams(&output), (0, "", ""), "{name}");
+        let again = fs::read_to_string(directory.join("again/program.ngc")).unwrap();
+        assert!(again == program, "{name}");
+        fs::remove_dir_all(directory.join("again")).unwrap();
+        assert!(!programs.contains(&program), "{name} has the program of another machine");
+        programs.push(program);
+    }
+}
+
+#[test]
+fn a_range_that_is_too_narrow_names_axis_and_remedy() {
+    let directory = scratch("range");
+    let rotary = "[[machine.rotary]]\nletter = \"C\"\ncarries = \"table\"\nrange = [-180.0, 180.0]\n\
+                  [[machine.rotary]]\nletter = \"A\"\ncarries = \"table\"\n";
+    let job = format!("{DOME}lead = 5.0\n[machine]\n{rotary}");
+    fs::write(directory.join("part.toml"), job).unwrap();
+    assert_refused(
+        &directory,
+        4,
+        &["axis C would turn to", "path.links = \"retract\"", "part.toml:"],
+    );
 }
 
 #[test]

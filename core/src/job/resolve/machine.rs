@@ -51,6 +51,18 @@ impl Resolver<'_> {
         let tables = given.unwrap_or_else(|| named.rotary().iter().map(of_name).collect());
         let key = if self.places.has("machine.rotary") { "machine.rotary" } else { "machine.axes" };
         let [first, second] = &tables[..] else { return Axes::ThreeAxis };
+        let is_placed = |t: &RotaryTable| {
+            t.carries == Some(Carries::Table) || t.centre.is_some() || table.pivot_length.is_some()
+        };
+        if !tables.iter().all(is_placed) {
+            let help = "give `machine.pivot_length`: from the spindle's gauge line up to the pivot";
+            self.fault(
+                key,
+                "a head turns the spindle, but the place of its pivot is missing",
+                help,
+            );
+            return Axes::ThreeAxis;
+        }
         let [Some(first), Some(second)] = [first, second].map(|t| self.rotary(t, key)) else {
             return Axes::ThreeAxis;
         };
@@ -58,7 +70,7 @@ impl Resolver<'_> {
         let length = self.gauge_length();
         if length.is_none() && has_heads {
             let help = "give `tool.gauge_length`, or describe the holder (`tool.holder`)";
-            self.fault("tool", "a head turns the spindle, but the length from the tip to the spindle's gauge line is not known", help);
+            self.fault("tool", "a head turns the spindle, but the length from the tip to the spindle's gauge line is missing", help);
             return Axes::ThreeAxis;
         }
         match Chain::new([first, second], length.unwrap_or(0.0)) {
@@ -96,16 +108,8 @@ impl Resolver<'_> {
             (_, Some(centre), _) => self.point(centre),
             (Carries::Head, None, Some(length)) => self.unit * length * DVec3::Z,
             (Carries::Table, None, _) => DVec3::ZERO,
-            (Carries::Head, None, None) => {
-                let message =
-                    format!("head {letter} turns the spindle, but where its pivot is is not known");
-                self.fault(
-                    key,
-                    message,
-                    "give `machine.pivot_length`: from the spindle's gauge line up to the pivot",
-                );
-                return None;
-            }
+            // Refused before.
+            (Carries::Head, None, None) => return None,
         };
         if let Some([low, high]) = table.range.filter(|[low, high]| low >= high) {
             let message = format!("the range of {letter} from {low} to {high} is empty");
