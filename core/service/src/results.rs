@@ -4,6 +4,8 @@ mod division;
 mod error;
 mod files;
 mod hub;
+mod program;
+mod setup;
 pub mod texture;
 mod topology;
 
@@ -11,7 +13,6 @@ pub use error::ResultsError;
 pub use files::{Input, OutputFile};
 
 use core::f64::consts::PI;
-use evencut_core::gcode::{self, Following, GcodeError};
 use evencut_core::geometry::{DVec3, OrderBy};
 use evencut_core::job::{
     Boundary, FlattenMethod, ForceControl, Job, MinChip, Picture, PostSource, SurfaceSource,
@@ -22,10 +23,10 @@ use evencut_core::machine_time::machine_time;
 use evencut_core::plan::{
     Files, Laid, MapKind, Planned, Prepared, Stage, SurfaceKeys, plan, plan_on,
 };
-use evencut_core::post::{self, Dialect, DialectError, PostError, ProgramOptions, program};
+use evencut_core::post::{self, Dialect, DialectError, PostError};
 use evencut_core::preview::{
     Clearances, Drawn, FlatLines, Linked, channel_view, clearance_chart, flat_map, mrr_chart,
-    rate_map, regions_map, residual_map, surface_view, tensor_map,
+    rate_map, regions_map, residual_map, surface_view, tensor_map, tool_drawing,
 };
 use evencut_core::reach::Aside;
 use evencut_core::report::{
@@ -40,6 +41,7 @@ use evencut_core::verify::{
     AboveCutter, Facets, LoadOptions, Rise, Sphere, Verification, VerifyError, VerifyOptions,
     Walls, verify,
 };
+use program::WrittenProgram;
 use texture::{TextureResults, texture_on};
 
 /// Smaller areas that are not machined are not mentioned, mm².
@@ -276,29 +278,18 @@ impl Written {
                 bytes: planned.toolpath.to_csv(&planned.planar).into_bytes(),
             },
         ];
+        let dialect = inputs.dialect.as_ref();
+        let program =
+            dialect.map(|dialect| WrittenProgram::of(job, planned, dialect)).transpose()?;
+        let setup = setup::figures(job, planned, program.as_ref());
         let (mut findings, mut unread) = (Vec::new(), None);
-        if let Some(dialect) = &inputs.dialect {
-            let options = ProgramOptions {
-                name: job.name.clone(),
-                machine: job.machine,
-                rapid_plane: planned.rapid_plane,
-                tool: job.tool,
-                setup: job.setup,
-                spindle: job.cut.spindle,
-                tolerance: job.cut.tolerance,
-            };
-            let program = program(&planned.toolpath, &options, dialect)?;
-            match checked(&program.text, job, planned, dialect.rounding()) {
-                Ok(found) => findings = found,
-                // A post of one's own may write for a controller that is not known here.
-                Err(error) if job.post_file().is_some() => unread = Some(error),
-                Err(error) => return Err(error.into()),
-            }
-            let name = format!("program.{}", program.extension);
-            files.push(OutputFile { name, bytes: program.text.into_bytes() });
+        if let Some(program) = program {
+            files.push(program.file);
+            (findings, unread) = (program.findings, program.unread);
         }
         let contacts = contacts(&planned.prepared, &planned.toolpath);
         let mut report = report_on(job, planned, inputs.records(), &contacts);
+        report.setup = Some(setup);
         report.warnings.extend(unread.map(|error| {
             let message = format!("it is written, but not checked: {error}");
             warning("program", message, "check it on the machine's control or by its simulation")
@@ -377,7 +368,10 @@ impl Written {
         }
         report.outputs = files.iter().map(|f| FileRecord::of(&f.name, &f.bytes)).collect();
         let shown = self.drawings(inputs.job, measured.iter().collect());
-        let mut shown: Vec<(&str, &str)> = shown.iter().map(|d| (d.heading, d.text())).collect();
+        let tool = tool_drawing(&inputs.job.assembly);
+        let mut shown: Vec<(&str, &str)> = core::iter::once(("Tool", &tool[..]))
+            .chain(shown.iter().map(|d| (d.heading, d.text())))
+            .collect();
         let texture = files[from..].iter().find(|file| file.name == texture::PICTURE);
         shown.extend(texture.map(|file| ("Texture that the teeth leave", text(file))));
         let page = report.to_html(&shown);
@@ -535,41 +529,6 @@ fn walls(job: &Job) -> Walls {
         Axes::FiveAxis(_) => Rise::Normal,
     };
     Walls { height: job.path.wall_height, rise }
-}
-
-/// Findings of the check of an emitted program.
-fn checked(
-    text: &str,
-    job: &Job,
-    planned: &Planned,
-    rounding: f64,
-) -> Result<Vec<String>, GcodeError> {
-    // Where the tip is programmed, rapids are chords of the way on which the machine stays above the plane.
-    let off_plane = match job.machine.axes {
-        Axes::ThreeAxis => 0.0,
-        Axes::FiveAxis(_) => job.cut.tolerance,
-    };
-    let reading = gcode::ReadOptions {
-        axes: job.machine.axes,
-        rapid_feed: job.machine.max_feed,
-        ..gcode::ReadOptions::default()
-    };
-    let rules = gcode::CheckOptions {
-        clearance_plane: Some(planned.rapid_plane - off_plane),
-        travel: job.machine.travel,
-        max_feed: Some(job.machine.max_feed),
-        ..gcode::CheckOptions::default()
-    };
-    let program = gcode::read(text, &reading)?;
-    let mut findings = gcode::check(&program, &rules);
-    let following = Following {
-        tolerance: job.cut.tolerance,
-        rounding,
-        radius: job.tool.radius(),
-        clearance_plane: planned.rapid_plane,
-    };
-    findings.extend(gcode::leaves(&program, &planned.toolpath, following));
-    Ok(findings.iter().map(ToString::to_string).collect())
 }
 
 /// The pictures of the planned path that the job requests; `regions`: the figures of the regions.
@@ -778,6 +737,7 @@ fn report_on(
             retracts: planned.toolpath.retracts() as u64,
             even_share: planned.passes.even_share,
         },
+        setup: None,
         hub: planned.channels.as_ref().map(|figures| hub::figures(job, planned, figures)),
         regions: division,
         tensor: planned.passes.topology.as_ref().map(topology::figures),

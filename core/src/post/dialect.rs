@@ -248,6 +248,11 @@ impl Dialect {
         Ok(dialect)
     }
 
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
     /// By how much a point is off at most through the rounding of its coordinates, mm.
     pub fn rounding(&self) -> f64 {
         0.5 * 3.0_f64.sqrt() / 10_u64.pow(self.decimals.length) as f64

@@ -25,6 +25,7 @@ mod svg;
 mod tensor_map;
 mod texture_map;
 mod texture_png;
+mod tool_drawing;
 mod view;
 
 pub use channel_view::{ChannelScene, channel_view};
@@ -40,6 +41,7 @@ pub use surface_view::surface_view;
 pub use tensor_map::{PointKind, PointMark, TensorPicture, tensor_map};
 pub use texture_map::{TexturePanel, texture_map, texture_panels};
 pub use texture_png::texture_png;
+pub use tool_drawing::tool_drawing;
 
 #[cfg(test)]
 mod samples;

@@ -11,6 +11,7 @@ mod plan;
 mod profile;
 mod record;
 mod regions;
+mod setup;
 mod summary;
 mod tensor;
 mod texture;
@@ -26,6 +27,7 @@ pub use plan::{
 pub use profile::Profile;
 pub use record::{BadReport, FileRecord, Recorded, RecordedCoverage, Versions};
 pub use regions::{DivisionFigures, PieceFigures, SpacingFigures, UndividedFigures};
+pub use setup::{ProgramFigures, ReachFigures, SetupFigures, SetupTool};
 pub use tensor::{PointFigures, TensorFigures};
 pub use texture::{
     ArealFigures, CuttingFigures, ProfileFigures, TextureFigures, WindowFigures, WorkFigures,

@@ -23,7 +23,17 @@ thead th, .delivered { font-weight: 600 }
 .warning { border-left: 4px solid var(--warn); padding-left: .8rem }
 figure { margin: 1rem 0 } figure svg { width: 100%; height: auto; border-radius: 6px }
 code { font-size: 12px; overflow-wrap: anywhere }
+.setup { display: flex; flex-wrap: wrap; gap: 1rem 2rem } .setup table { flex: 3 1 20rem }
+.setup figure { flex: 1 1 14rem; max-width: 20rem; margin: 0 }
+@media print {
+  :root { color-scheme: light; --ink: #000; --ground: #fff; --line: #bbb; --warn: #000 }
+  body { margin: 0; max-width: none; font-size: 10pt }
+  h2, tr, figure, .warning { break-inside: avoid } h2 { break-after: avoid }
+}
 ";
+
+/// Heading of the picture of the tool, which stands in the setup.
+const TOOL: &str = "Tool";
 
 /// The whole page; `pictures`: heading and SVG text of each.
 pub fn page(report: &Report, pictures: &[(&str, &str)]) -> String {
@@ -34,10 +44,11 @@ pub fn page(report: &Report, pictures: &[(&str, &str)]) -> String {
          <title>{name}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{name}</h1>\n"
     );
     warnings(&mut html, report);
+    setup(&mut html, report, pictures);
     fact_table(&mut html, report);
     comparison_table(&mut html, report);
     verification(&mut html, report);
-    for (heading, svg) in pictures {
+    for (heading, svg) in pictures.iter().filter(|(heading, _)| *heading != TOOL) {
         // Writing to a string cannot fail.
         let _ = write!(html, "<h2>{}</h2>\n<figure>\n{svg}</figure>\n", escaped(heading));
     }
@@ -63,6 +74,20 @@ fn warnings(html: &mut String, report: &Report) {
         let _ =
             writeln!(html, "<p class=\"warning\"><strong>{stage}:</strong> {message}{remedy}</p>");
     }
+}
+
+/// What is to be set up at the machine, with the drawing of the tool beside it.
+fn setup(html: &mut String, report: &Report, pictures: &[(&str, &str)]) {
+    let Some(setup) = &report.setup else { return };
+    html.push_str("<h2>Setup</h2>\n<div class=\"setup\">\n<table>\n");
+    for (label, value) in setup.lines() {
+        let _ = writeln!(html, "<tr><th>{label}</th><td>{}</td></tr>", escaped(&value));
+    }
+    html.push_str("</table>\n");
+    if let Some((_, svg)) = pictures.iter().find(|(heading, _)| *heading == TOOL) {
+        let _ = write!(html, "<figure>\n{svg}</figure>\n");
+    }
+    html.push_str("</div>\n<h2>Plan</h2>\n");
 }
 
 fn fact_table(html: &mut String, report: &Report) {

@@ -4,6 +4,7 @@ use super::hub::HubFigures;
 use super::path::{PathFigures, PlaneFigures};
 use super::record::{FileRecord, Versions};
 use super::regions::DivisionFigures;
+use super::setup::SetupFigures;
 use super::tensor::TensorFigures;
 use super::texture::TextureFigures;
 use super::verification::VerificationFigures;
@@ -31,6 +32,8 @@ pub struct Report {
     pub flatten: FlattenFigures,
     /// The passes.
     pub passes: PassFigures,
+    /// What is to be set up at the machine; null in comparisons, which write no program.
+    pub setup: Option<SetupFigures>,
     /// The channels of a hub; missing for other patterns.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hub: Option<HubFigures>,

@@ -74,6 +74,46 @@ fn division() -> DivisionFigures {
     }
 }
 
+fn setup() -> SetupFigures {
+    SetupFigures {
+        program: Some(ProgramFigures {
+            file: "program.ngc".to_owned(),
+            post: "linuxcnc".to_owned(),
+            number: 1,
+            blocks: 12_345,
+            bytes: 345_678,
+        }),
+        tool: SetupTool {
+            number: 3,
+            length_offset: 3,
+            diameter_offset: 3,
+            kind: "ball".to_owned(),
+            diameter_mm: 6.0,
+            corner_radius_mm: 3.0,
+            flutes: 2,
+            length_mm: Some(12.0),
+            shank_diameter_mm: Some(6.0),
+            stickout_mm: Some(30.0),
+            gauge_length_mm: Some(90.0),
+        },
+        spindle_per_min: 8000.0,
+        spindle_direction: "clockwise".to_owned(),
+        coolant: "flood".to_owned(),
+        feed_mm_per_min: 1200.0,
+        axial_depth_mm: 0.5,
+        allowance_mm: 0.1,
+        work_offset: Some("G54".to_owned()),
+        rotary_axes: vec!["table C at (0.000, 0.000, 0.000)".to_owned()],
+        rapid_plane_mm: 34.4,
+        reach: vec![ReachFigures {
+            axis: "X".to_owned(),
+            least: -1.0,
+            greatest: 101.0,
+            unit: "mm".to_owned(),
+        }],
+    }
+}
+
 pub(super) fn report() -> Report {
     let file = |name: &str| FileRecord::of(name, name.as_bytes());
     Report {
@@ -131,6 +171,7 @@ pub(super) fn report() -> Report {
             retracts: 3,
             even_share: 0.97,
         },
+        setup: Some(setup()),
         hub: Some(hub()),
         regions: Some(division()),
         tensor: Some(tensor()),

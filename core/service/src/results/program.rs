@@ -1,0 +1,108 @@
+//! The program of a planned path, read back.
+
+use super::{OutputFile, ResultsError};
+use evencut_core::gcode::{self, Following, GcodeError, GcodeProgram};
+use evencut_core::job::Job;
+use evencut_core::machine::Axes;
+use evencut_core::plan::Planned;
+use evencut_core::post::{Dialect, ProgramOptions, program};
+use evencut_core::report::{ProgramFigures, ReachFigures};
+
+/// A program as it was written and as it was read back.
+pub(super) struct WrittenProgram {
+    pub file: OutputFile,
+    pub figures: ProgramFigures,
+    /// Where the axes of the machine go; empty where it could not be read back.
+    pub reach: Vec<ReachFigures>,
+    /// What is wrong with it.
+    pub findings: Vec<String>,
+    /// Why it could not be read back.
+    pub unread: Option<GcodeError>,
+}
+
+impl WrittenProgram {
+    /// # Errors
+    /// [`ResultsError`] if it cannot be written, or if one of a post that comes along cannot be read back.
+    pub fn of(job: &Job, planned: &Planned, dialect: &Dialect) -> Result<Self, ResultsError> {
+        let options = ProgramOptions {
+            name: job.name.clone(),
+            machine: job.machine,
+            rapid_plane: planned.rapid_plane,
+            tool: job.tool,
+            setup: job.setup,
+            spindle: job.cut.spindle,
+            tolerance: job.cut.tolerance,
+        };
+        let program = program(&planned.toolpath, &options, dialect)?;
+        let (mut reach, mut findings, mut unread) = (Vec::new(), Vec::new(), None);
+        match read_back(&program.text, job) {
+            Ok(read) => {
+                findings = checked(&read, job, planned, dialect.rounding());
+                reach = reach_of(&read);
+            }
+            // A post of one's own may write for a controller that is not known here.
+            Err(error) if job.post_file().is_some() => unread = Some(error),
+            Err(error) => return Err(error.into()),
+        }
+        let name = format!("program.{}", program.extension);
+        let figures = ProgramFigures {
+            file: name.clone(),
+            post: dialect.name().to_owned(),
+            number: job.setup.program_number.into(),
+            blocks: program.text.lines().count() as u64,
+            bytes: program.text.len() as u64,
+        };
+        let file = OutputFile { name, bytes: program.text.into_bytes() };
+        Ok(Self { file, figures, reach, findings, unread })
+    }
+}
+
+fn read_back(text: &str, job: &Job) -> Result<GcodeProgram, GcodeError> {
+    let reading = gcode::ReadOptions {
+        axes: job.machine.axes,
+        rapid_feed: job.machine.max_feed,
+        ..gcode::ReadOptions::default()
+    };
+    gcode::read(text, &reading)
+}
+
+/// Findings of the check of an emitted program.
+fn checked(read: &GcodeProgram, job: &Job, planned: &Planned, rounding: f64) -> Vec<String> {
+    // Where the tip is programmed, rapids are chords of the way on which the machine stays above the plane.
+    let off_plane = match job.machine.axes {
+        Axes::ThreeAxis => 0.0,
+        Axes::FiveAxis(_) => job.cut.tolerance,
+    };
+    let rules = gcode::CheckOptions {
+        clearance_plane: Some(planned.rapid_plane - off_plane),
+        travel: job.machine.travel,
+        max_feed: Some(job.machine.max_feed),
+    };
+    let mut findings = gcode::check(read, &rules);
+    let following = Following {
+        tolerance: job.cut.tolerance,
+        rounding,
+        radius: job.tool.radius(),
+        clearance_plane: planned.rapid_plane,
+    };
+    findings.extend(gcode::leaves(read, &planned.toolpath, following));
+    findings.iter().map(ToString::to_string).collect()
+}
+
+/// Least and greatest position of every axis of the machine.
+fn reach_of(read: &GcodeProgram) -> Vec<ReachFigures> {
+    let figures = |axis: char, unit: &str, position: &dyn Fn(usize) -> f64| {
+        let all = (0..read.machine.len()).map(position);
+        let (least, greatest) = all
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+        ReachFigures { axis: axis.to_string(), least, greatest, unit: unit.to_owned() }
+    };
+    let linear = ['X', 'Y', 'Z'].into_iter().enumerate();
+    let mut reach: Vec<ReachFigures> =
+        linear.map(|(i, axis)| figures(axis, "mm", &|k| read.machine[k].linear[i])).collect();
+    let letters = read.axes.chain().map(|chain| chain.letters());
+    for (i, axis) in letters.into_iter().flatten().enumerate() {
+        reach.push(figures(axis, "deg", &|k| read.machine[k].rotary[i].to_degrees()));
+    }
+    reach
+}

@@ -1,0 +1,60 @@
+//! What is to be set up at the machine.
+
+use super::program::WrittenProgram;
+use evencut_core::job::Job;
+use evencut_core::machine::{Carries, Chain, RotaryAxis, SpindleDirection, WorkOffset};
+use evencut_core::plan::Planned;
+use evencut_core::report::{SetupFigures, SetupTool};
+use evencut_core::tool::AssemblyPart;
+use evencut_core::units::per_minute;
+
+pub(super) fn figures(
+    job: &Job,
+    planned: &Planned,
+    program: Option<&WrittenProgram>,
+) -> SetupFigures {
+    let rotary = |axis: &RotaryAxis| {
+        let what = match axis.carries {
+            Carries::Table => "table",
+            Carries::Head => "head",
+        };
+        let centre = axis.centre;
+        format!("{what} {} at ({:.3}, {:.3}, {:.3})", axis.letter, centre.x, centre.y, centre.z)
+    };
+    let chain = job.machine.axes.chain();
+    SetupFigures {
+        program: program.map(|program| program.figures.clone()),
+        tool: tool(job),
+        spindle_per_min: per_minute(job.cut.spindle),
+        spindle_direction: match job.setup.spindle {
+            SpindleDirection::Clockwise => "clockwise".to_owned(),
+            SpindleDirection::CounterClockwise => "counter-clockwise".to_owned(),
+        },
+        coolant: job.setup.coolant.name().to_owned(),
+        feed_mm_per_min: per_minute(job.cut.feed),
+        axial_depth_mm: job.cut.axial_depth,
+        allowance_mm: job.cut.allowance,
+        work_offset: job.setup.work_offset.map(WorkOffset::name).map(str::to_owned),
+        rotary_axes: chain.into_iter().flat_map(Chain::axes).map(rotary).collect(),
+        rapid_plane_mm: planned.rapid_plane,
+        reach: program.map(|program| program.reach.clone()).unwrap_or_default(),
+    }
+}
+
+fn tool(job: &Job) -> SetupTool {
+    let shank = job.assembly.sections.iter().find(|s| s.part == AssemblyPart::Shank);
+    let length = job.machine.axes.chain().map(Chain::gauge_length).filter(|length| *length > 0.0);
+    SetupTool {
+        number: job.setup.tool_number.into(),
+        length_offset: job.setup.length_offset.into(),
+        diameter_offset: job.setup.diameter_offset.into(),
+        kind: job.tool.kind().name().to_owned(),
+        diameter_mm: 2.0 * job.tool.radius(),
+        corner_radius_mm: job.tool.corner_radius(),
+        flutes: job.flutes.into(),
+        length_mm: shank.map(|_| job.assembly.cutter_length),
+        shank_diameter_mm: shank.map(|s| 2.0 * s.radii[0]),
+        stickout_mm: shank.map(|s| s.heights[1]),
+        gauge_length_mm: length,
+    }
+}
