@@ -34,13 +34,13 @@ fn read_tool(tool: &Value) -> LibraryTool {
         Ok(numbers) => numbers,
         Err(reason) => return entry.with(Err(reason)),
     };
+    entry.table = numbers.clone();
     entry.units = match units_of(tool) {
         Ok(units) => units.unwrap_or(Units::Mm),
         Err(reason) => return entry.with(Err(reason)),
     };
     // Of a tool that is refused the list shows this much.
-    let diameter = above_zero(&tool["geometry"], "DC").ok().flatten();
-    entry.table = ToolTable { diameter, ..numbers.clone() };
+    entry.table.diameter = above_zero(&tool["geometry"], "DC").ok().flatten();
     let family = match kind {
         "ball end mill" => ToolKind::Ball,
         "flat end mill" => ToolKind::Flat,

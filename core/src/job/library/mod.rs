@@ -10,6 +10,7 @@
 
 mod choose;
 mod entry;
+mod error;
 mod freecad;
 mod fusion;
 mod json;
@@ -18,7 +19,8 @@ mod read;
 mod take;
 
 pub use entry::LibraryTool;
-pub use read::{LibraryError, ToolLibrary};
+pub use error::LibraryError;
+pub use read::ToolLibrary;
 pub(super) use take::take;
 
 #[cfg(test)]

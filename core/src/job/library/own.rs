@@ -2,39 +2,47 @@
 //! `units` at the top, as in a job.
 
 use super::entry::{LibraryTool, told};
+use super::error::LibraryError;
 use crate::job::document::{read_tool, unit_of_length};
-use crate::job::fault::line_and_column;
 use crate::job::file::Units;
 use toml::de::{DeTable, DeValue};
 
 /// Keys at the top.
 const KEYS: [&str; 2] = ["units", "tool"];
 
-/// The tools of a file, or why there are none.
-pub(super) fn read(source: &str) -> Result<Vec<LibraryTool>, String> {
-    let line = |at: usize| line_and_column(source, at).0;
+/// The tools of a file.
+///
+/// # Errors
+/// [`LibraryError`] where it is no TOML, has other keys, or too many tools.
+pub(super) fn read(source: &str) -> Result<Vec<LibraryTool>, LibraryError> {
+    let starts: Vec<usize> =
+        std::iter::once(0).chain(source.match_indices('\n').map(|(i, _)| i + 1)).collect();
+    let line = |at: usize| starts.partition_point(|&start| start <= at);
+    let said =
+        |at: usize, message: &str| LibraryError::syntax(&format!("line {}: {message}", line(at)));
     let document = DeTable::parse(source).map_err(|error| {
         let message = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
-        format!("line {}: {message}", line(error.span().map_or(0, |span| span.start)))
+        said(error.span().map_or(0, |span| span.start), &message)
     })?;
     let document = document.get_ref();
     if let Some(key) = document.keys().find(|key| !KEYS.contains(&key.get_ref().as_ref())) {
         let name: String = key.get_ref().chars().take(40).collect();
-        return Err(format!(
-            "line {}: {name}: unknown key; a library has `units` and [[tool]] tables",
-            line(key.span().start)
-        ));
+        let rule = "unknown key; a library has `units` and [[tool]] tables";
+        return Err(said(key.span().start, &format!("{name}: {rule}")));
     }
-    let units = match document.get("units").map(|value| value.get_ref()) {
+    let units = match document.get("units") {
         None => Units::Mm,
-        Some(DeValue::String(units)) if units == "mm" => Units::Mm,
-        Some(DeValue::String(units)) if units == "inch" => Units::Inch,
-        Some(_) => return Err("units: available: \"mm\", \"inch\"".to_owned()),
+        Some(units) => match units.get_ref() {
+            DeValue::String(units) if units == "mm" => Units::Mm,
+            DeValue::String(units) if units == "inch" => Units::Inch,
+            _ => return Err(said(units.span().start, "units: available: \"mm\", \"inch\"")),
+        },
     };
     let unit = unit_of_length(document);
     let Some(DeValue::Array(tools)) = document.get("tool").map(|value| value.get_ref()) else {
-        return Err("there is no [[tool]] table".to_owned());
+        return Err(LibraryError::syntax("it is neither JSON nor TOML with [[tool]] tables"));
     };
+    LibraryError::unless_few(tools.len())?;
     let entry = |tool: &toml::Spanned<DeValue<'_>>| {
         let DeValue::Table(table) = tool.get_ref() else {
             return LibraryTool::new([None], "").with(Err("it is no table".to_owned()));

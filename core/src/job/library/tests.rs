@@ -222,7 +222,7 @@ fn what_is_no_library_is_refused_and_never_taken_apart_without_end() {
     assert_eq!(error("PK\u{3}\u{4}rest"), LibraryError::Packed);
     assert_eq!(ToolLibrary::read(b"\xff\xfe").unwrap_err(), LibraryError::NotText);
     assert!(error("{\"data\": [1,}").to_string().contains("line 1 column"));
-    assert!(error("").to_string().contains("no [[tool]] table"));
+    assert!(error("").to_string().contains("TOML with [[tool]] tables"));
     assert!(error("tool = [1]\nspeed = 3").to_string().contains("line 2: speed: unknown key"));
     assert!(error("[[tool]\n").to_string().starts_with("line 1: "));
     for nested in ["[", "{\"data\":", "{\"data\":["] {
@@ -234,6 +234,10 @@ fn what_is_no_library_is_refused_and_never_taken_apart_without_end() {
     }
     let huge = format!("{{\"data\": [{}]}}", "[],".repeat(3 << 20));
     assert!(matches!(error(&huge), LibraryError::Large { .. }));
+    let many = format!("{{\"data\": [{}0]}}", "0,".repeat(10_000));
+    assert_eq!(error(&many), LibraryError::TooMany { count: 10_001 });
+    let many = "[[tool]]\n".repeat(10_001);
+    assert_eq!(error(&many), LibraryError::TooMany { count: 10_001 });
     let odd =
         "{\"data\": [null, 1, [], {}, {\"type\": {}, \"post-process\": 3, \"geometry\": [1]}]}";
     let library = ToolLibrary::read(odd.as_bytes()).unwrap();
