@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use evencut_core::job::{self, Fault, Faults, Job, Severity, line_and_column};
+use evencut_core::job::{Fault, Faults, Job, Severity, line_and_column};
 use evencut_service::failure;
 use evencut_service::results::dialect;
 use serde_json::{Value, json};
@@ -79,7 +79,7 @@ fn find(path: &Path) -> Finding {
             return finding;
         }
     }
-    match job::read(&finding.source) {
+    match input::resolved(path, &finding.source) {
         Ok(resolved) => {
             finding.warnings = resolved.warnings;
             let missing = missing_files(path, &resolved.job, &finding.source);

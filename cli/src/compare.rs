@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Args;
-use evencut_core::job::{self, Faults, Job, Pattern};
+use evencut_core::job::{Faults, Job, Pattern};
 use evencut_core::plan::{PlanError, Prepared, Stage, SurfaceKeys, plan_on};
 use evencut_service::compare::{
     RegionVariant, Row, Variant, control, judged, texture, to_csv, to_svg, to_text,
@@ -185,8 +185,9 @@ impl Compare {
     fn read(&self) -> Result<(Vec<u8>, Job, Contents), Failed> {
         let source = input::read_job(&self.job)
             .map_err(|fault| self.failed(Exit::BadJob, &Faults(vec![fault]), b""))?;
-        let job =
-            job::read(&source).map_err(|faults| self.failed(Exit::BadJob, &faults, &source))?.job;
+        let job = input::resolved(&self.job, &source)
+            .map_err(|faults| self.failed(Exit::BadJob, &faults, &source))?
+            .job;
         let contents = Contents::of_job(&self.job, &job, &source)
             .map_err(|fault| self.failed(Exit::BadSurface, &Faults(vec![fault]), &source))?;
         Ok((source, job, contents))

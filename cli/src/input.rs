@@ -3,7 +3,7 @@
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use evencut_core::job::{Fault, Job, SurfaceSource};
+use evencut_core::job::{self, Fault, Faults, Job, Resolved, SurfaceSource};
 use evencut_core::plan::Files;
 use evencut_core::report::{FileRecord, Recorded};
 use evencut_service::faults::{NamedFile, fault};
@@ -43,7 +43,16 @@ pub fn read_job(path: &Path) -> Result<Vec<u8>, Fault> {
     read().map_err(|error| fault(error.to_string(), None))
 }
 
-/// Paths of the files that a job names.
+/// The job of a job file, its tool taken from the library that it names, relative to the job file.
+///
+/// # Errors
+/// All faults of the job.
+pub fn resolved(path: &Path, source: &[u8]) -> Result<Resolved, Faults> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    job::read_with(source, &mut |name| read_named(&folder.join(name), NamedFile::Library, source))
+}
+
+/// Paths of the files that a job names, apart from the library of its tool.
 #[derive(Clone, Debug, Default)]
 pub struct Paths {
     /// That of the surface.
@@ -124,6 +133,8 @@ pub struct Contents {
     pub post: Option<(PathBuf, Vec<u8>)>,
     /// Names in the job and contents of the surfaces of blades.
     pub blades: Vec<(String, Vec<u8>)>,
+    /// Name in the job and content of the library from which its tool was taken.
+    pub library: Option<(String, Vec<u8>)>,
 }
 
 impl Contents {
@@ -140,7 +151,12 @@ impl Contents {
         };
         let blades = paths.blades.into_iter().map(blade).collect::<Result<_, _>>()?;
         let post = read(paths.post, NamedFile::Post)?;
-        Ok(Self { surface, wall, post, blades })
+        Ok(Self { surface, wall, post, blades, library: None })
+    }
+
+    /// The same, with the library from which the job took its tool.
+    pub fn with_library(self, library: Option<(String, Vec<u8>)>) -> Self {
+        Self { library, ..self }
     }
 
     /// Reads the files that a job names, relative to the job file.
@@ -154,6 +170,7 @@ impl Contents {
             surface: self.surface.as_ref().map(|(_, bytes)| &bytes[..]),
             wall: self.wall.as_ref().map(|(_, bytes)| &bytes[..]),
             post: self.post.as_ref().map(|(_, bytes)| &bytes[..]),
+            library: self.library.as_ref().map(|(name, bytes)| (name.as_str(), &bytes[..])),
             blades: &self.blades,
         }
     }

@@ -14,6 +14,7 @@ pub mod post;
 pub mod progress;
 pub mod streams;
 pub mod texture;
+pub mod tools;
 pub mod verify;
 
 use std::ffi::OsString;
@@ -113,6 +114,14 @@ enum Command {
                             evencut plan part.toml --post shop.post.toml"
     )]
     Post(post::Post),
+    /// List the tools of a library
+    #[command(
+        long_about = "Lists the tools of a library: evencut's own (toml), a tool bit of FreeCAD (fctb) or a library \
+                            of Fusion (json), lengths in mm; then those that cannot be used, and why. A job takes its \
+                            tool from a library with\n\n    \
+                            [tool]\n    library = \"shop.tools.toml\"\n    number = 7"
+    )]
+    Tools(tools::Tools),
     /// Print the JSON Schema of the job file
     #[command(long_about = "Prints the JSON Schema (draft 2020-12) of the job file, with which \
                             editors complete and check job files.\n\n    \
@@ -137,6 +146,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, mut streams: Streams<'
         Command::Inspect(inspect) => inspect.run(&mut streams),
         Command::Check(check) => check.run(&mut streams),
         Command::Post(post) => post.run(&mut streams),
+        Command::Tools(tools) => tools.run(&mut streams),
         Command::Schema => {
             streams.data(&evencut_core::job::schema());
             Exit::Done

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use evencut_core::job::{self, Faults, Job, Severity};
+use evencut_core::job::{Faults, Job, Severity};
 use evencut_service::failure;
 use evencut_service::faults::{fault, place};
 use evencut_service::results::{Input, OutputFile, Results, ResultsOptions, results};
@@ -114,8 +114,8 @@ impl Plan {
     fn read(&self, streams: &mut Streams<'_>) -> Result<Read, Failed> {
         let source = input::read_job(&self.job)
             .map_err(|fault| self.failed(Exit::BadJob, &Faults(vec![fault]), b""))?;
-        let resolved =
-            job::read(&source).map_err(|faults| self.failed(Exit::BadJob, &faults, &source))?;
+        let resolved = input::resolved(&self.job, &source)
+            .map_err(|faults| self.failed(Exit::BadJob, &faults, &source))?;
         if !self.quiet {
             let name = input::name(&self.job);
             streams.message(&resolved.warnings.render_as(Severity::Warning, &name, &source));
@@ -131,7 +131,8 @@ impl Plan {
             paths.post = None;
         }
         let mut contents = Contents::read(paths, &source)
-            .map_err(|fault| self.failed(Exit::BadSurface, &Faults(vec![fault]), &source))?;
+            .map_err(|fault| self.failed(Exit::BadSurface, &Faults(vec![fault]), &source))?
+            .with_library(resolved.library);
         contents.post = own.or(contents.post);
         Ok(Read { job, source, contents })
     }

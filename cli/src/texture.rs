@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use evencut_core::geometry::{DVec2, DVec3};
-use evencut_core::job::{self, Faults, Job, Severity, SurfaceSource, TextureOptions};
+use evencut_core::job::{Faults, Job, Severity, SurfaceSource, TextureOptions};
 use evencut_core::report::FileRecord;
 use evencut_core::texture::grid::GridError;
 use evencut_core::toolpath::Toolpath;
@@ -82,8 +82,8 @@ impl Texture {
         if self.input.is_dir() && self.job.is_none() {
             self.is_of_plan(RESULTS[0], &source)?;
         }
-        let mut resolved =
-            job::read(&source).map_err(|faults| self.failed(Exit::BadJob, &faults, &source))?;
+        let mut resolved = input::resolved(&file, &source)
+            .map_err(|faults| self.failed(Exit::BadJob, &faults, &source))?;
         if !self.quiet {
             let name = input::name(&file);
             streams.message(&resolved.warnings.render_as(Severity::Warning, &name, &source));

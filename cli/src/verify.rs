@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::{ArgGroup, Args, ValueEnum};
 use evencut_core::gcode::CheckOptions;
 use evencut_core::geometry::DVec3;
-use evencut_core::job::{self, Faults, Job};
+use evencut_core::job::{Faults, Job, Resolved};
 use evencut_core::machine::{Arrangement, Axes};
 use evencut_core::report::{FileRecord, Recorded};
 use evencut_core::tool::Tool;
@@ -260,9 +260,11 @@ impl Verify {
         };
         let source = input::read_job(path)
             .map_err(|fault| failed(Exit::BadJob, Faults(vec![fault]), b""))?;
-        let job = job::read(&source).map_err(|faults| failed(Exit::BadJob, faults, &source))?.job;
+        let Resolved { job, library, .. } = input::resolved(path, &source)
+            .map_err(|faults| failed(Exit::BadJob, faults, &source))?;
         let contents = Contents::read(paths(&job), &source)
-            .map_err(|fault| failed(Exit::BadSurface, Faults(vec![fault]), &source))?;
+            .map_err(|fault| failed(Exit::BadSurface, Faults(vec![fault]), &source))?
+            .with_library(library);
         let (workpiece, cusp_limit) = Workpiece::of_job(&job, contents.files(), self.threads())
             .map_err(|error| Failed::file(Exit::BadSurface, error, path))?;
         let meshes = named_files(&job, contents.files());

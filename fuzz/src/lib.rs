@@ -9,12 +9,14 @@ mod job;
 mod mesh;
 mod path;
 mod smooth;
+mod tools;
 mod watch;
 
 pub use job::job;
 pub use mesh::{obj, off, ply, stl};
 pub use path::{post, program, toolpath};
 pub use smooth::{nurbs, step};
+pub use tools::tools;
 pub use watch::{Counts, LONGEST, watched};
 
 use std::path::{Path, PathBuf};
@@ -43,7 +45,7 @@ pub struct Target {
 }
 
 /// All readers.
-pub const TARGETS: [Target; 10] = [
+pub const TARGETS: [Target; 11] = [
     Target { name: "job", read: job },
     Target { name: "nurbs", read: nurbs },
     Target { name: "obj", read: obj },
@@ -54,6 +56,7 @@ pub const TARGETS: [Target; 10] = [
     Target { name: "step", read: step },
     Target { name: "stl", read: stl },
     Target { name: "toolpath", read: toolpath },
+    Target { name: "tools", read: tools },
 ];
 
 impl Target {

@@ -304,6 +304,21 @@ describe("unusual files", () => {
     await context.close();
   });
 
+  it("a job with a library of tools waits for it, and is planned with it", async () => {
+    const { page, context } = await open(browser, PAGE);
+    const job = String(ownJob).replace(/\[tool\][^[]*/, '[tool]\nlibrary = "shop.tools.toml"\nnumber = 7\n\n');
+    const tools = "[[tool]]\nnumber = 7\nkind = \"ball\"\ndiameter = 6.0\n";
+    await drop(page, [{ name: "my.toml", bytes: Buffer.from(job) }, { name: "block.stl", bytes: crown }]);
+    await named(page, "my.toml");
+    await page.locator("body[data-checked=bad]").waitFor();
+    assert.match(await page.locator("#surface").innerText(), /tools shop\.tools\.toml not here yet/);
+    await drop(page, [{ name: "shop.tools.toml", bytes: Buffer.from(tools) }]);
+    await good(page);
+    await named(page, "my.toml");
+    await plan(page);
+    await context.close();
+  });
+
   it("another surface than the job waits for is asked about", async () => {
     const { page, context } = await open(browser, PAGE);
     const start = async () => {

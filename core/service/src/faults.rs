@@ -17,6 +17,8 @@ pub enum NamedFile {
     Blade,
     /// The post-processor.
     Post,
+    /// The library of tools.
+    Library,
 }
 
 impl NamedFile {
@@ -27,6 +29,7 @@ impl NamedFile {
             Self::Wall => "path.wall_file",
             Self::Blade => "hub.blade",
             Self::Post => "output.gcode.post_file",
+            Self::Library => "tool.library",
         }
     }
 
@@ -37,6 +40,7 @@ impl NamedFile {
             Self::Wall => "walls",
             Self::Blade => "hub",
             Self::Post => "post",
+            Self::Library => "tool",
         }
     }
 

@@ -170,7 +170,8 @@ pub fn named_files<'a>(job: &'a Job, files: Files<'a>) -> Vec<Input<'a>> {
         let (_, bytes) = files.blades.iter().find(|(held, _)| held == name)?;
         Some(Input { name, bytes })
     });
-    named.into_iter().filter_map(input).chain(blades).collect()
+    let library = files.library.map(|(name, bytes)| Input { name, bytes });
+    named.into_iter().filter_map(input).chain(blades).chain(library).collect()
 }
 
 /// The post-processor of a job, and whether it can write the job's program; `file`: the content of its file.

@@ -62,6 +62,8 @@ pub struct Resolved {
     pub job: Job,
     /// Warnings, in the order of the file.
     pub warnings: Faults,
+    /// Name in the job, and content, of the library from which its tool was taken.
+    pub library: Option<(String, Vec<u8>)>,
 }
 
 impl Job {

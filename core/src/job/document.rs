@@ -18,7 +18,7 @@ use toml::Spanned;
 use toml::de::{DeArray, DeInteger, DeTable, DeValue};
 
 use super::fault::{Fault, Faults};
-use super::file::JobFile;
+use super::file::{JobFile, ToolTable};
 use super::schema::described;
 use super::units::INCH;
 use super::words::{choices, expectation, keys, kind, names, quoted};
@@ -64,6 +64,13 @@ impl Places {
     /// Whether `key` was given, fitting or not, and spelt right.
     pub fn found(&self, key: &str) -> bool {
         self.by_key.contains_key(key)
+    }
+
+    /// Makes the value of `key` that of `stand_in`, which it came by.
+    pub fn came_by(&mut self, key: &str, stand_in: &str) {
+        if let Some(place) = self.by_key.get(stand_in).cloned() {
+            self.by_key.insert(key.to_owned(), place);
+        }
     }
 
     /// Line of the value of `key`, from 1.
@@ -115,8 +122,22 @@ pub(super) fn read(bytes: &[u8]) -> Result<Document, Faults> {
     Ok(Document { file, places: walk.places, faults: Faults(walk.faults) })
 }
 
+/// Holds a tool of a library against the schema of `[tool]`: what of it fits, and what does not.
+///
+/// `unit`: mm in its unit of length.
+pub(super) fn read_tool(table: &DeTable<'_>, unit: f64) -> (ToolTable, Faults) {
+    let root = described();
+    let mut walk = Walk { root, unit, faults: Vec::new(), places: Places::default() };
+    let clean = walk.table("tool", table, &root["properties"]["tool"], None);
+    let table = ToolTable::deserialize(toml::Value::Table(clean)).unwrap_or_else(|error| {
+        walk.faults.push(Fault::new("tool", error.message()));
+        ToolTable::default()
+    });
+    (table, Faults(walk.faults))
+}
+
 /// mm in the unit that `units` names; ranges are in mm whatever the job's unit.
-fn unit_of_length(document: &DeTable<'_>) -> f64 {
+pub(super) fn unit_of_length(document: &DeTable<'_>) -> f64 {
     match document.get("units").map(|v| v.get_ref()) {
         Some(DeValue::String(unit)) if unit == "inch" => INCH,
         _ => 1.0,

@@ -242,13 +242,21 @@ pub struct FlattenTable {
 /// `[tool]`.
 #[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(extend("required" = ["diameter"]))]
+#[schemars(extend("oneOf" = [{ "required": ["library"] }, { "required": ["diameter"], "not": { "required": ["library"] } }]))]
 pub struct ToolTable {
+    /// File from which the tool is taken, relative to the job file: evencut's own (toml), a tool bit of FreeCAD (fctb) or a
+    /// library of Fusion (json). What else this table gives counts instead of what the file says. `evencut tools FILE`
+    /// lists its tools.
+    #[schemars(extend("x-default" = "none: this table says all", "minLength" = 1, "maxLength" = 4096))]
+    pub library: Option<String>,
+    /// Name of the tool in `library`.
+    #[schemars(extend("x-default" = "the tool of this `number`, or the only one", "minLength" = 1, "maxLength" = 200))]
+    pub name: Option<String>,
     /// Family of end mill.
     #[schemars(extend("x-default" = "from `corner_radius`: flat where it is 0, bull where it is below the radius, else ball"))]
     pub kind: Option<ToolKind>,
     /// Cutter diameter.
-    #[schemars(extend("x-unit" = "mm", "minimum" = 0.001, "maximum" = 500.0))]
+    #[schemars(extend("x-unit" = "mm", "x-default" = "required, or `library`", "minimum" = 0.001, "maximum" = 500.0))]
     pub diameter: Option<f64>,
     /// Corner radius.
     #[schemars(extend("x-unit" = "mm", "x-default" = "ball: half the diameter; flat: 0; bull: a tenth of the diameter", "minimum" = 0.0, "maximum" = 250.0))]
@@ -259,8 +267,8 @@ pub struct ToolTable {
     /// Helix angle.
     #[schemars(extend("x-unit" = "deg", "default" = 30.0, "minimum" = 0.0, "maximum" = 75.0))]
     pub helix: Option<f64>,
-    /// Number in the tool table of the machine.
-    #[schemars(extend("default" = 1, "minimum" = 1, "maximum" = 99_999))]
+    /// Number in the tool table of the machine; without `name` it also chooses the tool in `library`.
+    #[schemars(extend("x-default" = "that in `library`, else 1", "minimum" = 1, "maximum" = 99_999))]
     pub number: Option<u32>,
     /// Number of the offset of its length (H), where its post names one.
     #[schemars(extend("x-default" = "`number`", "minimum" = 1, "maximum" = 99_999))]

@@ -12,6 +12,7 @@ mod fault;
 pub mod file;
 mod force;
 mod hub;
+mod library;
 mod output;
 mod path;
 mod reference;
@@ -37,6 +38,7 @@ pub use force::{
     FeedComponent, Force, ForceControl, MaterialGroup, MinChip, MrrLimit, TrochoidOptions,
 };
 pub use hub::{BladeSurface, HubChannels, HubOptions, HubPasses};
+pub use library::{LibraryError, LibraryTool, ToolLibrary};
 pub use output::{OutputOptions, Picture, Post, PostSource};
 pub use path::{
     Boundary, FirstPass, Links, Parameter, PathOptions, Pattern, RingOrder, Start, StartKey,
@@ -55,14 +57,33 @@ pub use surface::{
 pub use template::{Outside, SurfaceFacts, template};
 pub use texture::{TextureCells, TextureOptions};
 
-/// Reads and resolves a job file.
+/// Reads and resolves a job file that takes its tool from no library.
 ///
 /// `bytes`: the file, UTF-8 TOML of at most 1 MiB.
 ///
 /// # Errors
 /// All [`Faults`] of the file, in its order; after a syntax error only that.
 pub fn read(bytes: &[u8]) -> Result<Resolved, Faults> {
-    resolve::resolve(document::read(bytes)?)
+    read_with(bytes, &mut |name| {
+        let message = format!("the library {name:?} of the tool was not given");
+        Err(Fault::new("tool.library", message).help("give the values of the tool itself"))
+    })
+}
+
+/// Reads and resolves a job file.
+///
+/// `bytes` as for [`read`]; `load` gives the content of the library of tools that the job names, or says why there is none.
+///
+/// # Errors
+/// As of [`read`], with those of the tool in its library.
+pub fn read_with(
+    bytes: &[u8],
+    load: &mut dyn FnMut(&str) -> Result<Vec<u8>, Fault>,
+) -> Result<Resolved, Faults> {
+    let mut document = document::read(bytes)?;
+    let library = library::take(&mut document, load);
+    let resolved = resolve::resolve(document)?;
+    Ok(Resolved { library, ..resolved })
 }
 
 impl JobFile {

@@ -12,7 +12,7 @@ const HEAD: &str = "\
 # The job file
 
 A job file is [TOML](https://toml.io). Paths in it are relative to it. Every key has a default,
-apart from `version`, the surface, `tool.diameter`, `cut.feed` and one of `cut.scallop` and
+apart from `version`, the surface, `tool.diameter` or `tool.library`, `cut.feed` and one of `cut.scallop` and
 `cut.stepover`. Keys and values that are not listed here are errors. Ranges are in the unit of the
 table, also for jobs in inches. Angles are in degrees.
 

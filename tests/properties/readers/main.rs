@@ -114,6 +114,11 @@ fn damaged_tables_of_paths_are_read_or_refused() {
 }
 
 #[test]
+fn damaged_libraries_of_tools_are_read_or_refused() {
+    damaged_files("tools", 4_000);
+}
+
+#[test]
 fn real_files_cut_off_anywhere_are_read_or_refused() {
     let Some(data) = shared_data() else { return };
     let cut_off = [

@@ -105,8 +105,9 @@ export class Engine {
     return this.#ask({ explanation: { source, at } });
   }
 
-  check(source, surfaces) {
-    return this.#ask({ check: { source, surfaces } });
+  /** `library`: the content of the library of tools that the job names, if it is there. */
+  check(source, surfaces, library) {
+    return this.#ask({ check: { source, surfaces, library } });
   }
 
   newJob(name, bytes) {

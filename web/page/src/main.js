@@ -2,7 +2,7 @@
 import { $, bytes, make } from "./dom.js";
 import { Editor, spoken } from "./editor.js";
 import { CANCELLED, Engine } from "./engine.js";
-import { Drafts, Surfaces, base, isJob, isMesh, isPost, saveTheme, savedTheme } from "./store.js";
+import { Drafts, Surfaces, base, isJob, isMesh, isPost, isTools, saveTheme, savedTheme } from "./store.js";
 import { Views } from "./views.js";
 
 /** Rest after the last key before a job is checked, ms. */
@@ -90,6 +90,8 @@ async function check() {
   let found;
   try {
     found = await engine.check(text, surfaces.names);
+    const tools = found.library ? await surfaces.bytes(found.library) : null;
+    if (tools) found = await engine.check(text, surfaces.names, tools);
   } catch (error) {
     tell(error.message ?? String(error));
     return null;
@@ -135,12 +137,13 @@ function known(name) {
   return surfaces.isExample(name) ? "example" : "not here yet: drop the file on this page";
 }
 
-function showSurface({ surface: name, wall, post, blades }) {
+function showSurface({ surface: name, wall, post, library, blades }) {
   const named = (what, file) => [make("span", {}, what), make("b", {}, file), make("span", {}, ` ${known(file)}`)];
   const said = name ? named("Surface ", name) : [make("span", {}, checked?.name ? "Surface by formula" : " ")];
   if (wall) said.push(...named(", beside it ", wall));
   for (const blade of blades) said.push(...named(", blade ", blade));
   if (post) said.push(...named(", post ", post));
+  if (library) said.push(...named(", tools ", library));
   const { count } = surfaces;
   const forget = make("button", { type: "button", id: "forget", className: "quiet small", title: "Surfaces that you gave are kept in this browser. This removes them." },
     count === 1 ? "Forget the kept surface" : `Forget ${count} kept surfaces`);
@@ -178,6 +181,7 @@ async function plan() {
       surface: await held(found.surface),
       wall: await held(found.wall),
       post: await held(found.post),
+      library: await held(found.library),
       blades: [],
     };
     for (const file of found.blades) contents.blades.push([file, await held(file)]);
@@ -341,9 +345,9 @@ async function content(file) {
 async function take(list, afresh = false) {
   tell();
   const all = [...list];
-  const known = all.filter(({ name }) => isJob(name) || isMesh(name) || isPost(name));
+  const known = all.filter(({ name }) => isJob(name) || isMesh(name) || isPost(name) || isTools(name));
   const troubles = all.filter((file) => !known.includes(file))
-    .map(({ name }) => `${name}: not a job (.toml), a surface (.stl, .obj, .ply, .off, .json, .step, .stp) or a post (.post.toml)`);
+    .map(({ name }) => `${name}: not a job (.toml), a surface (.stl, .obj, .ply, .off, .json, .step, .stp), a post (.post.toml) or tools (.tools.toml, .fctb)`);
   const files = await Promise.all(known.map(content));
   troubles.push(...files.filter((file) => file.trouble).map(({ name, trouble }) => `${name}: ${trouble}`));
   const good = files.filter((file) => !file.trouble);
@@ -375,10 +379,16 @@ async function surfaceAlone(meshes, open, troubles, actions, afresh) {
   const found = await check();
   const wanted = found?.surface;
   const isGiven = (file) => file && meshes.some(({ name }) => base(file) === name) && !surfaces.isExample(file);
-  if (isGiven(wanted) || isGiven(found?.wall) || isGiven(found?.post) || found?.blades.some(isGiven)) return;
+  const files = [wanted, found?.wall, found?.post, found?.library, ...(found?.blades ?? [])];
+  if (files.some(isGiven)) return;
   // A job that can be read has no other error than that its surface is not here.
   const waits = wanted ? found.faults.find((fault) => fault.severity === "error") : null;
   const [mesh] = meshes;
+  if (!afresh && !job.example && found?.library && !surfaces.given(found.library)) {
+    troubles.push(`${job.name} waits for its tools, ${base(found.library)}.`);
+    actions.push([`New job for ${mesh.name}`, () => take([new File([mesh.bytes], mesh.name)], true)]);
+    return;
+  }
   if (!afresh && !job.example && waits && waits.from !== null) {
     troubles.push(`${job.name} asks for ${base(wanted)}, not for ${mesh.name}.`);
     actions.push(

@@ -8,7 +8,9 @@ const MESHES = /\.(stl|obj|ply|off|json|step|stp)$/i;
 
 export const isMesh = (name) => MESHES.test(name);
 export const isPost = (name) => /\.post\.toml$/i.test(name);
-export const isJob = (name) => /\.toml$/i.test(name) && !isPost(name);
+/** Libraries of tools; one in JSON looks like a surface until a job names it. */
+export const isTools = (name) => /\.(tools\.toml|fctb)$/i.test(name);
+export const isJob = (name) => /\.toml$/i.test(name) && !isPost(name) && !isTools(name);
 export const base = (name) => name.split("/").pop();
 
 // ---- surfaces

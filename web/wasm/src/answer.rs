@@ -33,7 +33,9 @@ pub fn answer(
     Ok(match request {
         Request::Completions { source, at } => Answer::Words(editor::completions(&source, at)),
         Request::Explanation { source, at } => Answer::Words(editor::explanation(&source, at)),
-        Request::Check { source, surfaces } => Answer::Words(fault::check(&source, &surfaces)),
+        Request::Check { source, surfaces, library } => {
+            Answer::Words(fault::check(&source, &surfaces, library.as_deref()))
+        }
         Request::NewJob { name, bytes } => Answer::Words(new_job::new_job(&name, &bytes)?.into()),
         Request::Plan { name, job } => Answer::Plan(Box::new(plan(&name, &job, progress, show)?)),
         Request::Texture { job, path, at } => {

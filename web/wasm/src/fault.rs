@@ -1,7 +1,7 @@
 //! Faults as JSON, with the places that an editor counts.
 
 use super::editor::units;
-use evencut_core::job::{self, Fault, Severity, SurfaceSource, line_and_column};
+use evencut_core::job::{self, Fault, Resolved, Severity, SurfaceSource, line_and_column};
 use evencut_service::faults::NamedFile;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -23,44 +23,60 @@ impl Failure {
     }
 }
 
-/// What is wrong with a job, and what it names.
-pub fn check(source: &str, surfaces: &[String]) -> Value {
-    match job::read(source.as_bytes()) {
+/// What is wrong with a job, and what it names. `surfaces`: names of the files that are there; `library`: the content of
+/// the library of tools that it names, if that is there.
+pub fn check(source: &str, surfaces: &[String], library: Option<&[u8]>) -> Value {
+    let mut named = None;
+    let read = job::read_with(source.as_bytes(), &mut |name| {
+        named = Some(name.to_owned());
+        library_of(source, name, library)
+    });
+    let mut found = match read {
         Err(faults) => {
             let faults: Vec<Value> =
                 faults.0.iter().map(|fault| as_json(fault, Severity::Error, source)).collect();
             json!({ "faults": faults, "surface": null, "wall": null, "post": null, "blades": [], "name": null })
         }
-        Ok(resolved) => {
-            let surface = match &resolved.job.surface.source {
-                SurfaceSource::File(file) => Some(file.as_str()),
-                SurfaceSource::Analytic(_) => None,
-            };
-            let wall = resolved.job.path.wall_file.as_deref();
-            let is_missing = |file: &&str| !surfaces.iter().any(|held| is_called(file, held));
-            let missing = |file: NamedFile| move |name: &str| file.missing(name, source.as_bytes());
-            let no_surface = surface.filter(is_missing).map(missing(NamedFile::Surface));
-            let no_wall = wall.filter(is_missing).map(missing(NamedFile::Wall));
-            let blades = resolved.job.blade_files();
-            let no_blade = blades.iter().copied().filter(is_missing).map(missing(NamedFile::Blade));
-            let post = resolved.job.post_file();
-            let no_post = post.filter(is_missing).map(missing(NamedFile::Post));
-            let missing: Vec<Fault> =
-                no_surface.into_iter().chain(no_wall).chain(no_blade).chain(no_post).collect();
-            let errors = missing.iter().map(|fault| as_json(fault, Severity::Error, source));
-            let warnings =
-                resolved.warnings.0.iter().map(|f| as_json(f, Severity::Warning, source));
-            let faults: Vec<Value> = errors.chain(warnings).collect();
-            json!({
-                "faults": faults,
-                "surface": surface,
-                "wall": wall,
-                "post": post,
-                "blades": blades,
-                "name": resolved.job.name,
-            })
-        }
-    }
+        Ok(resolved) => found(&resolved, source, surfaces),
+    };
+    found["library"] = named.into();
+    found
+}
+
+/// The content of the library that a job names, or that it is not there.
+pub fn library_of(source: &str, name: &str, content: Option<&[u8]>) -> Result<Vec<u8>, Fault> {
+    let missing = || NamedFile::Library.missing(name, source.as_bytes());
+    content.map(<[u8]>::to_vec).ok_or_else(missing)
+}
+
+/// What a job that can be read names, and what of it is missing.
+fn found(resolved: &Resolved, source: &str, surfaces: &[String]) -> Value {
+    let surface = match &resolved.job.surface.source {
+        SurfaceSource::File(file) => Some(file.as_str()),
+        SurfaceSource::Analytic(_) => None,
+    };
+    let wall = resolved.job.path.wall_file.as_deref();
+    let is_missing = |file: &&str| !surfaces.iter().any(|held| is_called(file, held));
+    let missing = |file: NamedFile| move |name: &str| file.missing(name, source.as_bytes());
+    let no_surface = surface.filter(is_missing).map(missing(NamedFile::Surface));
+    let no_wall = wall.filter(is_missing).map(missing(NamedFile::Wall));
+    let blades = resolved.job.blade_files();
+    let no_blade = blades.iter().copied().filter(is_missing).map(missing(NamedFile::Blade));
+    let post = resolved.job.post_file();
+    let no_post = post.filter(is_missing).map(missing(NamedFile::Post));
+    let missing: Vec<Fault> =
+        no_surface.into_iter().chain(no_wall).chain(no_blade).chain(no_post).collect();
+    let errors = missing.iter().map(|fault| as_json(fault, Severity::Error, source));
+    let warnings = resolved.warnings.0.iter().map(|f| as_json(f, Severity::Warning, source));
+    let faults: Vec<Value> = errors.chain(warnings).collect();
+    json!({
+        "faults": faults,
+        "surface": surface,
+        "wall": wall,
+        "post": post,
+        "blades": blades,
+        "name": resolved.job.name,
+    })
 }
 
 /// Whether a job that names `file` means the file `held`: held files are in no folder, but those of
@@ -101,13 +117,13 @@ mod tests {
 
     #[test]
     fn a_job_whose_surface_is_there_is_good() {
-        let found = check(JOB, &["a.stl".into()]);
+        let found = check(JOB, &["a.stl".into()], None);
         assert_eq!(
             found,
             json!({
                 "faults": [],
                 "surface": "a.stl",
-                "wall": null, "post": null,
+                "wall": null, "post": null, "library": null,
                 "blades": [],
                 "name": "Größe 📏",
             })
@@ -117,22 +133,39 @@ mod tests {
     #[test]
     fn a_mesh_beside_the_surface_that_is_not_there_is_named() {
         let job = format!("{JOB}[path]\nwall_file = \"clamp.stl\"\n");
-        let found = check(&job, &["a.stl".into()]);
+        let found = check(&job, &["a.stl".into()], None);
         let message = found["faults"][0]["message"].as_str().unwrap();
         assert!(message.contains("clamp.stl") && found["wall"] == "clamp.stl", "{message}");
-        assert_eq!(check(&job, &["a.stl".into(), "clamp.stl".into()])["faults"], json!([]));
+        assert_eq!(check(&job, &["a.stl".into(), "clamp.stl".into()], None)["faults"], json!([]));
+    }
+
+    #[test]
+    fn a_library_of_tools_is_asked_for_and_read() {
+        let job = JOB.replace("diameter = 10.0", "library = \"a.tools.toml\"\nnumber = 7");
+        let surfaces = ["a.stl".into()];
+        let found = check(&job, &surfaces, None);
+        let message = found["faults"][0]["message"].as_str().unwrap();
+        assert!(message.contains("no file a.tools.toml") && found["library"] == "a.tools.toml");
+        let library = b"[[tool]]\nnumber = 7\ndiameter = 10\n";
+        let found = check(&job, &surfaces, Some(library));
+        assert_eq!((&found["faults"], &found["surface"]), (&json!([]), &json!("a.stl")));
+        let found = check(&job, &surfaces, Some(b"[[tool]]\nnumber = 8\ndiameter = 10\n"));
+        assert!(found["faults"][0]["line"] == 7 && found["library"] == "a.tools.toml", "{found}");
     }
 
     #[test]
     fn a_surface_is_found_whatever_folder_is_named() {
         let job = JOB.replace("a.stl", "parts/left/a.stl");
-        assert_eq!(check(&job, &["a.stl".into()])["faults"], json!([]));
-        assert_eq!(check(&job, &["left/a.stl".into()])["faults"].as_array().unwrap().len(), 1);
+        assert_eq!(check(&job, &["a.stl".into()], None)["faults"], json!([]));
+        assert_eq!(
+            check(&job, &["left/a.stl".into()], None)["faults"].as_array().unwrap().len(),
+            1
+        );
     }
 
     #[test]
     fn places_count_lines_characters_and_units() {
-        let found = check(JOB, &[]);
+        let found = check(JOB, &[], None);
         let fault = &found["faults"][0];
         assert_eq!((&fault["line"], &fault["column"]), (&json!(4), &json!(8)));
         let units: Vec<u16> = JOB.encode_utf16().collect();
@@ -143,7 +176,7 @@ mod tests {
 
     #[test]
     fn a_bad_job_has_no_name() {
-        let found = check(&JOB.replace("feed", "fed"), &[]);
+        let found = check(&JOB.replace("feed", "fed"), &[], None);
         assert!(found["name"].is_null() && found["faults"][0]["severity"] == "error");
     }
 

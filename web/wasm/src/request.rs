@@ -6,7 +6,7 @@ use evencut_service::failure;
 use evencut_service::results::ResultsError;
 use serde::{Deserialize, Deserializer};
 
-use crate::fault::Failure;
+use crate::fault::{Failure, library_of};
 
 /// A message of the page.
 #[derive(Debug, PartialEq, Deserialize)]
@@ -25,8 +25,14 @@ pub enum Request {
     Completions { source: String, at: usize },
     /// What the key means that ends at a place of a job.
     Explanation { source: String, at: usize },
-    /// What is wrong with a job. `surfaces`: names of the meshes that are there.
-    Check { source: String, surfaces: Vec<String> },
+    /// What is wrong with a job. `surfaces`: names of the files that are there; `library`: the content of the library of
+    /// tools that the job names, if that is there.
+    Check {
+        source: String,
+        surfaces: Vec<String>,
+        #[serde(default, with = "serde_bytes")]
+        library: Option<Vec<u8>>,
+    },
     /// A job file for a surface file.
     NewJob {
         name: String,
@@ -58,6 +64,9 @@ pub struct JobFiles {
     /// The post-processor's file.
     #[serde(default, with = "serde_bytes")]
     pub post: Option<Vec<u8>>,
+    /// The library of tools.
+    #[serde(default, with = "serde_bytes")]
+    pub library: Option<Vec<u8>>,
     /// The surfaces of blades, by their names in the job.
     #[serde(default, deserialize_with = "named_bytes")]
     pub blades: Vec<(String, Vec<u8>)>,
@@ -70,24 +79,29 @@ fn named_bytes<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<(String, Vec<u8
 }
 
 impl JobFiles {
-    /// The job.
+    /// The job, and the name of the library from which its tool was taken.
     ///
     /// # Errors
     /// The first fault of the file.
-    pub fn job(&self) -> Result<Job, Failure> {
-        match job::read(self.source.as_bytes()) {
-            Ok(resolved) => Ok(resolved.job),
+    pub fn job(&self) -> Result<(Job, Option<String>), Failure> {
+        let library = self.library.as_deref();
+        let read = job::read_with(self.source.as_bytes(), &mut |name| {
+            library_of(&self.source, name, library)
+        });
+        match read {
+            Ok(resolved) => Ok((resolved.job, resolved.library.map(|(name, _)| name))),
             // A job that cannot be read has one fault at least.
             Err(faults) => Err(self.fault(&faults.0[0])),
         }
     }
 
-    /// The files that the job names.
-    pub fn named(&self) -> Files<'_> {
+    /// The files that the job names. `library`: how it calls the library of tools.
+    pub fn named<'a>(&'a self, library: Option<&'a str>) -> Files<'a> {
         Files {
             surface: self.surface.as_deref(),
             wall: self.wall.as_deref(),
             post: self.post.as_deref(),
+            library: library.zip(self.library.as_deref()),
             blades: &self.blades,
         }
     }
@@ -134,7 +148,7 @@ mod tests {
         );
         assert_eq!(
             asked(json!({ "check": { "source": "name", "surfaces": ["a.stl"] } })),
-            Request::Check { source: source(), surfaces: vec!["a.stl".into()] }
+            Request::Check { source: source(), surfaces: vec!["a.stl".into()], library: None }
         );
         assert_eq!(
             asked(json!({ "newJob": { "name": "a.stl", "bytes": [1, 2] } })),
@@ -142,7 +156,7 @@ mod tests {
         );
         assert_eq!(
             asked(json!({ "texture": {
-                "job": { "source": "name", "surface": [1], "wall": [2], "post": [5], "blades": [["b.json", [9]]] },
+                "job": { "source": "name", "surface": [1], "wall": [2], "post": [5], "library": [6], "blades": [["b.json", [9]]] },
                 "path": [3], "at": [4.0, 5, 6.5],
             } })),
             Request::Texture {
@@ -151,6 +165,7 @@ mod tests {
                     surface: Some(vec![1]),
                     wall: Some(vec![2]),
                     post: Some(vec![5]),
+                    library: Some(vec![6]),
                     blades: vec![("b.json".into(), vec![9])],
                 },
                 path: vec![3],
@@ -167,7 +182,7 @@ mod tests {
             let Request::Plan { job, .. } = ask else { panic!("{ask:?}") };
             assert_eq!(job, wanted);
         }
-        assert_eq!((wanted.named().surface, wanted.named().wall), (None, None));
+        assert_eq!((wanted.named(None).surface, wanted.named(None).wall), (None, None));
     }
 
     #[test]

@@ -15,9 +15,20 @@ const CUTTING_SPEED: f64 = 150_000.0;
 /// thirds are rounded in files, and a ball of 6.35 mm has no flat of a nanometre.
 const SAME_RADIUS: f64 = 1e-6;
 
+/// Endings of libraries of tools.
+const LIBRARIES: [&str; 5] = ["toml", "json", "fctb", "fctl", "tools"];
+
 impl Resolver<'_> {
     pub(super) fn tool(&mut self) -> Option<Tool> {
         let table = &self.file.tool;
+        if let Some(file) = &table.library {
+            self.check_file("tool.library", file, &LIBRARIES);
+        }
+        let is_known = ["tool.diameter", "tool.library"].iter().any(|key| self.places.has(key));
+        if self.places.found("tool") && !is_known {
+            let help = "expected a number from 0.001 to 500 (mm), or a file of tools, `library`";
+            self.fault("tool.diameter", "missing; it has no default", help);
+        }
         let radius = 0.5 * (table.diameter? * self.unit);
         let corner = table.corner_radius.map(|c| c * self.unit);
         let corner = corner.map(|c| if same_radius(c, radius) { radius } else { c });

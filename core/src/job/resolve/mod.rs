@@ -42,7 +42,7 @@ pub(super) fn resolve(document: Document) -> Result<Resolved, Faults> {
     match job {
         Some(job) if faults.is_empty() => {
             warnings.sort();
-            Ok(Resolved { job, warnings })
+            Ok(Resolved { job, warnings, library: None })
         }
         _ => {
             faults.sort();
