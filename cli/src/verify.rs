@@ -311,6 +311,7 @@ impl Verify {
             bridges: Vec::new(),
             walls: None,
             above: None,
+            avoided: Vec::new(),
             threads: self.threads(),
         };
         Ok(Subject {

@@ -26,6 +26,7 @@ use crate::tool::{Assembly, AssemblyPart};
 use crate::toolpath::{PathPoint, Toolpath};
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree, SelectionFunction};
+use std::collections::VecDeque;
 
 /// Moves that are measured one after another, each beginning with the facet nearest to the one before. Larger: less to
 /// share between threads; smaller: more moves that begin without one.
@@ -349,8 +350,11 @@ impl Survey {
             known.is_nearer(&found);
         }
         let mut looks = 0;
-        let mut open = vec![Open { from: 0.0, to: 1.0, depth: 0, facets: None }];
-        while let Some(stretch) = open.pop() {
+        // All of the move before its parts: of a deep collision the depth is known early, and with it how closely the rest
+        // has to be.
+        let whole = Open { from: 0.0, to: 1.0, depth: 0, facets: None };
+        let mut open = VecDeque::from([whole]);
+        while let Some(stretch) = open.pop_front() {
             let middle = Middle::of(solid, ends, [stretch.from, stretch.to]);
             let travel = middle.travel;
             let is_last = stretch.depth >= DEEPEST || travel <= 0.5 * self.accuracy;
@@ -358,7 +362,7 @@ impl Survey {
                 let between = 0.5 * (stretch.from + stretch.to);
                 let depth = stretch.depth + 1;
                 let half = |from, to| Open { from, to, depth, facets: facets.clone() };
-                [half(between, stretch.to), half(stretch.from, between)]
+                [half(stretch.from, between), half(between, stretch.to)]
             };
             let facets = match stretch.facets {
                 Some(facets) => facets,

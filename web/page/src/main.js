@@ -135,10 +135,10 @@ function known(name) {
   return surfaces.isExample(name) ? "example" : "not here yet: drop the file on this page";
 }
 
-function showSurface({ surface: name, wall, post, blades }) {
+function showSurface({ surface: name, avoid, post, blades }) {
   const named = (what, file) => [make("span", {}, what), make("b", {}, file), make("span", {}, ` ${known(file)}`)];
   const said = name ? named("Surface ", name) : [make("span", {}, checked?.name ? "Surface by formula" : " ")];
-  if (wall) said.push(...named(", beside it ", wall));
+  for (const file of avoid) said.push(...named(", clear of ", file));
   for (const blade of blades) said.push(...named(", blade ", blade));
   if (post) said.push(...named(", post ", post));
   const { count } = surfaces;
@@ -176,10 +176,11 @@ async function plan() {
     const held = async (file) => (file ? await surfaces.bytes(file) : null) ?? undefined;
     const contents = {
       surface: await held(found.surface),
-      wall: await held(found.wall),
+      avoid: [],
       post: await held(found.post),
       blades: [],
     };
+    for (const file of found.avoid) contents.avoid.push([file, await held(file)]);
     for (const file of found.blades) contents.blades.push([file, await held(file)]);
     if (run !== own) return;
     files = contents;
@@ -375,7 +376,7 @@ async function surfaceAlone(meshes, open, troubles, actions, afresh) {
   const found = await check();
   const wanted = found?.surface;
   const isGiven = (file) => file && meshes.some(({ name }) => base(file) === name) && !surfaces.isExample(file);
-  if (isGiven(wanted) || isGiven(found?.wall) || isGiven(found?.post) || found?.blades.some(isGiven)) return;
+  if (isGiven(wanted) || isGiven(found?.post) || [...(found?.avoid ?? []), ...(found?.blades ?? [])].some(isGiven)) return;
   // A job that can be read has no other error than that its surface is not here.
   const waits = wanted ? found.faults.find((fault) => fault.severity === "error") : null;
   const [mesh] = meshes;
