@@ -497,7 +497,7 @@ pub struct PathTable {
     pub wall_height: Option<f64>,
 }
 
-/// `[[avoid]]`.
+/// A clamp, a vice, a pin, or whatever else the tool stays away from.
 #[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("required" = ["file"]))]
@@ -595,7 +595,7 @@ pub struct MachineTable {
     /// Fastest turn of a rotary axis.
     #[schemars(extend("x-unit" = "deg/s", "x-default" = "90 deg/s", "minimum" = 0.01, "maximum" = 1e5))]
     pub max_rotary_speed: Option<f64>,
-    /// Height above part and stock at which rapids run.
+    /// Height above part and stock, and above what is avoided with its distance, at which rapids run.
     #[schemars(extend("x-unit" = "mm", "x-default" = "10 mm", "exclusiveMinimum" = 0.0, "maximum" = 1e4))]
     pub clearance: Option<f64>,
     /// Work offset that the program calls.

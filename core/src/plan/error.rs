@@ -33,10 +33,12 @@ pub enum PlanError {
     #[error(transparent)]
     Read(#[from] ReadError),
     /// A mesh to stay away from is not usable.
-    #[error("avoid: {}", without_subject(.error))]
+    #[error("avoid: {file}: {}", without_subject(.error))]
     Avoided {
         /// Index of its table.
         index: usize,
+        /// Its file.
+        file: String,
         /// Why.
         error: Box<PlanError>,
     },

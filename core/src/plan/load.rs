@@ -156,7 +156,10 @@ pub(super) fn load_avoided(keys: &SurfaceKeys, files: Files) -> Result<Vec<Avoid
         let Avoid { file, distance, name } = avoid;
         match mesh(file) {
             Ok(mesh) => Ok(Avoided { name: name.clone(), distance: *distance, mesh }),
-            Err(error) => Err(PlanError::Avoided { index, error: Box::new(error) }),
+            Err(error) => {
+                let (file, error) = (file.clone(), Box::new(error));
+                Err(PlanError::Avoided { index, file, error })
+            }
         }
     };
     keys.avoid.iter().enumerate().map(avoided).collect()
