@@ -57,8 +57,8 @@ pub fn resolved(path: &Path, source: &[u8]) -> Result<Resolved, Faults> {
 pub struct Paths {
     /// That of the surface.
     pub surface: Option<PathBuf>,
-    /// That of the mesh beside it.
-    pub wall: Option<PathBuf>,
+    /// Those of the meshes that it avoids, with their names in the job, in the order of its tables.
+    pub avoid: Vec<(String, PathBuf)>,
     /// That of the post-processor.
     pub post: Option<PathBuf>,
     /// Those of the surfaces of blades, with their names in the job.
@@ -82,22 +82,23 @@ impl Paths {
             SurfaceSource::File(name) => Some(found(name)),
             SurfaceSource::Analytic(_) => None,
         };
-        let blades = job.blade_files().into_iter();
+        let with_path = |name: &str| (name.to_owned(), found(name));
         Self {
             surface,
-            wall: job.path.wall_file.as_deref().map(&found),
+            avoid: job.avoided_files().map(with_path).collect(),
             post: job.post_file().map(&found),
-            blades: blades.map(|name| (name.to_owned(), found(name))).collect(),
+            blades: job.blade_files().into_iter().map(with_path).collect(),
         }
     }
 
     /// All of them, with what they are.
     pub fn all(&self) -> impl Iterator<Item = (NamedFile, &PathBuf)> {
         let surface = self.surface.iter().map(|path| (NamedFile::Surface, path));
-        let wall = self.wall.iter().map(|path| (NamedFile::Wall, path));
+        let avoid = self.avoid.iter().enumerate();
+        let avoid = avoid.map(|(i, (_, path))| (NamedFile::Avoid(i), path));
         let blades = self.blades.iter().map(|(_, path)| (NamedFile::Blade, path));
         let post = self.post.iter().map(|path| (NamedFile::Post, path));
-        surface.chain(wall).chain(blades).chain(post)
+        surface.chain(avoid).chain(blades).chain(post)
     }
 }
 
@@ -127,8 +128,8 @@ fn file_of_results(directory: &Path, name: &str) -> PathBuf {
 pub struct Contents {
     /// Path and content of the surface file.
     pub surface: Option<(PathBuf, Vec<u8>)>,
-    /// Path and content of the mesh beside it.
-    pub wall: Option<(PathBuf, Vec<u8>)>,
+    /// Names in the job and contents of the meshes that it avoids.
+    pub avoid: Vec<(String, Vec<u8>)>,
     /// Path and content of the post-processor's file.
     pub post: Option<(PathBuf, Vec<u8>)>,
     /// Names in the job and contents of the surfaces of blades.
@@ -145,13 +146,16 @@ impl Contents {
             Some(path) => read_named(&path, file, job_source).map(|bytes| Some((path, bytes))),
         };
         let surface = read(paths.surface, NamedFile::Surface)?;
-        let wall = read(paths.wall, NamedFile::Wall)?;
-        let blade = |(name, path): (String, PathBuf)| {
-            read_named(&path, NamedFile::Blade, job_source).map(|bytes| (name, bytes))
+        let named = |(name, path): (String, PathBuf), file| {
+            read_named(&path, file, job_source).map(|bytes| (name, bytes))
         };
-        let blades = paths.blades.into_iter().map(blade).collect::<Result<_, _>>()?;
+        let avoid = paths.avoid.into_iter().enumerate();
+        let avoid = avoid.map(|(i, file)| named(file, NamedFile::Avoid(i)));
+        let avoid = avoid.collect::<Result<_, _>>()?;
+        let blades = paths.blades.into_iter().map(|file| named(file, NamedFile::Blade));
+        let blades = blades.collect::<Result<_, _>>()?;
         let post = read(paths.post, NamedFile::Post)?;
-        Ok(Self { surface, wall, post, blades, library: None })
+        Ok(Self { surface, avoid, post, blades, library: None })
     }
 
     /// The same, with the library from which the job took its tool.
@@ -168,7 +172,7 @@ impl Contents {
     pub fn files(&self) -> Files<'_> {
         Files {
             surface: self.surface.as_ref().map(|(_, bytes)| &bytes[..]),
-            wall: self.wall.as_ref().map(|(_, bytes)| &bytes[..]),
+            avoid: &self.avoid,
             post: self.post.as_ref().map(|(_, bytes)| &bytes[..]),
             library: self.library.as_ref().map(|(name, bytes)| (name.as_str(), &bytes[..])),
             blades: &self.blades,

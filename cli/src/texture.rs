@@ -183,10 +183,12 @@ impl Texture {
             SurfaceSource::File(name) => Some(name.as_str()),
             SurfaceSource::Analytic(_) => None,
         };
-        let files = [(surface, &contents.surface), (job.path.wall_file.as_deref(), &contents.wall)];
+        let surface = surface.zip(contents.surface.as_ref());
+        let surface = surface.map(|(name, (path, bytes))| (name, path.as_path(), bytes));
+        let avoided =
+            contents.avoid.iter().map(|(name, bytes)| (&name[..], Path::new(name), bytes));
         let report = recorded(&self.input);
-        for (name, file) in files {
-            let (Some(name), Some((path, bytes))) = (name, file) else { continue };
+        for (name, path, bytes) in surface.into_iter().chain(avoided) {
             let recorded = report.as_ref().and_then(|report| report.input(name));
             if recorded.is_some_and(|file| *file != FileRecord::of(name, bytes)) {
                 let message = "the plan was not made from this file: its SHA-256 is not that of report.json; plan the job \

@@ -314,6 +314,7 @@ impl Verify {
             bridges: Vec::new(),
             walls: None,
             above: None,
+            avoided: Vec::new(),
             threads: self.threads(),
         };
         Ok(Subject {

@@ -308,22 +308,24 @@ fn a_comparison_of_failures_ends_as_one_of_them_does() {
 /// A box as OBJ that stands on the strip's edge.
 const CLAMP: &str = "v 8 -5 -3\nv 12 -5 -3\nv 12 2 -3\nv 8 2 -3\nv 8 -5 9\nv 12 -5 9\nv 12 2 9\nv 8 2 9\n\
                      f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
-const CLAMPED: &str = "[path]\nwall_file = \"clamp.obj\"\n";
+const CLAMPED: &str = "[[avoid]]\nfile = \"clamp.obj\"\ndistance = 0.2\n";
 
 #[test]
 fn a_mesh_beside_the_surface_that_cannot_be_used_is_refused_with_its_place() {
     let directory = empty("plan-clamp-bad");
     write_mesh_job(&directory, STRIP, CLAMPED);
-    let place = "part.toml:10:13";
+    let place = "part.toml:10:8";
     assert_refused(&directory, 3, &["there is no file clamp.obj", place]);
     for (mesh, found) in
         [("", "an empty file"), ("clamp", "no face"), ("v 0 0 0\nf 1 1 1\n", "area")]
     {
         fs::write(directory.join("clamp.obj"), mesh).unwrap();
-        assert_refused(&directory, 3, &["error: walls: ", found, place]);
+        assert_refused(&directory, 3, &["error: avoid: ", found, place]);
     }
-    write_mesh_job(&directory, STRIP, "[path]\nwall_file = \"clamp.step\"\n");
-    assert_refused(&directory, 2, &["path.wall_file", "stl, obj, ply, off"]);
+    write_mesh_job(&directory, STRIP, "[[avoid]]\nfile = \"clamp.step\"\n");
+    assert_refused(&directory, 2, &["avoid[0].file", "stl, obj, ply, off"]);
+    write_mesh_job(&directory, STRIP, "[path]\nwall_file = \"clamp.obj\"\n");
+    assert_refused(&directory, 2, &["path.wall_file", "write a table `[[avoid]]`"]);
 }
 
 #[test]
@@ -347,11 +349,14 @@ fn a_clamp_is_kept_clear_of_and_a_path_that_does_not_know_it_cuts_it() {
     };
     assert_eq!(verify(&["verify", "clamped"]).0, 0);
     let surface = ["--surface", "part.obj", "--tool", "ball:4", "--part", "clamp.obj"];
-    for more in [&["--job", "part.toml"][..], &surface] {
+    for (more, found) in [(&["--job", "part.toml"][..], "into \"clamp\""), (&surface, "gouge")] {
         let (code, messages) = verify(&[&["verify", "bare/toolpath.csv"][..], more].concat());
         assert_eq!(code, 5, "{messages}");
-        assert!(messages.contains("gouge"), "{messages}");
+        assert!(messages.contains(found), "{messages}");
     }
+    let clamp = &report["verification"]["avoided"][0];
+    assert_eq!((&clamp["name"], &clamp["part"]), (&"clamp".into(), &"cutter".into()));
+    assert!(clamp["clearance_mm"].as_f64().unwrap() >= 0.2, "{clamp}");
 }
 
 /// A pocket whose first ring is a slot: slowing breaks the limit on the feed per tooth, trochoids keep it.

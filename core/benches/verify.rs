@@ -69,6 +69,7 @@ fn judge(c: &mut Criterion) {
             bridges: Vec::new(),
             walls: None,
             above: None,
+            avoided: Vec::new(),
             threads: 2,
         };
         group.bench_function(name, |b| {

@@ -141,29 +141,6 @@ impl<'a> Keys<'a> {
         number.ok_or_else(|| self.fault(key, "it must be a whole number from 0"))
     }
 
-    /// A number; `None` where it is missing.
-    pub fn decimal(&mut self, key: &'static str) -> Result<Option<f64>, KeysError> {
-        match self.get(key).map(decimal_of) {
-            None => Ok(None),
-            Some(Some(number)) => Ok(Some(number)),
-            Some(None) => Err(self.fault(key, "it must be a number")),
-        }
-    }
-
-    /// So many numbers; `None` where they are missing.
-    pub fn decimals<const N: usize>(
-        &mut self,
-        key: &'static str,
-    ) -> Result<Option<[f64; N]>, KeysError> {
-        let numbers: Option<Vec<f64>> = match self.get(key) {
-            None => return Ok(None),
-            Some(DeValue::Array(array)) => array.iter().map(|v| decimal_of(v.get_ref())).collect(),
-            Some(_) => None,
-        };
-        let fault = || self.fault(key, &format!("it must be a list of {N} numbers"));
-        numbers.and_then(|numbers| numbers.try_into().ok()).map(Some).ok_or_else(fault)
-    }
-
     /// A flag; false where it is missing.
     pub fn flag(&mut self, key: &'static str) -> Result<bool, KeysError> {
         match self.get(key) {
@@ -203,29 +180,6 @@ impl<'a> Keys<'a> {
         }
     }
 
-    /// Tables under one key, `[[key]]`; none where it is missing.
-    pub fn tables<T, E: From<KeysError>>(
-        &mut self,
-        key: &'static str,
-        mut read: impl FnMut(&mut Keys) -> Result<T, E>,
-    ) -> Result<Vec<T>, E> {
-        let rule = "it must be a list of tables";
-        let array = match self.get(key) {
-            None => return Ok(Vec::new()),
-            Some(DeValue::Array(array)) => array,
-            Some(_) => return Err(self.fault(key, rule).into()),
-        };
-        let mut all = Vec::new();
-        for (i, value) in array.iter().enumerate() {
-            let DeValue::Table(table) = value.get_ref() else {
-                return Err(self.fault(key, rule).into());
-            };
-            let prefix = format!("{}{key}[{}].", self.prefix, i + 1);
-            all.push(read(&mut Keys::of(table, &prefix, self.source))?);
-        }
-        Ok(all)
-    }
-
     /// A table.
     pub fn required<T>(
         &mut self,
@@ -260,16 +214,4 @@ impl<'a> Keys<'a> {
             }
         }
     }
-}
-
-/// A finite number.
-fn decimal_of(value: &DeValue) -> Option<f64> {
-    let number: f64 = match value {
-        DeValue::Integer(number) => {
-            i64::from_str_radix(number.as_str(), number.radix()).ok()? as f64
-        }
-        DeValue::Float(number) => number.as_str().parse().ok()?,
-        _ => return None,
-    };
-    number.is_finite().then_some(number)
 }

@@ -2,14 +2,14 @@
 //!
 //! - *Own wall*: a face of the part that meets the boundary and rises there.
 //! - *Swept wall*: elsewhere, the boundary edge moved up along the tool axis or along the surface's normal.
-//! - *Mesh beside*: the mesh that the job names as standing there, independent of the boundary.
+//! - *Avoided mesh*: a mesh from which the job keeps the cutter a distance, independent of the boundary.
 //!
 //! Steps: (1) each edge of the boundary has an own wall or gets a swept one. (2) Own walls continue over the part's
 //! steep faces. (3) All are represented by rulings: swept ones in their sweep direction, own ones straight up their
-//! facets, as are the steep facets of a mesh beside.
+//! facets, as are the steep facets of avoided meshes.
 
 use crate::cutter_location::{
-    CheckMesh, Obstacles, PassOptions, Ruling, Stand, ToolAxis, tip, tool_axis,
+    Avoided, CheckMesh, Obstacles, PassOptions, Ruling, Stand, ToolAxis, tip, tool_axis,
 };
 use crate::flatten::Locator;
 use crate::geometry::{DVec2, DVec3, OrderBy};
@@ -58,12 +58,14 @@ impl WallOptions {
 /// Walls beside a surface.
 #[derive(Clone, Debug, Default)]
 pub struct Walls {
-    /// `#V` positions of the swept walls and of meshes beside, mm.
+    /// `#V` positions of the swept walls, mm.
     positions: Vec<DVec3>,
     /// Their facets, `#F` triples.
     faces: Vec<[u32; 3]>,
     /// Rulings of all.
     rulings: Vec<Ruling>,
+    /// Avoided meshes, those at the same distance as one.
+    avoided: Vec<(f64, Part)>,
 }
 
 /// A side of the boundary, the surface on its left.
@@ -100,12 +102,20 @@ impl Walls {
         out
     }
 
-    /// Adds all of a mesh that stands beside a surface. Rulings are made only within `near` mm of the surface, as
-    /// seen by the tool.
-    pub fn add(&mut self, mesh: &Part, surface: &Surface, options: &WallOptions, near: f64) {
-        let first = self.positions.len() as u32;
-        self.positions.extend(&mesh.positions);
-        self.faces.extend(mesh.faces.iter().map(|f| f.map(|v| v + first)));
+    /// Adds all of a mesh from which the cutter keeps `distance` mm. Rulings are made only within `near` mm of the
+    /// surface, as seen by the tool.
+    pub fn avoid(
+        &mut self,
+        mesh: &Part,
+        distance: f64,
+        surface: &Surface,
+        options: &WallOptions,
+        near: f64,
+    ) {
+        match self.avoided.iter_mut().find(|(other, _)| *other == distance) {
+            Some((_, all)) => all.add(mesh),
+            None => self.avoided.push((distance, mesh.clone())),
+        }
         let up = match options.sweep {
             Sweep::Axis(axis) => axis,
             Sweep::Normal => {
@@ -131,21 +141,30 @@ impl Walls {
         let width = |c: &[DVec3; 3]| (c[1] - c[0]).length().max((c[2] - c[0]).length());
         let all: f64 = ruled.iter().map(width).sum();
         let options = WallOptions {
-            allowance: 0.0,
+            allowance: distance,
             spacing: options.spacing.max(all / MOST_RULINGS),
             ..*options
         };
         ruled.into_iter().for_each(|corners| self.rule_facet(corners, up, &options, false));
     }
 
-    /// Corners of the swept walls and of meshes beside, mm.
-    pub fn corners(&self) -> &[DVec3] {
-        &self.positions
+    /// How far these walls reach at most, and what is avoided with its distance, by a measure of places; minus infinity
+    /// where there is nothing.
+    pub fn top(&self, reach: impl Fn(&DVec3) -> f64) -> (f64, f64) {
+        let top = |places: &[DVec3]| places.iter().map(&reach).fold(f64::NEG_INFINITY, f64::max);
+        let avoided = self.avoided.iter().map(|(distance, mesh)| top(&mesh.positions) + distance);
+        (top(&self.positions), avoided.fold(f64::NEG_INFINITY, f64::max))
     }
 
     /// What the cutter must keep clear of: the part and these walls.
     pub fn obstacles(self, part: Arc<CheckMesh>) -> Obstacles {
-        Obstacles::with_walls(part, CheckMesh::new(self.positions, self.faces), self.rulings)
+        let mesh = |(distance, Part { positions, faces }): (f64, Part)| Avoided {
+            mesh: CheckMesh::new(positions, faces),
+            distance,
+        };
+        let avoided = self.avoided.into_iter().map(mesh).collect();
+        let walls = CheckMesh::new(self.positions, self.faces);
+        Obstacles::with_walls(part, walls, avoided, self.rulings)
     }
 
     fn sweep(&mut self, surface: &Surface, sides: &[Side], options: &WallOptions) {

@@ -2,6 +2,7 @@
 //! its files; of whole parts, regions, walls, textures and programs; of the imports of `core`.
 
 mod architecture;
+mod avoid;
 mod cusps;
 mod gcode;
 mod hub;

@@ -5,12 +5,9 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt::Write;
 
 use evencut_core::geometry::math::{cos, sin};
-use evencut_core::job::{self, Boundary, Job};
+use evencut_core::job::{self, Job};
 use evencut_core::plan::{Files, plan};
-use evencut_core::verify::verify;
 use evencut_service::compare::{Figures, judged};
-use evencut_service::results::verify_options;
-use evencut_service::verdict::Workpiece;
 
 /// Height of the cusps, mm.
 const SCALLOP: f64 = 0.05;
@@ -247,92 +244,4 @@ fn a_cutter_too_wide_for_the_room_is_refused_with_what_fits() {
     let message = error.to_string();
     assert!(message.contains("does not fit between the walls"), "{message}");
     assert!(message.contains("room for"), "{message}");
-}
-
-/// A box from `low` to `high` as OBJ, outward.
-fn block(low: [f64; 3], high: [f64; 3]) -> Vec<u8> {
-    let mut text = String::new();
-    for z in [low[2], high[2]] {
-        for (x, y) in [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])] {
-            writeln!(text, "v {x} {y} {z}").unwrap();
-        }
-    }
-    text.push_str("f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
-    text.into_bytes()
-}
-
-#[test]
-fn a_flat_end_keeps_clear_of_a_clamp_on_an_open_plate() {
-    check_clamp(&CUTTERS[0]);
-}
-
-#[test]
-fn a_ball_keeps_clear_of_a_clamp_on_an_open_plate() {
-    check_clamp(&CUTTERS[2]);
-}
-
-/// Nothing of a clamp at one edge of a plate, whose boundary is open, is cut, and beside it stays what the cutter
-/// cannot reach.
-fn check_clamp(cutter: &Cutter) {
-    let clamp = block([-30.0, -10.0, -5.0], [-15.0, 10.0, 12.0]);
-    let plane = "[surface.analytic]\nkind = \"plane\"\nsize = 50.0\nresolution = 2.0";
-    let mut job = cutter.job(plane, OFF);
-    job.path.boundary = Boundary::Open;
-    let without = plan(&job, Files::default(), 2, &mut |_, _| {}).unwrap();
-    job.path.wall_file = Some("clamp.obj".into());
-    let files = Files { wall: Some(&clamp), ..Files::default() };
-    let plan = plan(&job, files, 2, &mut |_, _| {}).unwrap();
-    let found = judged(&job, &plan, 2).unwrap();
-    let v = found.verification().unwrap();
-    let lacks = cutter.radius - cutter.covers();
-    let expected = 200.0 + 40.0 * lacks + FRAC_PI_2 * lacks * lacks;
-    let name = format!("clamp {}", cutter.kind);
-    println!(
-        "{name:16} gouge {:6.2} µm, rest {:8.3} of {expected:8.3} mm², {} mm of {} mm, {} retracts",
-        1e3 * v.gouge_mm,
-        v.rest_mm2,
-        plan.toolpath.statistics().length.total(),
-        without.toolpath.statistics().length.total(),
-        found.report.passes.retracts,
-    );
-    assert!(v.passed, "{name}: {:?}", v.broken);
-    assert!((v.rest_mm2 - expected).abs() <= 0.03 * expected, "{name}: {}", v.rest_mm2);
-
-    // The path that knows nothing of the clamp cuts it.
-    let (guarded, _) = Workpiece::of_job(&job, files, 1).unwrap();
-    let options = verify_options(&job, without.cusps.limit, 2);
-    let (design, rest) = (guarded.design(), guarded.rest());
-    let found = verify(&without.toolpath, design, rest, &options, &mut |_| {}).unwrap();
-    let gouge = found.figures.gouge.unwrap();
-    assert!(gouge.height < -1.0, "{name}: {gouge:?}");
-}
-
-/// A holder of 40 mm over a clamp that is 12 mm high: it hits it where it begins 10 mm above the tip, and is clear of it
-/// where it begins as much higher as the simulation says.
-#[test]
-fn a_holder_keeps_clear_of_a_clamp() {
-    let clamp = block([-30.0, -10.0, -5.0], [-15.0, 10.0, 12.0]);
-    let files = Files { wall: Some(&clamp), ..Files::default() };
-    let with_stickout = |stickout: f64| {
-        let text = format!(
-            "version = 1\n[surface.analytic]\nkind = \"plane\"\nsize = 50.0\nresolution = 2.0\n[tool]\nkind = \"ball\"\ndiameter = \
-             6.0\nlength = 8.0\nstickout = {stickout}\nholder = [{{ diameter = 40.0, length = 30.0 }}]\nclearance = \
-             1.9\n[cut]\nscallop = 0.05\nfeed = 1000.0\ntolerance = 0.01\n[path]\npattern = \"iso-scallop\"\nwall_file = \
-             \"clamp.obj\"\n"
-        );
-        let job = job::read(text.as_bytes()).unwrap_or_else(|f| panic!("{f:?}")).job;
-        let again = job::read(job.to_toml().as_bytes()).unwrap().job;
-        assert_eq!(again, job);
-        let plan = plan(&job, files, 2, &mut |_, _| {}).unwrap();
-        judged(&job, &plan, 2).unwrap().verification().unwrap().clone()
-    };
-    let short = with_stickout(10.0);
-    let [sentence] = &short.broken[..] else { panic!("{:?}", short.broken) };
-    assert!(sentence.starts_with("the holder cuts up to 2."), "{sentence}");
-    // Over the floor the holder has to begin 1.9 mm above the clamp.
-    assert!(sentence.ends_with("; 4 mm more of stickout would clear it"), "{sentence}");
-    let long = with_stickout(14.0);
-    assert!(long.passed, "{:?}", long.broken);
-    let [holder] = &long.above_cutter[..] else { panic!("{:?}", long.above_cutter) };
-    assert!((1.95..=2.05).contains(&holder.clearance_mm), "{holder:?}");
 }

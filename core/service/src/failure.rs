@@ -14,7 +14,7 @@ use evencut_core::surface::SurfaceError;
 use evencut_core::texture::window::WindowError;
 use evencut_core::verify::VerifyError;
 
-use crate::faults;
+use crate::faults::{self, NamedFile};
 use crate::results::ResultsError;
 use crate::results::texture::TextureError;
 
@@ -88,7 +88,12 @@ pub fn explain(error: &ResultsError, job_source: &[u8], surface: Option<&str>) -
         ResultsError::Texture(error) => of_texture(error),
         ResultsError::Verify(_) | ResultsError::Program(_) => BUG,
     };
-    let place = failure.keys.iter().find_map(|key| faults::place(job_source, key));
+    let place = match error {
+        ResultsError::Plan(PlanError::Avoided { index, .. }) => {
+            faults::place(job_source, &NamedFile::Avoid(*index).key())
+        }
+        _ => failure.keys.iter().find_map(|key| faults::place(job_source, key)),
+    };
     let mut fault = faults::fault(error.to_string(), place);
     match (failure.hint, surface) {
         (Hint::Inspect, Some(file)) => {
@@ -106,9 +111,8 @@ pub fn explain(error: &ResultsError, job_source: &[u8], surface: Option<&str>) -
 fn of_plan(error: &PlanError) -> Failure {
     match error {
         PlanError::NoFile(_) => BUG,
-        PlanError::NoWallFile(_) => BUG,
         PlanError::UnknownFormat(_) | PlanError::Read(_) => bad_surface(SOURCE, Hint::None),
-        PlanError::WallFile(_) => bad_surface(&["path.wall_file"], Hint::None),
+        PlanError::Avoided { .. } => bad_surface(&["avoid"], Hint::None),
         PlanError::Surface(error) => bad_surface(surface_keys(error), Hint::Inspect),
         PlanError::Smooth(error) => of_smooth(error),
         PlanError::Reach(ReachError::Nothing { .. }) => {

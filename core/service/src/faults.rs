@@ -11,8 +11,8 @@ use toml::de::DeTable;
 pub enum NamedFile {
     /// The surface.
     Surface,
-    /// The mesh of what stands beside it.
-    Wall,
+    /// A mesh that the tool avoids, by the index of its table.
+    Avoid(usize),
     /// A surface of a blade.
     Blade,
     /// The post-processor.
@@ -23,13 +23,13 @@ pub enum NamedFile {
 
 impl NamedFile {
     /// The key of its name.
-    pub fn key(self) -> &'static str {
+    pub fn key(self) -> String {
         match self {
-            Self::Surface => "surface.file",
-            Self::Wall => "path.wall_file",
-            Self::Blade => "hub.blade",
-            Self::Post => "output.gcode.post_file",
-            Self::Library => "tool.library",
+            Self::Surface => "surface.file".into(),
+            Self::Avoid(index) => format!("avoid[{index}].file"),
+            Self::Blade => "hub.blade".into(),
+            Self::Post => "output.gcode.post_file".into(),
+            Self::Library => "tool.library".into(),
         }
     }
 
@@ -37,7 +37,7 @@ impl NamedFile {
     fn subject(self) -> &'static str {
         match self {
             Self::Surface => "surface",
-            Self::Wall => "walls",
+            Self::Avoid(_) => "avoid",
             Self::Blade => "hub",
             Self::Post => "post",
             Self::Library => "tool",
@@ -53,7 +53,7 @@ impl NamedFile {
 
     /// It is there but cannot be used.
     pub fn fault(self, message: impl Display, job_source: &[u8]) -> Fault {
-        fault(format!("{}: {message}", self.subject()), place(job_source, self.key()))
+        fault(format!("{}: {message}", self.subject()), place(job_source, &self.key()))
     }
 }
 
@@ -62,13 +62,21 @@ pub fn fault(message: String, span: Option<Range<usize>>) -> Fault {
     Fault { key: String::new(), message, help: Vec::new(), span }
 }
 
-/// Where the value of a dotted key is written in a job file, in bytes.
+/// Where the value of a dotted key is written in a job file, in bytes; an index in brackets is that of an array.
 pub fn place(source: &[u8], key: &str) -> Option<Range<usize>> {
     let document = DeTable::parse(std::str::from_utf8(source).ok()?).ok()?;
     let mut table = document.get_ref();
     let mut keys = key.split('.').peekable();
     while let Some(key) = keys.next() {
+        let (key, index) = match key.strip_suffix(']').and_then(|key| key.split_once('[')) {
+            Some((key, index)) => (key, Some(index.parse::<usize>().ok()?)),
+            None => (key, None),
+        };
         let value = table.get(key)?;
+        let value = match index {
+            Some(index) => value.get_ref().as_array()?.get(index)?,
+            None => value,
+        };
         if keys.peek().is_none() {
             return Some(value.span());
         }
@@ -89,5 +97,13 @@ mod tests {
         assert_eq!(at("surface.select.component"), Some(&b"3"[..]));
         assert_eq!(at("surface.file.name"), None);
         assert_eq!(at("surface.scale"), None);
+        assert_eq!(at("surface.select[0]"), None);
+        let source = b"[[avoid]]\nfile = \"a\"\n[[avoid]]\nfile = \"b\"\n";
+        let at = |key| place(source, key).map(|span| &source[span]);
+        assert_eq!(at("avoid[1].file"), Some(&b"\"b\""[..]));
+        assert_eq!(
+            (at("avoid[2].file"), at("avoid[x].file"), at("avoid.file")),
+            (None, None, None)
+        );
     }
 }

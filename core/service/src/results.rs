@@ -21,7 +21,7 @@ use evencut_core::load::LoadLimits;
 use evencut_core::machine::{Axes, Machine};
 use evencut_core::machine_time::machine_time;
 use evencut_core::plan::{
-    Files, Laid, MapKind, Planned, Prepared, Stage, SurfaceKeys, plan, plan_on,
+    self, Files, Laid, MapKind, Planned, Prepared, Stage, SurfaceKeys, plan, plan_on,
 };
 use evencut_core::post::{self, Dialect, DialectError, PostError};
 use evencut_core::preview::{
@@ -38,8 +38,8 @@ use evencut_core::surface;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
 use evencut_core::units::per_minute;
 use evencut_core::verify::{
-    AboveCutter, Facets, LoadOptions, Rise, Sphere, Verification, VerifyError, VerifyOptions,
-    Walls, verify,
+    AboveCutter, Avoided, Facets, LoadOptions, Rise, Sphere, Verification, VerifyError,
+    VerifyOptions, Walls, verify,
 };
 use program::WrittenProgram;
 use texture::{TextureResults, texture_on};
@@ -158,20 +158,18 @@ pub fn named_files<'a>(job: &'a Job, files: Files<'a>) -> Vec<Input<'a>> {
         SurfaceSource::File(name) => Some(name.as_str()),
         SurfaceSource::Analytic(_) => None,
     };
-    let named = [
-        (surface, files.surface),
-        (job.path.wall_file.as_deref(), files.wall),
-        (job.post_file(), files.post),
-    ];
+    let named = [(surface, files.surface), (job.post_file(), files.post)];
     let input = |(name, bytes): (Option<&'a str>, Option<&'a [u8]>)| {
         Some(Input { name: name?, bytes: bytes? })
     };
-    let blades = job.blade_files().into_iter().filter_map(|name| {
-        let (_, bytes) = files.blades.iter().find(|(held, _)| held == name)?;
+    let held = |files: &'a [(String, Vec<u8>)], name: &'a str| {
+        let (_, bytes) = files.iter().find(|(held, _)| held == name)?;
         Some(Input { name, bytes })
-    });
+    };
+    let avoided = job.avoided_files().filter_map(|name| held(files.avoid, name));
+    let blades = job.blade_files().into_iter().filter_map(|name| held(files.blades, name));
     let library = files.library.map(|(name, bytes)| Input { name, bytes });
-    named.into_iter().filter_map(input).chain(blades).chain(library).collect()
+    named.into_iter().filter_map(input).chain(avoided).chain(blades).chain(library).collect()
 }
 
 /// The post-processor of a job, and whether it can write the job's program; `file`: the content of its file.
@@ -468,6 +466,7 @@ pub(crate) fn judge(
     let options = VerifyOptions {
         inaccessible: places.iter().map(sphere).collect(),
         bridges: planned.prepared.bridges.clone(),
+        avoided: avoided(&planned.prepared.avoided),
         ..verify_options(job, planned.cusps.limit, threads)
     };
     let (positions, faces) = planned.prepared.surface.triangles();
@@ -478,7 +477,19 @@ pub(crate) fn judge(
     Ok((verification, options))
 }
 
-/// The verification options of a job; `cusp_limit`: height of the cusps that are meant to stay, mm.
+/// What the judge is told of meshes to stay away from.
+pub(crate) fn avoided(meshes: &[plan::Avoided]) -> Vec<Avoided> {
+    let of = |a: &plan::Avoided| Avoided {
+        name: a.name.clone(),
+        distance: a.distance,
+        positions: a.mesh.positions.clone(),
+        faces: a.mesh.faces.clone(),
+    };
+    meshes.iter().map(of).collect()
+}
+
+/// The verification options of a job, apart from its meshes; `cusp_limit`: height of the cusps that are meant to stay,
+/// mm.
 pub fn verify_options(job: &Job, cusp_limit: f64, threads: usize) -> VerifyOptions {
     let limits_rate = job.force.control != ForceControl::Off;
     let of_radius = job.tool.radius() / SAMPLES_PER_RADIUS;
@@ -498,6 +509,7 @@ pub fn verify_options(job: &Job, cusp_limit: f64, threads: usize) -> VerifyOptio
         bridges: Vec::new(),
         walls: (job.path.boundary == Boundary::Wall).then(|| walls(job)),
         above: above_cutter(job),
+        avoided: Vec::new(),
         threads,
     }
 }

@@ -1,6 +1,6 @@
 //! A path from a file → report and pictures of its verification, for paths made here and elsewhere.
 
-use crate::results::{Input, OutputFile};
+use crate::results::{self, Input, OutputFile};
 use evencut_core::gcode::{self, CheckOptions, Finding, GcodeError};
 use evencut_core::geometry::{DVec3, math};
 use evencut_core::job::Job;
@@ -13,7 +13,7 @@ use evencut_core::report::{
 };
 use evencut_core::surface::{Part, Warning};
 use evencut_core::toolpath::{CsvError, MoveKind, Toolpath};
-use evencut_core::verify::{Facets, LoadOptions, VerifyError, VerifyOptions, verify};
+use evencut_core::verify::{Avoided, Facets, LoadOptions, VerifyError, VerifyOptions, verify};
 use thiserror::Error;
 
 /// Millimetres in an inch, and the factor by which a ratio may differ from it: a path is larger than its surface by
@@ -73,6 +73,8 @@ pub struct Workpiece {
     pub rest: Part,
     /// Faces of what is machined over which the cutter bridges the part; empty where there are none.
     pub bridges: Vec<bool>,
+    /// What the whole tool must stay away from.
+    pub avoided: Vec<Avoided>,
     /// Repairs of a mesh file; `None` where there is nothing worth mentioning.
     pub mended: Option<Warning>,
 }
@@ -149,21 +151,22 @@ fn bounds(places: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
 }
 
 impl Workpiece {
-    /// The part of a job: what it selects is machined, the rest of the part and what stands beside it must not be cut
-    /// into. Also returns the height of the cusps that the job allows, mm.
+    /// The part of a job: what it selects is machined, the rest of the part must not be cut into, and the tool must stay
+    /// away from what the job avoids. Also returns the height of the cusps that the job allows, mm.
     ///
     /// # Errors
     /// [`VerdictError`] where the surface cannot be read or used.
     pub fn of_job(job: &Job, files: Files, threads: usize) -> Result<(Self, f64), VerdictError> {
         let failed = |error| VerdictError::Surface(Box::new(error));
         let keys = SurfaceKeys::of(job);
-        let Design { surface, guarded, bridges, .. } =
+        let Design { surface, guarded, bridges, avoided, .. } =
             Design::new(&keys, files, threads).map_err(failed)?;
         let (positions, faces) = surface.triangles();
         let design = Part { positions: positions.to_vec(), faces };
         let curvature = surface.curvature(job.surface.curvature_radius);
         let cusps = CuspBudget::of(job, &surface, &curvature).limit;
-        Ok((Self { rest: guarded, design, bridges, mended: None }, cusps))
+        let avoided = results::avoided(&avoided);
+        Ok((Self { rest: guarded, design, bridges, avoided, mended: None }, cusps))
     }
 
     /// The part in a mesh file, its lengths multiplied by `scale`: faces whose normals lie within `within` rad of +Z
@@ -185,7 +188,8 @@ impl Workpiece {
         // Welding exact copies is what every STL needs.
         let welded = Repairs { welded: 0, tolerance: 0.0, ..repairs.clone() };
         let mended = (welded != Repairs::default()).then_some(Warning::Repaired(repairs));
-        Ok(Self { design: of(true), rest: of(false), bridges: Vec::new(), mended })
+        let (design, rest) = (of(true), of(false));
+        Ok(Self { design, rest, mended, ..Self::default() })
     }
 
     /// Adds the mesh in a file, its lengths multiplied by `scale`, to the rest of the part, which must not be cut
@@ -297,7 +301,12 @@ pub fn verdict(
         Some(_) => options.load.map(LoadOptions::of_program),
         None => options.load,
     };
-    let options = &VerifyOptions { bridges: workpiece.bridges.clone(), load, ..options.clone() };
+    let options = &VerifyOptions {
+        bridges: workpiece.bridges.clone(),
+        avoided: workpiece.avoided.clone(),
+        load,
+        ..options.clone()
+    };
     let verification = verify(&read.path, design, rest, options, progress)?;
     let findings = read.findings.iter().map(ToString::to_string).collect();
     let report = VerificationReport {

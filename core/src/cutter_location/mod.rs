@@ -17,7 +17,7 @@ mod upright;
 pub use axis::{ToolAxis, tool_axis};
 pub use check_mesh::CheckMesh;
 pub use error::LocateError;
-pub use obstacles::{Obstacles, Standing};
+pub use obstacles::{Avoided, Obstacles, Standing};
 pub use options::PassOptions;
 pub use pass::{Contact, LiftedSpan, Located, LocatedPass, facet_error, locate_pass};
 pub use probe::{is_in_wall, is_way_clear, lowest_off_walls, raise_at, standing_clear};

@@ -1,4 +1,6 @@
-//! Everything that the cutter must keep clear of: the part, with its allowance, and walls.
+//! Everything that the cutter must keep clear of: the part, with its allowance, walls, and what it keeps a distance from.
+//!
+//! A distance is kept by a cutter that is larger by it on all sides and just touches.
 
 use super::check_mesh::CheckMesh;
 use super::ruling::{Pushed, Ruling, Rulings};
@@ -12,11 +14,21 @@ const MOST_ROUNDS: usize = 8;
 /// The first fraction of the way down that is tested.
 const FIRST_DROP: f64 = 0.125;
 
-/// The part and the walls beside it.
+/// A mesh that the cutter keeps a distance from.
+#[derive(Clone, Debug)]
+pub struct Avoided {
+    /// Its facets.
+    pub mesh: CheckMesh,
+    /// The distance, mm.
+    pub distance: f64,
+}
+
+/// The part, the walls beside it and what is avoided.
 #[derive(Clone, Debug)]
 pub struct Obstacles {
     part: Arc<CheckMesh>,
     walls: CheckMesh,
+    avoided: Vec<Avoided>,
     rulings: Rulings,
 }
 
@@ -50,27 +62,39 @@ impl Standing {
         (0.0..=self.reach).contains(&height) && across <= wide * wide
     }
 
-    /// The cutter offset outward on all sides (inward if negative), mm; `None` where nothing is left.
+    /// The cutter offset outward at its side and its end (inward if negative), mm; `None` where nothing is left.
     pub fn grown(self, growth: f64) -> Option<Self> {
         let radius = self.tool.radius() + growth;
         let corner = (self.tool.corner_radius() + growth).max(0.0);
         let tool = Tool::new(radius, corner.min(radius)).ok()?;
         Some(Self { tool, ..self.lifted(-growth) })
     }
+
+    /// The cutter offset outward on all sides, at its upper end, too, less `depth`, mm; `None` where nothing is left.
+    fn away(self, distance: f64, depth: f64) -> Option<Self> {
+        let grown = self.grown(distance - depth)?;
+        Some(Self { reach: self.reach + 2.0 * distance, ..grown })
+    }
 }
 
 impl Obstacles {
     /// A part without walls.
     pub fn of_part(part: CheckMesh) -> Self {
-        Self { part: part.into(), walls: CheckMesh::nothing(), rulings: Rulings::default() }
+        let rulings = Rulings::default();
+        Self { part: part.into(), walls: CheckMesh::nothing(), avoided: Vec::new(), rulings }
     }
 
-    /// A part with walls: as facets, and as rulings off which the cutter is pushed.
-    pub fn with_walls(part: Arc<CheckMesh>, walls: CheckMesh, rulings: Vec<Ruling>) -> Self {
-        Self { part, walls, rulings: Rulings::new(rulings) }
+    /// A part with walls and what is avoided: as facets, and as rulings of both off which the cutter is pushed.
+    pub fn with_walls(
+        part: Arc<CheckMesh>,
+        walls: CheckMesh,
+        avoided: Vec<Avoided>,
+        rulings: Vec<Ruling>,
+    ) -> Self {
+        Self { part, walls, avoided, rulings: Rulings::new(rulings) }
     }
 
-    /// The walls alone.
+    /// The walls and what is avoided alone.
     pub fn without_part(&self) -> Self {
         Self { part: CheckMesh::nothing().into(), ..self.clone() }
     }
@@ -80,14 +104,19 @@ impl Obstacles {
         &self.rulings
     }
 
-    /// How far the cutter must be lifted to clear the part, with `allowance` mm left on it, and the walls, mm.
+    /// How far the cutter must be lifted to clear the part, with `allowance` mm left on it, the walls, and what is avoided
+    /// by its distance, mm.
     pub fn raise(&self, at: Standing, allowance: f64) -> f64 {
         let Some(grown) = at.grown(allowance) else { return 0.0 };
         let mut raise = 0.0;
         for _ in 0..MOST_ROUNDS {
             let of = |mesh: &CheckMesh, s: Standing| mesh.raise(&s.tool, s.tip, s.axis, s.reach);
             raise += of(&self.part, grown.lifted(raise));
-            let more = of(&self.walls, at.lifted(raise));
+            let mut more = of(&self.walls, at.lifted(raise));
+            for Avoided { mesh, distance } in &self.avoided {
+                let away = at.lifted(raise + more).away(*distance, 0.0);
+                more += away.map_or(0.0, |at| of(mesh, at));
+            }
             raise += more;
             if more == 0.0 {
                 break;
@@ -96,13 +125,15 @@ impl Obstacles {
         raise
     }
 
-    /// Whether the cutter penetrates part (with `allowance` mm left on it) and walls by less than `depth` mm, measured
-    /// along the normal.
+    /// Whether the cutter penetrates part (with `allowance` mm left on it), walls and the distance of what is avoided by
+    /// less than `depth` mm, measured along the normal.
     pub fn is_clear(&self, at: Standing, allowance: f64, depth: f64) -> bool {
-        let clears = |mesh: &CheckMesh, growth: f64| {
-            at.grown(growth).is_none_or(|s| mesh.is_clear(&s.tool, s.tip, s.axis, s.reach))
+        let clears = |mesh: &CheckMesh, grown: Option<Standing>| {
+            grown.is_none_or(|s| mesh.is_clear(&s.tool, s.tip, s.axis, s.reach))
         };
-        clears(&self.part, allowance - depth) && clears(&self.walls, -depth)
+        clears(&self.part, at.grown(allowance - depth))
+            && clears(&self.walls, at.grown(-depth))
+            && self.avoided.iter().all(|a| clears(&a.mesh, at.away(a.distance, depth)))
     }
 
     /// The cutter moved across its axis until it just touches the walls that it penetrated; `None` where it does not
@@ -131,5 +162,76 @@ impl Obstacles {
             }
             down = (2.0 * down).min(below);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A box from 10 mm on along X, 4 mm high, over a floor that is far below.
+    fn clamp() -> (Vec<DVec3>, Vec<[u32; 3]>) {
+        let place = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+        let positions = [(10.0, -9.0), (30.0, -9.0), (30.0, 9.0), (10.0, 9.0)];
+        let positions = positions.iter().map(|&(x, y)| place(x, y, 4.0));
+        let low = [place(10.0, -9.0, -4.0), place(10.0, 9.0, -4.0)];
+        (positions.chain(low).collect(), vec![[0, 1, 2], [0, 2, 3], [0, 3, 5], [0, 5, 4]])
+    }
+
+    fn avoiding(distance: f64) -> Obstacles {
+        let (positions, faces) = clamp();
+        let rulings = (0..=360).map(|i| {
+            let from = DVec3::new(10.0, -9.0 + f64::from(i) * 0.05, -4.0);
+            let to = from.with_z(4.0);
+            Ruling { from, to, inward: DVec3::NEG_X, allowance: distance, clears_behind: false }
+        });
+        let avoided = vec![Avoided { mesh: CheckMesh::new(positions, faces), distance }];
+        let (part, walls) = (CheckMesh::nothing().into(), CheckMesh::nothing());
+        Obstacles::with_walls(part, walls, avoided, rulings.collect())
+    }
+
+    fn standing(tool: Tool, x: f64, z: f64) -> Standing {
+        Standing { tool, tip: DVec3::new(x, 0.0, z), axis: DVec3::Z, reach: f64::INFINITY }
+    }
+
+    /// The place of a ball from which the edge of the box, 4 mm up, is so far away: `sqrt((R + d)² - (R - 4)²)` aside.
+    #[test]
+    fn a_ball_keeps_its_distance_from_an_edge() {
+        let ball = Tool::new(5.0, 5.0).unwrap();
+        for distance in [0.0, 0.7, 3.0] {
+            let obstacles = avoiding(distance);
+            let aside = ((5.0 + distance) * (5.0 + distance) - 1.0f64).sqrt();
+            let at = |x: f64| standing(ball, x, 0.0);
+            assert!(obstacles.is_clear(at(10.0 - aside - 1e-4), 0.0, 0.0), "{distance}");
+            assert!(!obstacles.is_clear(at(10.0 - aside + 1e-4), 0.0, 0.0), "{distance}");
+            assert!(obstacles.is_clear(at(10.0 - aside + 1e-4), 0.0, 0.01), "{distance}");
+            let pushed = obstacles.pushed(at(9.0)).unwrap().tip;
+            assert!((pushed.x - (10.0 - aside)).abs() < 1e-4, "{distance}: {pushed}");
+        }
+    }
+
+    #[test]
+    fn a_flat_end_is_lifted_by_its_distance_over_a_box() {
+        let flat = Tool::new(5.0, 0.0).unwrap();
+        for distance in [0.0, 0.7] {
+            let raise = avoiding(distance).raise(standing(flat, 20.0, -1.0), 0.0);
+            assert!((raise - (5.0 + distance)).abs() < 1e-5, "{distance}: {raise}");
+            let beside = standing(flat, 5.0 - distance - 1e-3, -1.0);
+            assert_eq!(avoiding(distance).raise(beside, 0.0), 0.0);
+        }
+    }
+
+    /// Below a roof, the end of a short cutter is clear of it by the distance, too.
+    #[test]
+    fn the_upper_end_keeps_its_distance() {
+        let roof = [(-9.0, -9.0), (9.0, -9.0), (0.0, 9.0)].map(|(x, y)| DVec3::new(x, y, 20.0));
+        let mesh = CheckMesh::new(roof.to_vec(), vec![[0, 1, 2]]);
+        let (part, walls) = (CheckMesh::nothing().into(), CheckMesh::nothing());
+        let avoided = vec![Avoided { mesh, distance: 2.0 }];
+        let obstacles = Obstacles::with_walls(part, walls, avoided, Vec::new());
+        let flat = Tool::new(3.0, 0.0).unwrap();
+        let at = |reach: f64| Standing { reach, ..standing(flat, 0.0, 0.0) };
+        assert!(obstacles.is_clear(at(17.9), 0.0, 0.0));
+        assert!(!obstacles.is_clear(at(18.1), 0.0, 0.0));
     }
 }

@@ -14,12 +14,12 @@ use rstar::{AABB, RTree, RTreeObject};
 
 /// Greatest number of steps out of rulings; a corner of two walls takes two or three.
 const MOST_STEPS: usize = 64;
-/// Farthest distance that a cutter is pushed, cutter radii: where it touches the surface, its axis is at most a
+/// Farthest distance that a cutter is pushed, radii of the cutter with its allowance: where it touches the surface, its axis is at most a
 /// radius behind a wall, and out of a corner of 60 degrees it moves twice as far as out of a wall.
 const FARTHEST: f64 = 4.0;
 /// A cutter that penetrates a wall by less than this touches it, mm.
 const TOUCH: f64 = 1e-7;
-/// Distance from the axis, cutter radii, within which a ruling shows on which side of the wall the cutter stands.
+/// Distance from the axis, radii of the cutter with its allowance, within which a ruling shows on which side of the wall the cutter stands.
 const AROUND: f64 = 2.1;
 /// Steps of the search along a ruling for the deepest penetration of a rounded end.
 const THIRDS: usize = 24;
@@ -40,7 +40,7 @@ pub struct Ruling {
     pub to: DVec3,
     /// Unit direction out of the wall.
     pub inward: DVec3,
-    /// Allowance on the wall, mm.
+    /// Allowance on the wall, or distance that is kept from it, mm: the cutter is taken to be larger by it on all sides.
     pub allowance: f64,
     /// Whether a cutter whose axis is behind the wall is moved out in front of it; otherwise it has no place there.
     pub clears_behind: bool,
@@ -78,6 +78,8 @@ pub struct Pushed {
 #[derive(Clone, Debug, Default)]
 pub struct Rulings {
     tree: RTree<Ruling>,
+    /// The largest allowance, mm.
+    allowance: f64,
 }
 
 /// The cutter of a query.
@@ -102,7 +104,8 @@ struct Seen {
 impl Rulings {
     /// An index over rulings.
     pub fn new(rulings: Vec<Ruling>) -> Self {
-        Self { tree: RTree::bulk_load(rulings) }
+        let allowance = rulings.iter().map(|r| r.allowance).fold(0.0, f64::max);
+        Self { tree: RTree::bulk_load(rulings), allowance }
     }
 
     /// Whether there is no wall.
@@ -119,7 +122,7 @@ impl Rulings {
             return None;
         }
         let query = Query { tool, tip, axis, reach };
-        let around = AROUND * tool.radius();
+        let around = AROUND * (tool.radius() + self.allowance);
         // Those at the least distance, for lines that are equally near.
         let mut nearest: Vec<(f64, &Ruling, DVec3)> = Vec::new();
         let mut worst: Option<(f64, &Ruling, DVec3)> = None;
@@ -177,7 +180,7 @@ impl Rulings {
             let plane = (away, away.dot(out));
             let both = before.and_then(|b| touching_both(out, b, plane, axis));
             pushed = Pushed { tip: both.unwrap_or(out), away: Some(away) };
-            if pushed.tip.distance(tip) > FARTHEST * tool.radius() {
+            if pushed.tip.distance(tip) > FARTHEST * (tool.radius() + self.allowance) {
                 return None;
             }
             before = Some(plane);
@@ -242,7 +245,11 @@ impl Query<'_> {
     /// `None` for a ruling that lies wholly below the tip or above the cutter; if less deep than `floor`, the depth
     /// beside the rounded end does not matter.
     fn sees(&self, ruling: &Ruling, floor: f64) -> Option<Seen> {
-        let (a, b) = (ruling.from - self.tip, ruling.to - self.tip);
+        let grown = ruling.allowance;
+        let tip = self.tip - self.axis * grown;
+        let (reach, radius) = (self.reach + 2.0 * grown, self.tool.radius() + grown);
+        let round = self.tool.corner_radius() + grown;
+        let (a, b) = (ruling.from - tip, ruling.to - tip);
         let (low, high) = (a.dot(self.axis), b.dot(self.axis));
         let (foot, top) = (a - self.axis * low, b - self.axis * high);
         let rise = high - low;
@@ -261,19 +268,18 @@ impl Query<'_> {
             let at = if square > 0.0 { -foot.dot(way) / square } else { s };
             foot + way * at.clamp(s, t)
         };
-        let whole = between(0.0, self.reach)?;
+        let whole = between(0.0, reach)?;
         let across = nearest_on(whole);
         let distance = across.length();
-        let (radius, round) = (self.tool.radius(), self.tool.corner_radius());
         let mut seen = Seen { distance, across, depth: f64::NEG_INFINITY, deepest: across };
-        if let Some(side) = between(round, self.reach) {
+        if let Some(side) = between(round, reach) {
             seen.deepest = nearest_on(side);
             seen.depth = radius - seen.deepest.length();
         }
         // Beside the rounded end the cutter is slimmer.
-        let known = seen.depth.max(floor - ruling.allowance);
+        let known = seen.depth.max(floor);
         if radius - distance > known + NEGLIGIBLE
-            && let Some((mut s, mut t)) = between(0.0, round.min(self.reach))
+            && let Some((mut s, mut t)) = between(0.0, round.min(reach))
         {
             let at = |part: f64| {
                 let lack = (round - (low + rise * part)).clamp(0.0, round);
@@ -292,7 +298,6 @@ impl Query<'_> {
                 }
             }
         }
-        seen.depth += ruling.allowance;
         Some(seen)
     }
 }

@@ -1,5 +1,6 @@
 //! The complete job, and what follows from its numbers.
 
+use super::avoid::Avoid;
 use super::cut::{Cut, CutDirection, Stepover};
 use super::fault::Faults;
 use super::force::{Force, MinChip, MrrLimit, TrochoidOptions};
@@ -39,6 +40,8 @@ pub struct Job {
     pub regions: RegionOptions,
     /// Passes and links.
     pub path: PathOptions,
+    /// What the whole tool stays away from.
+    pub avoid: Vec<Avoid>,
     /// The blades of a blisk, with the pattern `hub`.
     pub hub: Option<HubOptions>,
     /// Limits on the cut.
@@ -92,6 +95,11 @@ impl Job {
             Some(PostSource::File(file)) => Some(file),
             _ => None,
         }
+    }
+
+    /// The files of meshes that it avoids, in the order of their tables.
+    pub fn avoided_files(&self) -> impl Iterator<Item = &str> {
+        self.avoid.iter().map(|avoid| avoid.file.as_str())
     }
 
     /// The files of blades that it names, each once.

@@ -292,10 +292,11 @@ fn about(schema: &Schema) -> Option<String> {
     schema["description"].as_str().map(str::to_owned)
 }
 
-/// The tables of the schema, dotted.
+/// The tables of the schema and those of lists of tables, dotted.
 fn tables(schema: &Schema, above: &str) -> Vec<Completion> {
     let all = schema["properties"].as_object().into_iter().flatten();
-    let all = all.filter(|(_, inner)| inner["type"] == "object").flat_map(|(key, inner)| {
+    let is_table = |inner: &Schema| inner["type"] == "object" || inner["items"]["type"] == "object";
+    let all = all.filter(|(_, inner)| is_table(inner)).flat_map(|(key, inner)| {
         let text = if above.is_empty() { key.clone() } else { format!("{above}.{key}") };
         let below = tables(inner, &text);
         let table =

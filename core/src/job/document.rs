@@ -29,6 +29,13 @@ const LARGEST: usize = 1 << 20;
 const RENAMED: [(&str, &str); 2] =
     [("cut.stock", "cut.allowance"), ("cut.too_tight", "cut.inaccessible")];
 
+/// Keys that are gone, and what to write instead.
+const REPLACED: [(&str, &str); 1] = [(
+    "path.wall_file",
+    "write a table `[[avoid]]` at the end of the file, with this mesh as its `file` and, if it is not to be \
+     `tool.clearance`, the `distance` that the tool keeps from it",
+)];
+
 /// Where a key and its value stand in the source, bytes.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Place {
@@ -253,6 +260,8 @@ impl Walk {
         if let Some((_, key)) = RENAMED.iter().find(|(old, _)| *old == full) {
             fault = fault.help(format!("it is called `{key}` now"));
             self.places.misspelt.insert((*key).to_owned(), place);
+        } else if let Some((_, instead)) = REPLACED.iter().find(|(old, _)| *old == full) {
+            fault = fault.help(*instead);
         } else if let Some(near) = nearest(name, known.iter().copied()) {
             fault = fault.help(format!("did you mean `{near}`?"));
             self.places.misspelt.insert(join(path, near), place);
@@ -339,6 +348,9 @@ impl Walk {
             }
             DeValue::Array(_) if schema["type"] == "object" => {
                 fault = fault.help(format!("write [{key}], with single brackets"));
+            }
+            DeValue::Table(_) if schema["items"]["type"] == "object" => {
+                fault = fault.help(format!("write [[{key}]], with double brackets"));
             }
             _ => {}
         }
@@ -437,8 +449,18 @@ impl Walk {
             self.fault(Fault::new(key, message).at(Some(span)));
             return None;
         }
-        let items: Vec<Option<toml::Value>> =
-            array.iter().map(|item| self.value(key, item, &schema["items"])).collect();
+        let mut item = |(i, item): (usize, &Spanned<DeValue<'_>>)| match item.get_ref() {
+            // Tables have keys of their own, whose places are told apart.
+            DeValue::Table(_) => {
+                let key = format!("{key}[{i}]");
+                self.places
+                    .by_key
+                    .insert(key.clone(), Place { key: item.span(), value: item.span() });
+                self.value(&key, item, &schema["items"])
+            }
+            _ => self.value(key, item, &schema["items"]),
+        };
+        let items: Vec<Option<toml::Value>> = array.iter().enumerate().map(&mut item).collect();
         let items: Vec<toml::Value> = items.into_iter().collect::<Option<_>>()?;
         let repeats = (1..items.len()).any(|i| items[..i].contains(&items[i]));
         if schema["uniqueItems"] == true && repeats {

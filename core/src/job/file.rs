@@ -60,6 +60,12 @@ pub struct JobFile {
     /// Passes and links.
     #[serde(default)]
     pub path: PathTable,
+    /// What stands beside the surface and must not be touched, such as clamps and vices: a table `[[avoid]]` for each.
+    /// Passes, links and rapids keep their distance; the simulation measures it on every move, for cutter, shank and
+    /// holder. With `path.pattern = "hub"` it says nothing.
+    #[schemars(extend("x-default" = "nothing stands there", "maxItems" = 100))]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub avoid: Option<Vec<AvoidTable>>,
     /// The blades of a blisk, with `path.pattern = "hub"`: the surface is its hub.
     #[serde(default, skip_serializing_if = "is_default")]
     pub hub: HubTable,
@@ -291,9 +297,10 @@ pub struct ToolTable {
     /// The holder as cylinders and cones, from the shank upward.
     #[schemars(extend("x-default" = "none", "minItems" = 1, "maxItems" = 100))]
     pub holder: Option<Vec<HolderTable>>,
-    /// How far holder and shank, where they are wider than the cutter, must stay clear of part, stock and `path.wall_file`:
+    /// How far holder and shank, where they are wider than the cutter, must stay clear of part and stock:
     /// the simulation measures it on every move. Where the axis turns, a shank that is not wider must not cut in. Checked where
     /// one of `length`, `shank_diameter`, `stickout` and `holder` is given; with `path.pattern = "hub"` there is `hub.clearance`.
+    /// It is also the default of `avoid.distance`.
     #[schemars(extend("x-unit" = "mm", "x-default" = "0.5 mm", "minimum" = 0.0, "maximum" = 100.0))]
     pub clearance: Option<f64>,
 }
@@ -499,12 +506,24 @@ pub struct PathTable {
     /// How far a wall stands above the edge of the surface; with `boundary = "wall"`.
     #[schemars(extend("x-unit" = "mm", "x-default" = "the tool diameter, or the stock's height if that is more", "minimum" = 1e-3, "maximum" = 1e4))]
     pub wall_height: Option<f64>,
-    /// Mesh (stl, obj, ply or off) of what stands beside the surface and must not be cut into, such as clamps, with
-    /// any `boundary`; the path is relative to the job file. It has the coordinates of the surface's file and is
-    /// placed as that is, by `surface.units`, `scale`, `rotate` and `translate`; beside a formula or a STEP file its
-    /// lengths are mm.
-    #[schemars(extend("x-default" = "nothing stands there", "minLength" = 1, "maxLength" = 4096))]
-    pub wall_file: Option<String>,
+}
+
+/// A clamp, a vice, a pin, or whatever else the tool stays away from.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("required" = ["file"]))]
+pub struct AvoidTable {
+    /// Mesh (stl, obj, ply or off); the path is relative to the job file. It has the coordinates of the surface's file
+    /// and is placed as that is, by `surface.units`, `scale`, `rotate` and `translate`; beside a formula or a STEP file
+    /// its lengths are mm.
+    #[schemars(extend("minLength" = 1, "maxLength" = 4096))]
+    pub file: Option<String>,
+    /// How far cutter, shank and holder stay away from it at least, on every move; with 0 they may touch it.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "`tool.clearance`", "minimum" = 0.0, "maximum" = 100.0))]
+    pub distance: Option<f64>,
+    /// What it is called in messages and reports; each another name.
+    #[schemars(extend("x-default" = "the file's name without its extension", "minLength" = 1, "maxLength" = 40))]
+    pub name: Option<String>,
 }
 
 /// `[force]`.
@@ -597,7 +616,7 @@ pub struct MachineTable {
     /// Acceleration of the rotary axes.
     #[schemars(extend("x-unit" = "deg/s²", "x-default" = "not asked", "minimum" = 0.01, "maximum" = 1e7))]
     pub max_rotary_acceleration: Option<f64>,
-    /// Height above part and stock at which rapids run.
+    /// Height above part and stock, and above what is avoided with its distance, at which rapids run.
     #[schemars(extend("x-unit" = "mm", "x-default" = "10 mm", "exclusiveMinimum" = 0.0, "maximum" = 1e4))]
     pub clearance: Option<f64>,
     /// Work offset that the program calls.

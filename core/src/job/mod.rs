@@ -4,6 +4,7 @@
 //! once ([`Faults`]), and resolved into a [`Job`]: every default filled in, every value and
 //! combination checked. No later stage knows a default. [`Job::to_toml`] goes the other way.
 
+mod avoid;
 mod complete;
 mod completion;
 mod cut;
@@ -27,6 +28,7 @@ mod window;
 mod words;
 mod write;
 
+pub use avoid::Avoid;
 pub use complete::{Job, Resolved};
 pub use completion::{
     Completion, CompletionKind, Completions, Explanation, completions, explanation,

@@ -207,7 +207,4 @@ pub struct PathOptions {
     pub boundary: Boundary,
     /// Height of walls above the edge of the surface, mm.
     pub wall_height: f64,
-    /// Mesh of what stands beside the surface and must not be cut into, relative to the job file; placed as the
-    /// surface's file is.
-    pub wall_file: Option<String>,
 }

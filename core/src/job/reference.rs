@@ -37,14 +37,18 @@ feed = 1200.0
 /// The reference of the job file as Markdown: every key with unit, default, range and meaning.
 pub fn reference() -> String {
     let mut text = HEAD.to_owned();
-    table(&mut text, "", described());
+    table(&mut text, "", described(), false);
     text
 }
 
 /// Writes the keys of a table, then the tables in it.
-fn table(text: &mut String, path: &str, schema: &Value) {
+fn table(text: &mut String, path: &str, schema: &Value, is_in_array: bool) {
     let Some(properties) = schema["properties"].as_object() else { return };
-    let heading = if path.is_empty() { "Top of the file".into() } else { format!("`[{path}]`") };
+    let heading = match path {
+        "" => "Top of the file".to_owned(),
+        _ if is_in_array => format!("`[[{path}]]`"),
+        _ => format!("`[{path}]`"),
+    };
     let description = schema["description"].as_str().unwrap_or_default();
     // Writing to a string cannot fail.
     let _ = write!(text, "\n## {heading}\n\n{description}\n\n");
@@ -53,11 +57,14 @@ fn table(text: &mut String, path: &str, schema: &Value) {
     if !keys.is_empty() {
         text.push_str("| key | unit | default | allowed | meaning |\n|---|---|---|---|---|\n");
     }
-    for (name, value) in keys {
+    for (name, value) in &keys {
         row(text, name, value, schema);
     }
+    for (name, value) in keys {
+        table(text, &join(path, name), &value["items"], true);
+    }
     for (name, value) in tables {
-        table(text, &join(path, name), value);
+        table(text, &join(path, name), value, false);
     }
 }
 

@@ -1,10 +1,11 @@
 //! From the complete job back to a job file with every key written out.
 
+use super::avoid::Avoid;
 use super::complete::Job;
 use super::cut::{Cut, Stepover};
 use super::file::{
-    AnalyticTable, ComponentKey, ComponentRule, CutTable, DistortionTable, FaceKey, FaceRule,
-    FlattenTable, ForceTable, GcodeTable, HolderTable, HubTable, JobFile, MachineTable,
+    AnalyticTable, AvoidTable, ComponentKey, ComponentRule, CutTable, DistortionTable, FaceKey,
+    FaceRule, FlattenTable, ForceTable, GcodeTable, HolderTable, HubTable, JobFile, MachineTable,
     MaterialTable, OutputTable, PathTable, PostKey, RegionsTable, RotaryLetter, RotaryTable,
     SelectTable, SurfaceTable, TensorTable, TextureTable, ToolTable, TravelTable, TrochoidTable,
     Units, VERSION,
@@ -46,6 +47,7 @@ impl Job {
             cut: cut_table(&self.cut, &self.setup),
             regions: regions_table(&self.regions),
             path: path_table(&self.path),
+            avoid: (!self.avoid.is_empty()).then(|| self.avoid.iter().map(avoid_table).collect()),
             hub: self.hub.as_ref().map(hub_table).unwrap_or_default(),
             force: self.force_table(),
             material: self.force.material.map(material_table).unwrap_or_default(),
@@ -195,7 +197,14 @@ fn path_table(path: &PathOptions) -> PathTable {
         links: uses("links").then_some(path.links),
         boundary: uses("boundary").then_some(path.boundary),
         wall_height: (path.boundary == Boundary::Wall).then_some(path.wall_height),
-        wall_file: path.wall_file.clone(),
+    }
+}
+
+fn avoid_table(avoid: &Avoid) -> AvoidTable {
+    AvoidTable {
+        file: Some(avoid.file.clone()),
+        distance: Some(avoid.distance),
+        name: Some(avoid.name.clone()),
     }
 }
 

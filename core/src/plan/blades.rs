@@ -113,7 +113,7 @@ impl<'a> Source<'a> {
                 }
                 (BladeSurface::File(name), _) => {
                     let bytes =
-                        self.files.named(name).ok_or_else(|| PlanError::NoFile(name.clone()))?;
+                        self.files.blade(name).ok_or_else(|| PlanError::NoFile(name.clone()))?;
                     let of_file = |e: PlanError| wrong(format!("{name}: {e}"));
                     let (surface, trim) = self.json(bytes).map_err(of_file)?;
                     let soup = mesh(&surface, trim, options)

@@ -1,6 +1,7 @@
 //! Flat paths → delivered ones: with their true removal rates, and without the material that the first passes leave.
 
 use super::error::{PlanError, SLOWEST};
+use super::load::Avoided;
 use super::prepared::Prepared;
 use crate::cutter_location::{LiftedSpan, PassOptions, ToolAxis};
 use crate::flat_path::FlatPoint;
@@ -22,6 +23,13 @@ use core::cell::OnceCell;
 
 /// Fraction of the stock's depth above which the remaining material counts as untouched.
 const TOUCHED: f64 = 0.98;
+
+/// How much farther than asked the cutter is kept from what is avoided, tolerances: it may come nearer by one, and what
+/// is left covers the rounding of coordinates in programs.
+const SPARE: f64 = 1.25;
+/// How far from the surface what is avoided may push the cutter aside, radii of the cutter with the distance: it is
+/// pushed no farther.
+const NEAR: f64 = 4.0;
 
 /// The path of the plain passes, for comparison.
 #[derive(Clone, Debug)]
@@ -243,19 +251,20 @@ pub fn deliver_options(job: &Job, rapid_plane: f64, threads: usize) -> DeliverOp
     }
 }
 
-/// Height that clears part, stock and walls: above the top in three axes; in five, above the sphere about the rotary
-/// centre (the origin) that contains the part in any position of the tables. `walls`: the corners of swept walls, mm.
-pub fn rapid_plane(part: &Part, walls: &[DVec3], job: &Job) -> f64 {
+/// Height that clears part, stock, walls and what is avoided: above the top in three axes; in five, above the sphere
+/// about the rotary centre (the origin) that contains them in any position of the tables.
+pub fn rapid_plane(part: &Part, walls: &Walls, job: &Job) -> f64 {
     let reach = |p: &DVec3| match job.machine.axes {
         Axes::ThreeAxis => p.z,
         Axes::FiveAxis(_) => p.length(),
     };
-    let top = |places: &[DVec3]| places.iter().map(reach).fold(f64::NEG_INFINITY, f64::max);
+    let top = part.positions.iter().map(reach).fold(f64::NEG_INFINITY, f64::max);
     let stock = job.cut.axial_depth + job.cut.allowance;
-    (top(&part.positions) + stock).max(top(walls)) + job.machine.clearance
+    let (walls, avoided) = walls.top(reach);
+    (top + stock).max(walls).max(avoided) + job.machine.clearance
 }
 
-/// The walls along a job's surface, none at an open boundary, and what stands `beside` it.
+/// The walls along a job's surface, none at an open boundary, and what is avoided.
 pub fn walls(job: &Job, prepared: &Prepared) -> Walls {
     let surface = &prepared.surface;
     let options = WallOptions {
@@ -271,8 +280,10 @@ pub fn walls(job: &Job, prepared: &Prepared) -> Walls {
         Boundary::Open => Walls::default(),
         Boundary::Wall => Walls::beside(surface, &prepared.part.without(surface), &options),
     };
-    if let Some(mesh) = &prepared.beside {
-        walls.add(mesh, surface, &options, 4.0 * job.tool.radius());
+    for Avoided { mesh, distance, .. } in &prepared.avoided {
+        let distance = distance + SPARE * job.cut.tolerance;
+        let near = NEAR * (job.tool.radius() + distance);
+        walls.avoid(mesh, distance, surface, &options, near);
     }
     walls
 }

@@ -2,7 +2,7 @@
 
 use super::blades::{self, ChannelParts};
 use super::error::{FARTHEST, PlanError};
-use super::load::{Files, SurfaceKeys, load, load_beside};
+use super::load::{Avoided, Files, SurfaceKeys, load, load_avoided};
 use crate::geometry::DVec3;
 use crate::hub::Passage;
 use crate::machine::Axes;
@@ -23,16 +23,16 @@ pub struct Design {
     pub aside: Option<Aside>,
     /// Over which of its faces the cutter bridges the part; empty where it is machined as it is.
     pub bridges: Vec<bool>,
-    /// Facets of the part that are not machined, and of the mesh beside the surface.
+    /// Facets of the part that are not machined, and of what is avoided: for pictures.
     pub rest: Part,
-    /// What must not be cut into beside the surface itself: the rest, and the whole part under a reached surface.
+    /// What of the part must not be cut into beside the surface itself: its rest, and all of it under a reached surface.
     pub guarded: Part,
     /// Warnings about the surface.
     pub warnings: Vec<Warning>,
     /// The part to which the surface belongs.
     pub(super) part: Part,
-    /// The mesh beside the surface.
-    pub(super) beside: Option<Part>,
+    /// What the whole tool stays away from.
+    pub avoided: Vec<Avoided>,
     /// The channel of a hub that the surface is, and the hub about it.
     pub(super) passage: Option<(Passage, Part)>,
 }
@@ -47,9 +47,9 @@ impl Design {
             return Self::of_channel(blades::channel(keys, files, hub)?, keys.axes);
         }
         let Whole { mut part, mut machined, surface, mut warnings } = load(keys, files)?;
-        let beside = load_beside(keys, files)?;
+        let avoided = load_avoided(keys, files)?;
         refuse_too_far(keys.axes, &part)?;
-        let (surface, pieces, aside, bridges, [mut rest, mut guarded]) = match keys.reach(threads) {
+        let (surface, pieces, aside, bridges, [mut rest, guarded]) = match keys.reach(threads) {
             Some(options) => {
                 let count = turn_outward(&mut part);
                 turn_outward(&mut machined);
@@ -64,10 +64,7 @@ impl Design {
                 (surface, 1, None, Vec::new(), [rest.clone(), rest])
             }
         };
-        if let Some(beside) = &beside {
-            rest.add(beside);
-            guarded.add(beside);
-        }
+        avoided.iter().for_each(|avoided| rest.add(&avoided.mesh));
         Ok(Self {
             surface,
             pieces,
@@ -77,7 +74,7 @@ impl Design {
             guarded,
             warnings,
             part,
-            beside,
+            avoided,
             passage: None,
         })
     }
@@ -99,7 +96,7 @@ impl Design {
             rest,
             warnings: built.warnings,
             part,
-            beside: None,
+            avoided: Vec::new(),
             passage: Some((passage, about)),
         })
     }

@@ -20,7 +20,7 @@ pub(super) const SLOWEST: f64 = 0.005;
 /// Why a job cannot be planned.
 #[derive(Debug, Error)]
 pub enum PlanError {
-    /// The surface file was not given.
+    /// A file was not given.
     #[error("surface: the job names the file {0:?}, but it was not given")]
     NoFile(String),
     /// The file name has no known extension.
@@ -32,12 +32,16 @@ pub enum PlanError {
     /// The file cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// The mesh beside the surface was not given.
-    #[error("walls: the job names the file {0:?} in path.wall_file, but it was not given")]
-    NoWallFile(String),
-    /// The mesh beside the surface is not usable.
-    #[error("walls: {}", without_subject(.0))]
-    WallFile(Box<PlanError>),
+    /// A mesh to stay away from is not usable.
+    #[error("avoid: {file}: {}", without_subject(.error))]
+    Avoided {
+        /// Index of its table.
+        index: usize,
+        /// Its file.
+        file: String,
+        /// Why.
+        error: Box<PlanError>,
+    },
     /// The NURBS surface or the STEP file cannot be used.
     #[error(transparent)]
     Smooth(#[from] SmoothError),

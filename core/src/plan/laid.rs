@@ -110,7 +110,7 @@ impl<'a> Ground<'a> {
             regions::region_meshes(regions.as_ref(), surface, chart, metrics, threads)?;
         let floor = region_meshes.iter().map(RegionMesh::length_floor).sum::<f64>() / creases;
         let walls = walls(job, prepared);
-        let plane = rapid_plane(&prepared.part, walls.corners(), job);
+        let plane = rapid_plane(&prepared.part, &walls, job);
         let mut options = deliver_options(job, plane, threads);
         if prepared.aside.is_some() {
             options.pass.tolerance *= ON_REACHED;

@@ -1,8 +1,8 @@
-//! The files that a job names, or its formula → its surface, the part to which it belongs, and the mesh beside it.
+//! The files that a job names, or its formula → its surface, the part to which it belongs, and what to stay away from.
 
 use super::error::PlanError;
 use crate::job::{
-    AnalyticKind, AnalyticOptions, AnalyticParameters, FlattenMethod, HubOptions, Job,
+    AnalyticKind, AnalyticOptions, AnalyticParameters, Avoid, FlattenMethod, HubOptions, Job,
     SurfaceOptions, SurfaceSource,
 };
 use crate::machine::Axes;
@@ -23,8 +23,8 @@ const ACCURACY: f64 = 0.5;
 pub struct Files<'a> {
     /// Content of the surface file; `None` for a formula.
     pub surface: Option<&'a [u8]>,
-    /// Content of the mesh file beside it, `path.wall_file`; `None` if there is none.
-    pub wall: Option<&'a [u8]>,
+    /// Names and contents of the meshes to stay away from, `avoid.file`.
+    pub avoid: &'a [(String, Vec<u8>)],
     /// Content of the post-processor's file, `output.gcode.post_file`; `None` if there is none.
     pub post: Option<&'a [u8]>,
     /// Name and content of the library from which the job took its tool, `tool.library`: all that is planned stands in the
@@ -41,9 +41,13 @@ impl<'a> Files<'a> {
     }
 
     /// The file of a blade that the job calls so.
-    pub(super) fn named(&self, name: &str) -> Option<&'a [u8]> {
-        self.blades.iter().find(|(held, _)| held == name).map(|(_, bytes)| &bytes[..])
+    pub(super) fn blade(&self, name: &str) -> Option<&'a [u8]> {
+        named(self.blades, name)
     }
+}
+
+fn named<'a>(files: &'a [(String, Vec<u8>)], name: &str) -> Option<&'a [u8]> {
+    files.iter().find(|(held, _)| held == name).map(|(_, bytes)| &bytes[..])
 }
 
 /// What the channel of a hub depends on besides the hub.
@@ -60,8 +64,8 @@ pub(super) struct HubKeys {
 pub struct SurfaceKeys {
     pub(super) surface: SurfaceOptions,
     pub(super) flatten: FlattenMethod,
-    /// The mesh beside the surface.
-    wall_file: Option<String>,
+    /// What the tool stays away from.
+    avoid: Vec<Avoid>,
     /// Largest distance between a smooth surface and its facets, mm.
     pub(super) chord: f64,
     /// About a rotary centre a part may not lie far away.
@@ -79,7 +83,7 @@ impl SurfaceKeys {
         Self {
             surface: job.surface.clone(),
             flatten: job.flatten,
-            wall_file: job.path.wall_file.clone(),
+            avoid: job.avoid.clone(),
             chord: job.surface.chord.unwrap_or(CHORD * job.cut.tolerance),
             axes: job.machine.axes,
             hub: job.hub.as_ref().map(|options| HubKeys {
@@ -132,16 +136,36 @@ pub(super) fn load(keys: &SurfaceKeys, files: Files) -> Result<Whole, PlanError>
     Ok(build_whole(soup, &keys.surface)?)
 }
 
-/// The mesh that stands beside the surface of a job, if it names one.
-pub fn load_beside(keys: &SurfaceKeys, files: Files) -> Result<Option<Part>, PlanError> {
-    let Some(name) = &keys.wall_file else { return Ok(None) };
-    let bytes = files.wall.ok_or_else(|| PlanError::NoWallFile(name.clone()))?;
-    let part = || -> Result<Part, PlanError> {
+/// A mesh beside the surface that the whole tool stays away from.
+#[derive(Clone, Debug)]
+pub struct Avoided {
+    /// What it is called.
+    pub name: String,
+    /// How far the tool stays away from it, mm.
+    pub distance: f64,
+    /// Its facets, mm.
+    pub mesh: Part,
+}
+
+/// What the tool of a job stays away from, in the order of its tables.
+pub(super) fn load_avoided(keys: &SurfaceKeys, files: Files) -> Result<Vec<Avoided>, PlanError> {
+    let mesh = |file: &str| -> Result<Part, PlanError> {
+        let bytes = named(files.avoid, file).ok_or_else(|| PlanError::NoFile(file.to_owned()))?;
         let format =
-            MeshFormat::from_name(name).ok_or_else(|| PlanError::UnknownFormat(name.clone()))?;
+            MeshFormat::from_name(file).ok_or_else(|| PlanError::UnknownFormat(file.to_owned()))?;
         Ok(build_beside(read(bytes, format)?, &keys.surface)?)
     };
-    part().map(Some).map_err(|error| PlanError::WallFile(Box::new(error)))
+    let avoided = |(index, avoid): (usize, &Avoid)| {
+        let Avoid { file, distance, name } = avoid;
+        match mesh(file) {
+            Ok(mesh) => Ok(Avoided { name: name.clone(), distance: *distance, mesh }),
+            Err(error) => {
+                let (file, error) = (file.clone(), Box::new(error));
+                Err(PlanError::Avoided { index, file, error })
+            }
+        }
+    };
+    keys.avoid.iter().enumerate().map(avoided).collect()
 }
 
 /// The formula that the options name.

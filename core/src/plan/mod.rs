@@ -23,7 +23,7 @@ pub use delivery::Plain;
 pub use design::Design;
 pub use error::PlanError;
 pub use laid::Laid;
-pub use load::{Files, SurfaceKeys};
+pub use load::{Avoided, Files, SurfaceKeys};
 pub use planned::{Passes, Planned, Tightest};
 pub use prepared::{Flattening, MapKind, Prepared};
 pub use stage::Stage;

@@ -449,6 +449,7 @@ mod tests {
             bridges: Vec::new(),
             walls: None,
             above: None,
+            avoided: Vec::new(),
             threads: 1,
         };
         verify(path, PLANE, rest, &options, &mut |_| {}).unwrap()

@@ -303,6 +303,7 @@ mod tests {
             bridges: Vec::new(),
             walls: None,
             above: None,
+            avoided: Vec::new(),
             threads: 1,
         };
         let design = Facets { positions, faces: &faces };

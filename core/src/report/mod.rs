@@ -33,9 +33,9 @@ pub use texture::{
     ArealFigures, CuttingFigures, ProfileFigures, TextureFigures, WindowFigures, WorkFigures,
 };
 pub use verification::{
-    AboveCutterFigures, CuspFigures, FaultFigures, Lines, LoadFigures, MrrFigures, RegionFigures,
-    ScallopFigures, SlopeFigures, SpotFigures, VerificationFigures, VerificationReport,
-    WallCutFigures,
+    AboveCutterFigures, AvoidedFigures, CuspFigures, FaultFigures, Lines, LoadFigures, MrrFigures,
+    RegionFigures, ScallopFigures, SlopeFigures, SpotFigures, VerificationFigures,
+    VerificationReport, WallCutFigures,
 };
 
 /// Version of the report's keys: grows when one changes its meaning or goes away.

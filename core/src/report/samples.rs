@@ -351,6 +351,15 @@ fn verification() -> VerificationFigures {
             at_mm: [10.0, 4.0, 22.5],
             line: Some(77),
         }],
+        avoided: vec![AvoidedFigures {
+            name: "clamp beside the left end of the slot".into(),
+            asked_mm: 0.5,
+            clearance_mm: 0.512,
+            is_at_least: true,
+            part: "cutter".into(),
+            at_mm: [-15.0, 4.0, 12.0],
+            line: Some(78),
+        }],
         load: Some(LoadFigures {
             engagement_deg: 108.0,
             engagement_limit_deg: Some(110.0),

@@ -4,8 +4,10 @@ use super::path::{PathFigures, RateFigures};
 use super::plan::{Report, Warning};
 use std::fmt::Write;
 
-/// Warnings shown; the report itself has all.
+/// Warnings shown at most; the report itself has all.
 const WARNINGS: usize = 4;
+/// Lines that warnings may fill: those of a screen.
+const LINES: usize = 38;
 
 /// Rows of the comparison that only the page has.
 const IN_THE_REPORT: [&str; 4] =
@@ -198,22 +200,33 @@ fn warnings(text: &mut String, warnings: &[Warning], notes: &[String]) {
         return;
     }
     text.push('\n');
+    // One line says how many there are more.
+    let mut room = LINES.saturating_sub(text.lines().count() + 1);
+    let mut shown = 0;
     for Warning { stage, message, remedy } in warnings.iter().take(WARNINGS) {
+        let lines = 1 + usize::from(!remedy.is_empty());
+        if lines > room {
+            break;
+        }
+        (room, shown) = (room - lines, shown + 1);
         let _ = writeln!(text, "  warning: {stage}: {message}");
         if !remedy.is_empty() {
             let _ = writeln!(text, "    remedy: {remedy}");
         }
     }
-    for note in notes.iter().take(WARNINGS.saturating_sub(warnings.len())) {
+    let notes = &notes[..notes.len().min(WARNINGS.saturating_sub(warnings.len())).min(room)];
+    for note in notes {
         let _ = writeln!(text, "  note: texture: {note}");
     }
-    if count > WARNINGS {
-        let _ = writeln!(text, "  and {} more in report.json", count - WARNINGS);
+    let more = count - shown - notes.len();
+    if more > 0 {
+        let _ = writeln!(text, "  and {more} more in report.json");
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::report::samples;
 
     #[test]
@@ -224,11 +237,20 @@ mod tests {
         let (mut divided, mut hub) = (report.clone(), report.clone());
         divided.hub = None;
         (hub.regions, hub.tensor) = (None, None);
-        for report in [divided, hub] {
+        // Nor do they avoid what stands beside them.
+        let avoids_nothing = |report: &mut Report| {
+            report.verification.as_mut().unwrap().avoided.clear();
+        };
+        avoids_nothing(&mut hub);
+        let mut plain = divided.clone();
+        avoids_nothing(&mut plain);
+        for (report, more) in
+            [(plain, "and 6 more"), (divided, "more in report.json"), (hub, "and 6 more")]
+        {
             let text = report.summary();
             assert!(text.lines().count() <= 38);
             assert!(text.lines().all(|line| line.chars().count() <= 104));
-            assert!(text.contains("and 6 more"));
+            assert!(text.contains(more), "{text}");
         }
         report.warnings.truncate(2);
         assert!(report.summary().contains("note: texture: the window is narrow"));

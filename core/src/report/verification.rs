@@ -6,8 +6,8 @@ use crate::geometry::DVec3;
 use crate::tool::AssemblyPart;
 use crate::units::per_minute;
 use crate::verify::{
-    Band, Broken, Crests, Fault, Load, LoadOptions, Nearest, Quantity, Spot, Verification,
-    VerifyOptions, WallFigures, Window, Worst,
+    self, Avoided, Band, Broken, Crests, Fault, Load, LoadOptions, Nearest, Quantity, Spot,
+    Verification, VerifyOptions, WallFigures, Window, Worst,
 };
 use serde::Serialize;
 use std::fmt::Write;
@@ -71,6 +71,8 @@ pub struct VerificationFigures {
     pub load: Option<LoadFigures>,
     /// How far shank and holder stay clear of part and stock, as far as they are known and can come near.
     pub above_cutter: Vec<AboveCutterFigures>,
+    /// How far the tool stays away from each mesh that it avoids.
+    pub avoided: Vec<AvoidedFigures>,
     /// Number of rapids that touch stock or part.
     pub rapids_in_stock: u64,
     /// The first of them.
@@ -321,6 +323,47 @@ fn above_cutter(verification: &Verification, lines: &Lines) -> Vec<AboveCutterFi
     nearest.map(figures).collect()
 }
 
+/// How far the tool stays away from a mesh that it avoids, measured on every move.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct AvoidedFigures {
+    /// What the mesh is called.
+    pub name: String,
+    /// The distance that was asked, mm.
+    pub asked_mm: f64,
+    /// Least distance of the tool, mm; negative where it cuts in.
+    pub clearance_mm: f64,
+    /// Whether it is at least that: farther was not looked.
+    pub is_at_least: bool,
+    /// The part of the tool that comes so near: `cutter`, `shank` or `holder`.
+    pub part: String,
+    /// The nearest place of the mesh, mm.
+    pub at_mm: [f64; 3],
+    /// Line of the path.
+    pub line: Option<u64>,
+}
+
+fn avoided(
+    verification: &Verification,
+    options: &VerifyOptions,
+    lines: &Lines,
+) -> Vec<AvoidedFigures> {
+    let all = options.avoided.iter().zip(&verification.avoided);
+    let figures = |(avoided, figures): (&Avoided, &verify::AvoidedFigures)| {
+        let n = figures.closest()?;
+        Some(AvoidedFigures {
+            name: avoided.name.clone(),
+            asked_mm: avoided.distance,
+            clearance_mm: n.distance,
+            is_at_least: n.is_farther,
+            part: n.part.name().to_owned(),
+            at_mm: n.place.to_array(),
+            line: lines.of(n.of),
+        })
+    };
+    all.filter_map(figures).collect()
+}
+
 /// A move that may not be.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -405,6 +448,7 @@ impl VerificationFigures {
             mrr: mrr(verification, options, &lines),
             load: verification.load.zip(options.load).map(|(l, o)| LoadFigures::of(&l, &o)),
             above_cutter: above_cutter(verification, &lines),
+            avoided: avoided(verification, options, &lines),
             rapids_in_stock: f.rapids.len() as u64,
             rapids: faults(&f.rapids),
             moves_without_feed: f.without_feed.len() as u64,
@@ -413,14 +457,28 @@ impl VerificationFigures {
         }
     }
 
-    /// What was measured: labels and lines, that of the walls only where there are some.
+    /// What was measured: labels and lines, those of walls and of what is avoided only where there are some.
     pub fn short(&self) -> Vec<(&'static str, String)> {
         let walls = self.walls.as_ref().map(|walls| ("walls", self.walls_line(walls)));
         let gouge = self.gouge_line() + &self.above_line();
         let first = [("scallop", self.scallop_line()), ("gouge", gouge)];
         let last = [("reach", self.reach_line()), ("rate", self.rate_line())];
         let load = self.load.as_ref().map(|load| ("load", load.line()));
-        first.into_iter().chain(walls).chain(last).chain(load).collect()
+        let avoided = self.avoided_line().map(|line| ("avoided", line));
+        first.into_iter().chain(walls).chain(avoided).chain(last).chain(load).collect()
+    }
+
+    /// How far the tool stays away from what it avoids: of the mesh where least is left of the distance.
+    fn avoided_line(&self) -> Option<String> {
+        let spare = |a: &AvoidedFigures| a.clearance_mm - a.asked_mm;
+        let a = self.avoided.iter().min_by(|a, b| spare(a).total_cmp(&spare(b)))?;
+        let least = if a.is_at_least { "at least " } else { "" };
+        let mut line = format!("{} {least}{:.3} mm from {}", a.part, a.clearance_mm, a.name);
+        let _ = write!(line, " ({:.3} asked)", a.asked_mm);
+        if self.avoided.len() > 1 {
+            let _ = write!(line, ", least of {}", self.avoided.len());
+        }
+        Some(line)
     }
 
     /// How far shank and holder stay clear, after what is said of gouges.
@@ -797,6 +855,28 @@ fn described(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String 
                 ),
             };
             format!("{how} at {}{}{remedy}", at(n.place), line(n.of))
+        }
+        Broken::Avoided { index, nearest: n, on_rapid, farther_out } => {
+            let (part, name) = (n.part.name(), options.avoided.get(*index).map_or("", |a| &a.name));
+            let remedy = match (farther_out, n.part) {
+                (Some(more), _) => format!("{more:.0} mm more of stickout would clear it"),
+                (None, AssemblyPart::Cutter) => {
+                    "move it away, reduce its avoid.distance, or plan the path around it".to_owned()
+                }
+                (None, AssemblyPart::Shank) => {
+                    "move it away, or use a longer tool.length or a thinner shank".to_owned()
+                }
+                (None, AssemblyPart::Holder) => "move it away, or use a slimmer holder".to_owned(),
+            };
+            let rapid = if *on_rapid { " on a rapid" } else { "" };
+            let how = match n.distance < 0.0 {
+                true => format!("the {part} cuts up to {:.1} mm into {name:?}{rapid}", -n.distance),
+                false => format!(
+                    "the {part} stays only {:.3} mm clear of {name:?}{rapid}, asked are {:.3} mm,",
+                    n.distance, n.wanted
+                ),
+            };
+            format!("{how} at {}{}; {remedy}", at(n.place), line(n.of))
         }
         Broken::FitsNowhere { area } => format!(
             "nothing could be verified: the cutter fits nowhere on the {area:.2} mm²; use a smaller one"

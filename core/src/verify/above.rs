@@ -46,12 +46,6 @@ impl AboveFigures {
     }
 }
 
-impl Nearest {
-    fn is_too_near(&self) -> bool {
-        self.distance < self.wanted
-    }
-}
-
 /// Measures what is above the cutter; `None` where nothing is known of it.
 pub(super) fn measure(
     path: &Toolpath,
@@ -62,13 +56,26 @@ pub(super) fn measure(
     let above = options.above.as_ref()?;
     let survey = Survey::new(path, [design, rest], above, options);
     let nearest = survey.nearest(0.0);
-    let is_clear =
-        |farther: u32| !survey.nearest(f64::from(farther)).iter().any(Nearest::is_too_near);
-    let farther_out = match nearest.iter().any(Nearest::is_too_near) && is_clear(LONGEST) {
-        true => Some(f64::from(least(LONGEST, is_clear))),
-        false => None,
-    };
+    let is_clear = |farther| !survey.nearest(farther).iter().any(Nearest::is_too_near);
+    let is_near = nearest.iter().any(Nearest::is_too_near);
+    let farther_out = is_near.then(|| least_stickout(is_clear)).flatten();
     Some(AboveFigures { nearest, farther_out })
+}
+
+/// By how many whole millimetres the cutter has to stand out farther for everything to be clear, mm; `None` where no
+/// length does.
+pub(super) fn least_stickout(is_clear: impl Fn(f64) -> bool) -> Option<f64> {
+    let is_clear = |farther: u32| is_clear(f64::from(farther));
+    is_clear(LONGEST).then(|| f64::from(least(LONGEST, is_clear)))
+}
+
+/// The sections of an assembly, the holder `farther` mm higher and the shank as much longer.
+pub(super) fn longer(assembly: &Assembly, farther: f64) -> Vec<Section> {
+    let raised = |s: &Section| match s.part {
+        AssemblyPart::Holder => Section { heights: s.heights.map(|h| h + farther), ..*s },
+        _ => Section { heights: [s.heights[0], s.heights[1] + farther], ..*s },
+    };
+    assembly.sections.iter().map(raised).collect()
 }
 
 /// The least number up to `most` for which something holds that holds for all greater ones.
@@ -121,7 +128,7 @@ impl<'a> Survey<'a> {
         let radius = self.above.assembly.tool.radius();
         let is_wide = |s: &Section| s.radii[0].max(s.radii[1]) > radius * (1.0 + ROUNDING);
         let (wide, slim): (Vec<Section>, Vec<Section>) =
-            self.longer(farther).into_iter().partition(is_wide);
+            longer(&self.above.assembly, farther).into_iter().partition(is_wide);
         let mut found = Vec::new();
         if self.leans {
             // Of what touches, the distance may come out negative by the accuracy.
@@ -145,15 +152,6 @@ impl<'a> Survey<'a> {
         FINEST.max(ACCURACY * self.above.clearance)
     }
 
-    /// The sections of the assembly, the holder higher and the shank longer.
-    fn longer(&self, farther: f64) -> Vec<Section> {
-        let raised = |s: &Section| match s.part {
-            AssemblyPart::Holder => Section { heights: s.heights.map(|h| h + farther), ..*s },
-            _ => Section { heights: [s.heights[0], s.heights[1] + farther], ..*s },
-        };
-        self.above.assembly.sections.iter().map(raised).collect()
-    }
-
     /// The distances of sections from the rest, and from the machined surface with `stock` on it.
     fn measured(&self, sections: Vec<Section>, wanted: f64, stock: f64) -> Vec<Nearest> {
         let assembly = Assembly { sections, ..self.above.assembly.clone() };
@@ -174,8 +172,8 @@ impl<'a> Survey<'a> {
     }
 }
 
-/// What is known of a part of the assembly.
-fn nearest(
+/// What is known of a part of the assembly; `stock`: how much less the distance is than was measured, mm.
+pub(super) fn nearest(
     figures: &ClearanceFigures,
     part: AssemblyPart,
     (wanted, stock, beyond): (f64, f64, f64),

@@ -26,6 +26,7 @@ use crate::tool::{Assembly, AssemblyPart};
 use crate::toolpath::{PathPoint, Toolpath};
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree, SelectionFunction};
+use std::collections::VecDeque;
 
 /// Moves that are measured one after another, each beginning with the facet nearest to the one before. Larger: less to
 /// share between threads; smaller: more moves that begin without one.
@@ -35,7 +36,7 @@ const MOST_CUTS: usize = 48;
 /// How often a stretch is halved at most.
 const DEEPEST: u32 = 30;
 /// Facets looked at for a solid on one move at most; for those that remain, the bound by their distance and the travel
-/// counts. Only deep collisions come near it.
+/// and what was known of the stretch before counts. Only collisions come near it.
 const MOST_LOOKS: usize = 20_000;
 /// Smallest accuracy, mm.
 const FINEST: f64 = 1e-6;
@@ -237,8 +238,9 @@ struct Open {
     to: f64,
     /// How often the move was halved.
     depth: u32,
-    /// The facets that could be near; `None` while the move is too long to say.
-    facets: Option<Vec<u32>>,
+    /// The facets that could be near, each with what its distance is at least, mm; `None` while the move is too long to
+    /// say.
+    facets: Option<Vec<(u32, f64)>>,
 }
 
 /// A solid in the middle of a stretch.
@@ -349,16 +351,19 @@ impl Survey {
             known.is_nearer(&found);
         }
         let mut looks = 0;
-        let mut open = vec![Open { from: 0.0, to: 1.0, depth: 0, facets: None }];
-        while let Some(stretch) = open.pop() {
+        // All of the move before its parts: of a deep collision the depth is known early, and with it how closely the rest
+        // has to be.
+        let whole = Open { from: 0.0, to: 1.0, depth: 0, facets: None };
+        let mut open = VecDeque::from([whole]);
+        while let Some(stretch) = open.pop_front() {
             let middle = Middle::of(solid, ends, [stretch.from, stretch.to]);
             let travel = middle.travel;
             let is_last = stretch.depth >= DEEPEST || travel <= 0.5 * self.accuracy;
-            let halves = |facets: Option<Vec<u32>>| {
+            let halves = |facets: Option<Vec<(u32, f64)>>| {
                 let between = 0.5 * (stretch.from + stretch.to);
                 let depth = stretch.depth + 1;
                 let half = |from, to| Open { from, to, depth, facets: facets.clone() };
-                [half(between, stretch.to), half(stretch.from, between)]
+                [half(stretch.from, between), half(between, stretch.to)]
             };
             let facets = match stretch.facets {
                 Some(facets) => facets,
@@ -372,13 +377,14 @@ impl Survey {
                         }
                         continue;
                     }
-                    near.collect()
+                    near.map(|f| (f, f64::NEG_INFINITY)).collect()
                 }
             };
             let mut rest = Vec::new();
-            for f in facets {
+            for (f, known_least) in facets {
                 let facet = &self.facets[f as usize];
                 let away = solid.see(middle.at, facet.middle).distance - facet.radius - travel;
+                let away = away.max(known_least);
                 if away >= known.measured {
                     continue;
                 }
@@ -396,7 +402,7 @@ impl Survey {
                 if is_last || least >= need - tolerance {
                     known.is_at_least(least, found.at);
                 } else {
-                    rest.push(f);
+                    rest.push((f, least));
                 }
             }
             if !rest.is_empty() {

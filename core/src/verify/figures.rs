@@ -151,18 +151,25 @@ pub enum Quantity {
 /// The distance of a part of the assembly.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Nearest {
-    /// Shank or holder.
+    /// Cutter, shank or holder.
     pub part: AssemblyPart,
-    /// Least distance from part and stock, mm, too small by the accuracy at most; negative where it cuts in.
+    /// Least distance from part and stock, or from what is avoided, mm, too small by the accuracy at most; negative where it cuts in.
     pub distance: f64,
     /// Whether it may be greater: farther is not looked.
     pub is_farther: bool,
     /// What was asked, mm.
     pub wanted: f64,
-    /// Where on the part, mm.
+    /// Where on it, mm.
     pub place: DVec3,
     /// Index of the move.
     pub of: u32,
+}
+
+impl Nearest {
+    /// Whether it is nearer than was asked.
+    pub fn is_too_near(&self) -> bool {
+        self.distance < self.wanted
+    }
 }
 
 /// A limit that is broken, or the lack of anything to verify.
@@ -195,6 +202,17 @@ pub enum Broken {
     TooNear {
         /// What comes how near.
         nearest: Nearest,
+        /// By how much farther the cutter would have to stand out, mm, if that would do.
+        farther_out: Option<f64>,
+    },
+    /// Cutter, shank or holder come too near to what is avoided.
+    Avoided {
+        /// Index of that.
+        index: usize,
+        /// What comes how near.
+        nearest: Nearest,
+        /// Whether it does on a rapid.
+        on_rapid: bool,
         /// By how much farther the cutter would have to stand out, mm, if that would do.
         farther_out: Option<f64>,
     },

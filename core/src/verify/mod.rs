@@ -5,6 +5,7 @@
 //! - *Untouched*: where no move reached the stock.
 //! - *Wall*: material that stands outside the boundary of the machined surface and must stay, if the job has walls; a
 //!   cut into it is measured by its depth.
+//! - *Avoided*: a mesh from which cutter, shank and holder keep a distance on every move.
 //! - *Load*: engagement, feed per tooth, power and force, from the same windows.
 //! - *Removal rate*: volume removed from the columns of stock over the samples, in cutting order, divided by the time
 //!   of a window of travel.
@@ -23,6 +24,7 @@
 //! controlled machining of sculptured surfaces", IEEE CG&A 9(1) (1989).
 
 mod above;
+mod avoided;
 mod body;
 mod bound;
 mod clearance;
@@ -44,11 +46,12 @@ mod sweep;
 mod walls;
 
 pub use above::AboveFigures;
+pub use avoided::AvoidedFigures;
 pub use clearance::{ClearanceFigures, clearance};
 pub use crests::Crests;
 pub use figures::{Band, Broken, Fault, Figures, MRR_NOISE, Nearest, Quantity, Spot, WallFigures};
 pub use load::{Load, LoadOptions, Worst};
-pub use options::{AboveCutter, Sphere, VerifyOptions};
+pub use options::{AboveCutter, Avoided, Sphere, VerifyOptions};
 pub use outcome::Outcome;
 pub use rate::{Rate, Window};
 pub use samples::Facets;
@@ -110,6 +113,15 @@ pub enum VerifyError {
         /// Cutter radius, mm.
         radius: f64,
     },
+    /// The distance from a mesh cannot be measured.
+    #[error(
+        "verify: the distance from {name:?} cannot be measured: its mesh has no facets, or a coordinate of mesh or \
+         path is not finite"
+    )]
+    NotMeasured {
+        /// What the mesh is called.
+        name: String,
+    },
     /// An option that is not a positive number.
     #[error("verify: {what} is {value} mm; it must be a positive number")]
     NotPositive {
@@ -133,6 +145,8 @@ pub struct Verification {
     pub load: Option<Load>,
     /// How far shank and holder stay clear, where they are known.
     pub above: Option<AboveFigures>,
+    /// How far the whole tool stays away from what it must avoid, in the order of the options.
+    pub avoided: Vec<AvoidedFigures>,
     /// The samples, for pictures.
     pub samples: Vec<Outcome>,
 }
@@ -217,8 +231,15 @@ pub fn verify(
     let crests = survey.crests(design, &samples, options.threads);
     let above = above::measure(path, design, rest, options);
     figures.broken.extend(above.iter().flat_map(AboveFigures::broken));
+    let avoided = options.avoided.iter().map(|avoided| {
+        let not_measured = || VerifyError::NotMeasured { name: avoided.name.clone() };
+        avoided::measure(path, avoided, options).ok_or_else(not_measured)
+    });
+    let avoided = avoided.collect::<Result<Vec<_>, _>>()?;
+    let broken = avoided.iter().enumerate().flat_map(|(i, a)| a.broken(i, path));
+    figures.broken.extend(broken);
     progress(1.0);
-    Ok(Verification { figures, crests, rate, load, above, samples })
+    Ok(Verification { figures, crests, rate, load, above, avoided, samples })
 }
 
 /// The swept walls after the sweep.

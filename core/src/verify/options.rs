@@ -39,6 +39,8 @@ pub struct VerifyOptions {
     pub bridges: Vec<bool>,
     /// What is above the cutter; `None` where it is not known.
     pub above: Option<AboveCutter>,
+    /// What the whole tool must stay away from.
+    pub avoided: Vec<Avoided>,
     /// Number of threads; the result does not depend on it.
     pub threads: usize,
 }
@@ -50,6 +52,19 @@ pub struct AboveCutter {
     pub assembly: Assembly,
     /// Distance of what is wider than the cutter from part and stock, mm.
     pub clearance: f64,
+}
+
+/// A mesh that cutter, shank and holder must stay away from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Avoided {
+    /// What it is called.
+    pub name: String,
+    /// How far they must stay away from it, mm.
+    pub distance: f64,
+    /// `#V` positions, mm.
+    pub positions: Vec<DVec3>,
+    /// `#F` triples of indices into them.
+    pub faces: Vec<[u32; 3]>,
 }
 
 /// A sphere.

@@ -90,6 +90,7 @@ fn options(radius: f64, corner: f64) -> VerifyOptions {
         bridges: Vec::new(),
         walls: None,
         above: None,
+        avoided: Vec::new(),
         threads: 1,
     }
 }
@@ -1094,4 +1095,127 @@ fn a_leaning_shank_is_measured() {
         let shank = judged(lean);
         assert_eq!(shank.distance > 0.0, is_clear, "{lean}: {shank:?}");
     }
+}
+
+/// A box.
+fn block(low: [f64; 3], high: [f64; 3]) -> Part {
+    let corner = |i: usize| DVec3::from_array([0, 1, 2].map(|k| [low, high][i >> k & 1][k]));
+    let sides =
+        [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let halves = |s: [u32; 4]| [[s[0], s[1], s[2]], [s[0], s[2], s[3]]];
+    Part {
+        positions: (0..8).map(corner).collect(),
+        faces: sides.into_iter().flat_map(halves).collect(),
+    }
+}
+
+/// Passes over a floor from `y = 0` to 10, with a box to be avoided by that distance, mm.
+fn beside(clamp: Part, distance: f64, above: Option<AboveCutter>) -> Verification {
+    avoiding(&path(&raster(40.0, &evenly(0.0, 1.0, 11))), clamp, distance, above)
+}
+
+fn avoiding(
+    path: &Toolpath,
+    clamp: Part,
+    distance: f64,
+    above: Option<AboveCutter>,
+) -> Verification {
+    let Part { positions, faces } = clamp;
+    let clamp = Avoided { name: "clamp".into(), distance, positions, faces };
+    let options = VerifyOptions { above, spacing: 0.5, avoided: vec![clamp], ..options(5.0, 5.0) };
+    judged(path, &Part::plane(40.0, 20.0), &options)
+}
+
+/// What of the tool is too near to what it must avoid, and whether on a rapid.
+fn too_near(v: &Verification) -> Vec<(AssemblyPart, f64, bool)> {
+    let found = v.figures.broken.iter().filter_map(|b| match *b {
+        Broken::Avoided { index: 0, nearest, on_rapid, .. } => {
+            Some((nearest.part, nearest.distance, on_rapid))
+        }
+        _ => None,
+    });
+    found.collect()
+}
+
+#[test]
+fn a_cutter_is_as_far_from_a_clamp_as_its_side_is() {
+    // The last pass runs 12 mm from the clamp, the cutter's side 7 mm.
+    let clamp = || block([10.0, 22.0, -5.0], [30.0, 30.0, 8.0]);
+    let v = beside(clamp(), 6.9, None);
+    let [nearest] = &v.avoided[0].nearest[..] else { panic!("{:?}", v.avoided) };
+    assert_eq!((nearest.part, nearest.wanted), (AssemblyPart::Cutter, 6.9));
+    assert!((nearest.distance - 7.0).abs() < 0.01 && !nearest.is_farther, "{nearest:?}");
+    assert!((nearest.place.y - 22.0).abs() < 1e-9, "{nearest:?}");
+    assert!(too_near(&v).is_empty(), "{:?}", v.figures.broken);
+    // One mm of distance more is not there.
+    let [(part, distance, on_rapid)] = too_near(&beside(clamp(), 7.1, None))[..] else { panic!() };
+    assert_eq!((part, on_rapid), (AssemblyPart::Cutter, false));
+    assert!((distance - 7.0).abs() < 0.01, "{distance}");
+    // Farther away than it is looked, it is told so.
+    let [far] =
+        &beside(block([0.0, 90.0, 0.0], [9.0, 99.0, 9.0]), 1.0, None).avoided[0].nearest[..]
+    else {
+        panic!()
+    };
+    assert!(far.is_farther && far.distance == 11.0, "{far:?}");
+}
+
+/// A clamp lower than the ball's middle is as far as the ball is round.
+#[test]
+fn a_ball_is_round_beside_a_low_clamp() {
+    let v = beside(block([10.0, 14.0, -5.0], [30.0, 30.0, 2.0]), 0.1, None);
+    let expected = DVec3::new(0.0, 4.0, 3.0).length() - 5.0;
+    let [(_, distance, _)] = too_near(&v)[..] else { panic!("{:?}", v.avoided) };
+    assert!((distance - expected).abs() < 0.01, "{distance}");
+}
+
+#[test]
+fn a_rapid_through_a_tall_clamp_is_found() {
+    // Two passes with a clamp between them, over which the rapid runs 20 mm up.
+    let pass = |from: f64| vec![from, from + 10.0].into_iter();
+    let pass = |from| pass(from).map(|x| (DVec3::new(x, 10.0, 0.0), DVec3::Z)).collect();
+    let path = path(&[pass(0.0), pass(30.0)]);
+    let over = |top: f64| avoiding(&path, block([19.0, 5.0, -5.0], [21.0, 15.0, top]), 0.5, None);
+    assert!(too_near(&over(19.4)).is_empty());
+    let [(part, distance, on_rapid)] = too_near(&over(19.8))[..] else { panic!() };
+    assert!(
+        part == AssemblyPart::Cutter && on_rapid && (distance - 0.2).abs() < 0.01,
+        "{distance}"
+    );
+    let [(_, depth, true)] = too_near(&over(40.0))[..] else { panic!() };
+    assert!(depth < -1.0, "{depth}");
+}
+
+/// The holder of 12 mm is 10 mm from a clamp that is higher than its lower end, and is clear of one once it begins
+/// higher.
+#[test]
+fn a_holder_keeps_its_distance_from_a_clamp() {
+    let clamp = || block([10.0, 32.0, -5.0], [30.0, 40.0, 33.0]);
+    let near = |distance: f64| beside(clamp(), distance, above(30.0, 12.0, 0.0));
+    let v = near(9.9);
+    let holder = v.avoided[0].nearest.iter().find(|n| n.part == AssemblyPart::Holder).unwrap();
+    assert!((holder.distance - 10.0).abs() < 0.01, "{holder:?}");
+    assert_eq!(v.avoided[0].closest(), Some(holder));
+    assert!(too_near(&v).is_empty() && v.avoided[0].farther_out.is_none());
+    // 10.5 mm are kept `sqrt(10.5² - 10²)` = 3.2 mm above the clamp: 7 whole mm farther out.
+    let v = near(10.5);
+    let [(AssemblyPart::Holder, ..)] = too_near(&v)[..] else { panic!("{:?}", v.avoided) };
+    assert_eq!(v.avoided[0].farther_out, Some(7.0));
+}
+
+#[test]
+fn nothing_to_measure_is_no_clearance() {
+    let part = Part { positions: vec![DVec3::ZERO], faces: Vec::new() };
+    let avoided = Avoided {
+        name: "clamp".into(),
+        distance: 1.0,
+        positions: part.positions,
+        faces: part.faces,
+    };
+    let options = VerifyOptions { avoided: vec![avoided], ..options(5.0, 5.0) };
+    let path = path(&raster(40.0, &evenly(0.0, 1.0, 11)));
+    let nothing = Facets { positions: &[], faces: &[] };
+    let plane = Part::plane(40.0, 20.0);
+    let error = verify(&path, plane.facets(), nothing, &options, &mut |_| {}).unwrap_err();
+    assert_eq!(error, VerifyError::NotMeasured { name: "clamp".into() });
 }

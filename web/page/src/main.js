@@ -137,10 +137,10 @@ function known(name) {
   return surfaces.isExample(name) ? "example" : "not here yet: drop the file on this page";
 }
 
-function showSurface({ surface: name, wall, post, library, blades }) {
+function showSurface({ surface: name, avoid, post, library, blades }) {
   const named = (what, file) => [make("span", {}, what), make("b", {}, file), make("span", {}, ` ${known(file)}`)];
   const said = name ? named("Surface ", name) : [make("span", {}, checked?.name ? "Surface by formula" : " ")];
-  if (wall) said.push(...named(", beside it ", wall));
+  for (const file of avoid) said.push(...named(", clear of ", file));
   for (const blade of blades) said.push(...named(", blade ", blade));
   if (post) said.push(...named(", post ", post));
   if (library) said.push(...named(", tools ", library));
@@ -179,11 +179,12 @@ async function plan() {
     const held = async (file) => (file ? await surfaces.bytes(file) : null) ?? undefined;
     const contents = {
       surface: await held(found.surface),
-      wall: await held(found.wall),
+      avoid: [],
       post: await held(found.post),
       library: await held(found.library),
       blades: [],
     };
+    for (const file of found.avoid) contents.avoid.push([file, await held(file)]);
     for (const file of found.blades) contents.blades.push([file, await held(file)]);
     if (run !== own) return;
     files = contents;
@@ -379,7 +380,7 @@ async function surfaceAlone(meshes, open, troubles, actions, afresh) {
   const found = await check();
   const wanted = found?.surface;
   const isGiven = (file) => file && meshes.some(({ name }) => base(file) === name) && !surfaces.isExample(file);
-  const files = [wanted, found?.wall, found?.post, found?.library, ...(found?.blades ?? [])];
+  const files = [wanted, found?.post, found?.library, ...(found?.avoid ?? []), ...(found?.blades ?? [])];
   if (files.some(isGiven)) return;
   // A job that can be read has no other error than that its surface is not here.
   const waits = wanted ? found.faults.find((fault) => fault.severity === "error") : null;

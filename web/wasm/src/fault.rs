@@ -35,7 +35,7 @@ pub fn check(source: &str, surfaces: &[String], library: Option<&[u8]>) -> Value
         Err(faults) => {
             let faults: Vec<Value> =
                 faults.0.iter().map(|fault| as_json(fault, Severity::Error, source)).collect();
-            json!({ "faults": faults, "surface": null, "wall": null, "post": null, "blades": [], "name": null })
+            json!({ "faults": faults, "surface": null, "avoid": [], "post": null, "blades": [], "name": null })
         }
         Ok(resolved) => found(&resolved, source, surfaces),
     };
@@ -55,24 +55,25 @@ fn found(resolved: &Resolved, source: &str, surfaces: &[String]) -> Value {
         SurfaceSource::File(file) => Some(file.as_str()),
         SurfaceSource::Analytic(_) => None,
     };
-    let wall = resolved.job.path.wall_file.as_deref();
+    let avoid: Vec<&str> = resolved.job.avoided_files().collect();
     let is_missing = |file: &&str| !surfaces.iter().any(|held| is_called(file, held));
     let missing = |file: NamedFile| move |name: &str| file.missing(name, source.as_bytes());
     let no_surface = surface.filter(is_missing).map(missing(NamedFile::Surface));
-    let no_wall = wall.filter(is_missing).map(missing(NamedFile::Wall));
+    let no_avoid = avoid.iter().enumerate().filter(|(_, name)| is_missing(name));
+    let no_avoid = no_avoid.map(|(i, name)| missing(NamedFile::Avoid(i))(name));
     let blades = resolved.job.blade_files();
     let no_blade = blades.iter().copied().filter(is_missing).map(missing(NamedFile::Blade));
     let post = resolved.job.post_file();
     let no_post = post.filter(is_missing).map(missing(NamedFile::Post));
     let missing: Vec<Fault> =
-        no_surface.into_iter().chain(no_wall).chain(no_blade).chain(no_post).collect();
+        no_surface.into_iter().chain(no_avoid).chain(no_blade).chain(no_post).collect();
     let errors = missing.iter().map(|fault| as_json(fault, Severity::Error, source));
     let warnings = resolved.warnings.0.iter().map(|f| as_json(f, Severity::Warning, source));
     let faults: Vec<Value> = errors.chain(warnings).collect();
     json!({
         "faults": faults,
         "surface": surface,
-        "wall": wall,
+        "avoid": avoid,
         "post": post,
         "blades": blades,
         "name": resolved.job.name,
@@ -123,7 +124,7 @@ mod tests {
             json!({
                 "faults": [],
                 "surface": "a.stl",
-                "wall": null, "post": null, "library": null,
+                "avoid": [], "post": null, "library": null,
                 "blades": [],
                 "name": "Größe 📏",
             })
@@ -131,12 +132,17 @@ mod tests {
     }
 
     #[test]
-    fn a_mesh_beside_the_surface_that_is_not_there_is_named() {
-        let job = format!("{JOB}[path]\nwall_file = \"clamp.stl\"\n");
-        let found = check(&job, &["a.stl".into()], None);
+    fn an_avoided_mesh_that_is_not_there_is_named() {
+        let job = format!(
+            "{JOB}[[avoid]]\nfile = \"clamp.stl\"\n[[avoid]]\nfile = \"parts/pin.stl\"\ndistance = 0\n"
+        );
+        let found = check(&job, &["a.stl".into(), "clamp.stl".into()], None);
         let message = found["faults"][0]["message"].as_str().unwrap();
-        assert!(message.contains("clamp.stl") && found["wall"] == "clamp.stl", "{message}");
-        assert_eq!(check(&job, &["a.stl".into(), "clamp.stl".into()], None)["faults"], json!([]));
+        assert!(message.contains("parts/pin.stl"), "{message}");
+        assert_eq!(found["faults"][0]["line"], 13);
+        assert_eq!(found["avoid"], json!(["clamp.stl", "parts/pin.stl"]));
+        let all = ["a.stl".into(), "clamp.stl".into(), "pin.stl".into()];
+        assert_eq!(check(&job, &all, None)["faults"], json!([]));
     }
 
     #[test]

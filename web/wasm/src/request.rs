@@ -58,9 +58,9 @@ pub struct JobFiles {
     /// The surface.
     #[serde(default, with = "serde_bytes")]
     pub surface: Option<Vec<u8>>,
-    /// The mesh beside it.
-    #[serde(default, with = "serde_bytes")]
-    pub wall: Option<Vec<u8>>,
+    /// The meshes that the tool avoids, by their names in the job.
+    #[serde(default, deserialize_with = "named_bytes")]
+    pub avoid: Vec<(String, Vec<u8>)>,
     /// The post-processor's file.
     #[serde(default, with = "serde_bytes")]
     pub post: Option<Vec<u8>>,
@@ -99,7 +99,7 @@ impl JobFiles {
     pub fn named<'a>(&'a self, library: Option<&'a str>) -> Files<'a> {
         Files {
             surface: self.surface.as_deref(),
-            wall: self.wall.as_deref(),
+            avoid: &self.avoid,
             post: self.post.as_deref(),
             library: library.zip(self.library.as_deref()),
             blades: &self.blades,
@@ -156,14 +156,14 @@ mod tests {
         );
         assert_eq!(
             asked(json!({ "texture": {
-                "job": { "source": "name", "surface": [1], "wall": [2], "post": [5], "library": [6], "blades": [["b.json", [9]]] },
+                "job": { "source": "name", "surface": [1], "avoid": [["c.stl", [2]]], "post": [5], "library": [6], "blades": [["b.json", [9]]] },
                 "path": [3], "at": [4.0, 5, 6.5],
             } })),
             Request::Texture {
                 job: JobFiles {
                     source: source(),
                     surface: Some(vec![1]),
-                    wall: Some(vec![2]),
+                    avoid: vec![("c.stl".into(), vec![2])],
                     post: Some(vec![5]),
                     library: Some(vec![6]),
                     blades: vec![("b.json".into(), vec![9])],
@@ -182,7 +182,7 @@ mod tests {
             let Request::Plan { job, .. } = ask else { panic!("{ask:?}") };
             assert_eq!(job, wanted);
         }
-        assert_eq!((wanted.named(None).surface, wanted.named(None).wall), (None, None));
+        assert!(wanted.named(None).surface.is_none() && wanted.named(None).avoid.is_empty());
     }
 
     #[test]

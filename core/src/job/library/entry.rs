@@ -117,6 +117,7 @@ pub(super) fn scaled(table: &ToolTable, factor: f64) -> ToolTable {
         length: length(table.length),
         shank_diameter: length(table.shank_diameter),
         stickout: length(table.stickout),
+        gauge_length: length(table.gauge_length),
         holder: table.holder.as_ref().map(|pieces| pieces.iter().map(piece).collect()),
         clearance: length(table.clearance),
         ..table.clone()

@@ -154,6 +154,7 @@ fn not_given(table: &ToolTable, job: &ToolTable, places: &Places) -> ToolTable {
         length: table.length.filter(|_| free("length")),
         shank_diameter: table.shank_diameter.filter(|_| free("shank_diameter")),
         stickout: table.stickout.filter(|_| free("stickout")),
+        gauge_length: table.gauge_length.filter(|_| free("gauge_length")),
         holder: table.holder.clone().filter(|_| free("holder")),
         clearance: table.clearance.filter(|_| free("clearance")),
     }

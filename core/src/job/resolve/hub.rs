@@ -178,7 +178,7 @@ impl Resolver<'_> {
         for (key, is_given) in [
             ("cut.lead", self.places.has("cut.lead")),
             ("surface.steepest", surface.steepest.is_some()),
-            ("path.wall_file", self.file.path.wall_file.is_some()),
+            ("avoid", self.file.avoid.as_ref().is_some_and(|all| !all.is_empty())),
             ("surface.flip", self.places.has("surface.flip")),
             ("surface.select", self.places.has("surface.select")),
         ] {

@@ -3,6 +3,7 @@
 //! Each table has one function. A value that another fault already concerns is replaced by its
 //! default and raises no second fault; the job is given out only if there is none at all.
 
+mod avoid;
 mod cutting;
 mod force;
 mod hub;
@@ -51,7 +52,7 @@ pub(super) fn resolve(document: Document) -> Result<Resolved, Faults> {
     }
 }
 
-/// How far what is wider than the cutter stays clear by default, mm.
+/// How far what is wider than the cutter stays clear of the part, and the whole tool of what it avoids, by default, mm.
 const CLEARANCE: f64 = 0.5;
 /// Overlap of the strips of neighbouring regions by default, nominal side steps. Smaller: the error of
 /// the passes shows in the cusps along borders; larger: longer paths.
@@ -71,19 +72,21 @@ impl Resolver<'_> {
         let regions = self.regions(tool);
         let cut = cut?;
         let assembly = self.assembly(tool);
+        let clearance = self.length(file.tool.clearance, CLEARANCE);
         let hub = self.hub((&surface, &tool), (&cut, &force, &machine));
         let mut job = Job {
             name,
             surface,
             flatten: file.flatten.method.unwrap_or(FlattenMethod::Bff),
             assembly,
-            clearance: self.length(file.tool.clearance, CLEARANCE),
+            clearance,
             tool,
             flutes: file.tool.flutes.unwrap_or(4),
             helix: radians(file.tool.helix.unwrap_or(30.0)),
             regions,
             cut,
             path: self.path(),
+            avoid: self.avoid(clearance),
             hub,
             force,
             trochoid: trochoid?,

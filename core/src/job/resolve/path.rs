@@ -1,7 +1,6 @@
 //! Passes and links: which keys the pattern uses, and what walls ask for.
 
 use super::resolver::Resolver;
-use super::surface::MESH_FORMATS;
 use crate::job::path::{
     Boundary, FirstPass, Links, PathOptions, Pattern, RingOrder, Start, StartKey, Traverse,
 };
@@ -33,11 +32,7 @@ impl Resolver<'_> {
             links: table.links.unwrap_or(Links::Surface),
             boundary,
             wall_height: self.length(table.wall_height, 0.0),
-            wall_file: table.wall_file.clone(),
         };
-        if let Some(file) = &path.wall_file {
-            self.check_file("path.wall_file", file, &MESH_FORMATS);
-        }
         self.check_path(&path);
         path
     }
