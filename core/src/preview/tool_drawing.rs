@@ -114,6 +114,6 @@ mod tests {
         }
         assert!(!svg.contains("NaN"));
         let alone = tool_drawing(&Assembly::of_cutter(tool, 20.0));
-        assert!(!alone.contains("holder") && !alone.contains("stickout"));
+        assert!(!alone.contains(" holder<") && !alone.contains(" stickout<"));
     }
 }

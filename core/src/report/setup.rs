@@ -114,7 +114,7 @@ impl SetupFigures {
         let offset = self.work_offset.as_deref().unwrap_or("the one in force");
         lines.push((
             "work offset",
-            format!("{offset}; its zero is that of the part's file as placed"),
+            format!("{offset}; its zero is the origin of the part as [surface] places it"),
         ));
         if !self.rotary_axes.is_empty() {
             lines.push(("rotary axes", self.rotary_axes.join("; ")));

@@ -14,12 +14,13 @@ pub(super) fn figures(
     program: Option<&WrittenProgram>,
 ) -> SetupFigures {
     let rotary = |axis: &RotaryAxis| {
-        let what = match axis.carries {
-            Carries::Table => "table",
-            Carries::Head => "head",
+        let (what, from) = match axis.carries {
+            Carries::Table => ("table", "program zero"),
+            Carries::Head => ("head", "the gauge line"),
         };
         let centre = axis.centre;
-        format!("{what} {} at ({:.3}, {:.3}, {:.3})", axis.letter, centre.x, centre.y, centre.z)
+        let (x, y, z) = (centre.x, centre.y, centre.z);
+        format!("{what} {} about ({x:.3}, {y:.3}, {z:.3}) from {from}", axis.letter)
     };
     let chain = job.machine.axes.chain();
     SetupFigures {
