@@ -43,16 +43,18 @@ pub fn read_job(path: &Path) -> Result<Vec<u8>, Fault> {
     read().map_err(|error| fault(error.to_string(), None))
 }
 
-/// The job of a job file, its tool taken from the library that it names, relative to the job file.
+/// The job of a job file, completed with the files that it names for that, relative to the job file.
 ///
 /// # Errors
 /// All faults of the job.
 pub fn resolved(path: &Path, source: &[u8]) -> Result<Resolved, Faults> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    job::read_with(source, &mut |name| read_named(&folder.join(name), NamedFile::Library, source))
+    job::read_with(source, &mut |file, name| {
+        read_named(&folder.join(name), NamedFile::Beside(file), source)
+    })
 }
 
-/// Paths of the files that a job names, apart from the library of its tool.
+/// Paths of the files that a job names, apart from those that complete it.
 #[derive(Clone, Debug, Default)]
 pub struct Paths {
     /// That of the surface.
@@ -134,8 +136,8 @@ pub struct Contents {
     pub post: Option<(PathBuf, Vec<u8>)>,
     /// Names in the job and contents of the surfaces of blades.
     pub blades: Vec<(String, Vec<u8>)>,
-    /// Name in the job and content of the library from which its tool was taken.
-    pub library: Option<(String, Vec<u8>)>,
+    /// Names in the job and contents of the files that it was completed with.
+    pub beside: Vec<(String, Vec<u8>)>,
 }
 
 impl Contents {
@@ -155,12 +157,12 @@ impl Contents {
         let blades = paths.blades.into_iter().map(|file| named(file, NamedFile::Blade));
         let blades = blades.collect::<Result<_, _>>()?;
         let post = read(paths.post, NamedFile::Post)?;
-        Ok(Self { surface, avoid, post, blades, library: None })
+        Ok(Self { surface, avoid, post, blades, beside: Vec::new() })
     }
 
-    /// The same, with the library from which the job took its tool.
-    pub fn with_library(self, library: Option<(String, Vec<u8>)>) -> Self {
-        Self { library, ..self }
+    /// The same, with the files that the job was completed with.
+    pub fn beside(self, beside: Vec<(String, Vec<u8>)>) -> Self {
+        Self { beside, ..self }
     }
 
     /// Reads the files that a job names, relative to the job file.
@@ -174,7 +176,7 @@ impl Contents {
             surface: self.surface.as_ref().map(|(_, bytes)| &bytes[..]),
             avoid: &self.avoid,
             post: self.post.as_ref().map(|(_, bytes)| &bytes[..]),
-            library: self.library.as_ref().map(|(name, bytes)| (name.as_str(), &bytes[..])),
+            beside: &self.beside,
             blades: &self.blades,
         }
     }

@@ -132,7 +132,7 @@ impl Plan {
         }
         let mut contents = Contents::read(paths, &source)
             .map_err(|fault| self.failed(Exit::BadSurface, &Faults(vec![fault]), &source))?
-            .with_library(resolved.library);
+            .beside(resolved.beside);
         contents.post = own.or(contents.post);
         Ok(Read { job, source, contents })
     }

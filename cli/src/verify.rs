@@ -260,11 +260,11 @@ impl Verify {
         };
         let source = input::read_job(path)
             .map_err(|fault| failed(Exit::BadJob, Faults(vec![fault]), b""))?;
-        let Resolved { job, library, .. } = input::resolved(path, &source)
+        let Resolved { job, beside, .. } = input::resolved(path, &source)
             .map_err(|faults| failed(Exit::BadJob, faults, &source))?;
         let contents = Contents::read(paths(&job), &source)
             .map_err(|fault| failed(Exit::BadSurface, Faults(vec![fault]), &source))?
-            .with_library(library);
+            .beside(beside);
         let (workpiece, cusp_limit) = Workpiece::of_job(&job, contents.files(), self.threads())
             .map_err(|error| Failed::file(Exit::BadSurface, error, path))?;
         let meshes = named_files(&job, contents.files());

@@ -32,7 +32,7 @@ fn take(tool: &LibraryTool, library: &[u8]) {
         "version = 1\n[surface.analytic]\nkind = \"plane\"\n[tool]\nlibrary = \"a.json\"\n{choice}\n\
          [cut]\nstepover = 0.001\nfeed = 100\naxial_depth = 0.001\n"
     );
-    let read = |text: &str| job::read_with(text.as_bytes(), &mut |_| Ok(library.to_vec()));
+    let read = |text: &str| job::read_with(text.as_bytes(), &mut |_, _| Ok(library.to_vec()));
     match read(&text) {
         Ok(resolved) => {
             let written = resolved.job.to_toml();

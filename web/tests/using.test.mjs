@@ -311,7 +311,7 @@ describe("unusual files", () => {
     await drop(page, [{ name: "my.toml", bytes: Buffer.from(job) }, { name: "block.stl", bytes: crown }]);
     await named(page, "my.toml");
     await page.locator("body[data-checked=bad]").waitFor();
-    assert.match(await page.locator("#surface").innerText(), /tools shop\.tools\.toml not here yet/);
+    assert.match(await page.locator("#surface").innerText(), /with shop\.tools\.toml not here yet/);
     await drop(page, [{ name: "shop.tools.toml", bytes: Buffer.from(tools) }]);
     await good(page);
     await named(page, "my.toml");

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::ops::Range;
 
-use evencut_core::job::Fault;
+use evencut_core::job::{Beside, Fault};
 use toml::de::DeTable;
 
 /// A file that a job names.
@@ -17,8 +17,8 @@ pub enum NamedFile {
     Blade,
     /// The post-processor.
     Post,
-    /// The library of tools.
-    Library,
+    /// One that it is completed with.
+    Beside(Beside),
 }
 
 impl NamedFile {
@@ -29,7 +29,7 @@ impl NamedFile {
             Self::Avoid(index) => format!("avoid[{index}].file"),
             Self::Blade => "hub.blade".into(),
             Self::Post => "output.gcode.post_file".into(),
-            Self::Library => "tool.library".into(),
+            Self::Beside(file) => file.key().into(),
         }
     }
 
@@ -40,7 +40,8 @@ impl NamedFile {
             Self::Avoid(_) => "avoid",
             Self::Blade => "hub",
             Self::Post => "post",
-            Self::Library => "tool",
+            Self::Beside(Beside::Library) => "tool",
+            Self::Beside(Beside::Machine) => "machine",
         }
     }
 

@@ -168,8 +168,8 @@ pub fn named_files<'a>(job: &'a Job, files: Files<'a>) -> Vec<Input<'a>> {
     };
     let avoided = job.avoided_files().filter_map(|name| held(files.avoid, name));
     let blades = job.blade_files().into_iter().filter_map(|name| held(files.blades, name));
-    let library = files.library.map(|(name, bytes)| Input { name, bytes });
-    named.into_iter().filter_map(input).chain(avoided).chain(blades).chain(library).collect()
+    let beside = files.beside.iter().map(|(name, bytes)| Input { name, bytes });
+    named.into_iter().filter_map(input).chain(avoided).chain(blades).chain(beside).collect()
 }
 
 /// The post-processor of a job, and whether it can write the job's program; `file`: the content of its file.

@@ -65,8 +65,8 @@ pub struct Resolved {
     pub job: Job,
     /// Warnings, in the order of the file.
     pub warnings: Faults,
-    /// Name in the job, and content, of the library from which its tool was taken.
-    pub library: Option<(String, Vec<u8>)>,
+    /// Names in the job, and contents, of the files that it was completed with.
+    pub beside: Vec<(String, Vec<u8>)>,
 }
 
 impl Job {

@@ -18,7 +18,7 @@ use toml::Spanned;
 use toml::de::{DeArray, DeInteger, DeTable, DeValue};
 
 use super::fault::{Fault, Faults};
-use super::file::{JobFile, ToolTable};
+use super::file::JobFile;
 use super::schema::described;
 use super::units::INCH;
 use super::words::{choices, expectation, keys, kind, names, quoted};
@@ -94,6 +94,14 @@ pub(super) struct Document {
     pub faults: Faults,
 }
 
+impl Document {
+    /// Notes a fault at the place of its key, unless it has one.
+    pub fn note(&mut self, fault: Fault) {
+        let place = fault.span.clone().or_else(|| self.places.of(&fault.key));
+        self.faults.0.push(fault.at(place));
+    }
+}
+
 /// Reads a job file's bytes.
 ///
 /// # Errors
@@ -129,16 +137,18 @@ pub(super) fn read(bytes: &[u8]) -> Result<Document, Faults> {
     Ok(Document { file, places: walk.places, faults: Faults(walk.faults) })
 }
 
-/// Holds a tool of a library against the schema of `[tool]`: what of it fits, and what does not.
-///
-/// `unit`: mm in its unit of length.
-pub(super) fn read_tool(table: &DeTable<'_>, unit: f64) -> (ToolTable, Faults) {
+/// A table of another file, held against that of the job of that name. `unit`: mm in its unit of length.
+pub(super) fn read_table<T: for<'de> Deserialize<'de> + Default>(
+    name: &str,
+    table: &DeTable<'_>,
+    unit: f64,
+) -> (T, Faults) {
     let root = described();
     let mut walk = Walk { root, unit, faults: Vec::new(), places: Places::default() };
-    let clean = walk.table("tool", table, &root["properties"]["tool"], None);
-    let table = ToolTable::deserialize(toml::Value::Table(clean)).unwrap_or_else(|error| {
-        walk.faults.push(Fault::new("tool", error.message()));
-        ToolTable::default()
+    let clean = walk.table(name, table, &root["properties"][name], None);
+    let table = T::deserialize(toml::Value::Table(clean)).unwrap_or_else(|error| {
+        walk.faults.push(Fault::new(name, error.message()));
+        T::default()
     });
     (table, Faults(walk.faults))
 }

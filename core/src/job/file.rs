@@ -594,6 +594,10 @@ pub struct TrochoidTable {
 #[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MachineTable {
+    /// Description of the machine: a file (toml) with keys of this table, lengths in mm; the path is relative to the job
+    /// file. What is given here counts instead.
+    #[schemars(extend("x-default" = "none", "minLength" = 1, "maxLength" = 4096))]
+    pub file: Option<String>,
     /// Arrangement of the axes. Rotary tables turn about program zero; axes that lie elsewhere, or have ranges, are given in
     /// `rotary`.
     #[schemars(extend("x-default" = "3, or that of `rotary`"))]

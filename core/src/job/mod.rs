@@ -14,6 +14,7 @@ pub mod file;
 mod force;
 mod hub;
 mod library;
+mod machine_file;
 mod output;
 mod path;
 mod reference;
@@ -59,33 +60,53 @@ pub use surface::{
 pub use template::{Outside, SurfaceFacts, template};
 pub use texture::{TextureCells, TextureOptions};
 
-/// Reads and resolves a job file that takes its tool from no library.
+/// A file that a job is completed with before it is resolved.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Beside {
+    /// The library from which its tool is taken, `tool.library`.
+    Library,
+    /// The description of its machine, `machine.file`.
+    Machine,
+}
+
+impl Beside {
+    /// The key of its name.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Library => "tool.library",
+            Self::Machine => "machine.file",
+        }
+    }
+}
+
+/// Gives the content of a file that a job is completed with, or says why there is none.
+pub type Load<'a> = dyn FnMut(Beside, &str) -> Result<Vec<u8>, Fault> + 'a;
+
+/// Reads and resolves a job file that says all by itself: its tool is from no library, its machine from no file.
 ///
 /// `bytes`: the file, UTF-8 TOML of at most 1 MiB.
 ///
 /// # Errors
 /// All [`Faults`] of the file, in its order; after a syntax error only that.
 pub fn read(bytes: &[u8]) -> Result<Resolved, Faults> {
-    read_with(bytes, &mut |name| {
-        let message = format!("the library {name:?} of the tool was not given");
-        Err(Fault::new("tool.library", message).help("give the values of the tool itself"))
+    read_with(bytes, &mut |file, name| {
+        let message = format!("the file {name:?} was not given");
+        Err(Fault::new(file.key(), message).help("give the values themselves"))
     })
 }
 
 /// Reads and resolves a job file.
 ///
-/// `bytes` as for [`read`]; `load` gives the content of the library of tools that the job names, or says why there is none.
+/// `bytes` as for [`read`]; `load` gives the content of the files that the job is completed with.
 ///
 /// # Errors
-/// As of [`read`], with those of the tool in its library.
-pub fn read_with(
-    bytes: &[u8],
-    load: &mut dyn FnMut(&str) -> Result<Vec<u8>, Fault>,
-) -> Result<Resolved, Faults> {
+/// As of [`read`], with those of the tool in its library and of the machine in its file.
+pub fn read_with(bytes: &[u8], load: &mut Load<'_>) -> Result<Resolved, Faults> {
     let mut document = document::read(bytes)?;
+    let machine = machine_file::take(&mut document, load);
     let library = library::take(&mut document, load);
     let resolved = resolve::resolve(document)?;
-    Ok(Resolved { library, ..resolved })
+    Ok(Resolved { beside: machine.into_iter().chain(library).collect(), ..resolved })
 }
 
 impl JobFile {

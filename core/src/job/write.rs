@@ -308,6 +308,7 @@ fn machine_table(machine: &Machine, setup: &Setup) -> MachineTable {
     let pair = |reach: Option<(f64, f64)>| reach.map(|(least, greatest)| [least, greatest]);
     let table = TravelTable { x: pair(travel.x), y: pair(travel.y), z: pair(travel.z) };
     MachineTable {
+        file: None,
         axes: machine.axes.chain().is_none().then_some(Arrangement::ThreeAxis),
         rotary: machine.axes.chain().map(|chain| chain.axes().iter().map(rotary_table).collect()),
         pivot_length: None,

@@ -27,9 +27,9 @@ pub struct Files<'a> {
     pub avoid: &'a [(String, Vec<u8>)],
     /// Content of the post-processor's file, `output.gcode.post_file`; `None` if there is none.
     pub post: Option<&'a [u8]>,
-    /// Name and content of the library from which the job took its tool, `tool.library`: all that is planned stands in the
-    /// job, and this in the report.
-    pub library: Option<(&'a str, &'a [u8])>,
+    /// Names and contents of the files that the job was completed with: all that is planned stands in the job, and these
+    /// in the report.
+    pub beside: &'a [(String, Vec<u8>)],
     /// Names and contents of the files of blades, `hub.blade` and `hub.splitter`.
     pub blades: &'a [(String, Vec<u8>)],
 }

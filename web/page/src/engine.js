@@ -105,9 +105,9 @@ export class Engine {
     return this.#ask({ explanation: { source, at } });
   }
 
-  /** `library`: the content of the library of tools that the job names, if it is there. */
-  check(source, surfaces, library) {
-    return this.#ask({ check: { source, surfaces, library } });
+  /** `beside`: names and contents of the files that the job is completed with, as far as they are there. */
+  check(source, surfaces, beside = []) {
+    return this.#ask({ check: { source, surfaces, beside } });
   }
 
   newJob(name, bytes) {

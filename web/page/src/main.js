@@ -85,13 +85,19 @@ function ownChoice() {
   $("examples").options[0].textContent = drafts.get("")?.name ?? "–";
 }
 
+/** Those of the named files that are here, with their contents. */
+async function held(names) {
+  const all = await Promise.all(names.map(async (name) => [name, await surfaces.bytes(name)]));
+  return all.filter(([, bytes]) => bytes);
+}
+
 async function check() {
   const text = editor.text;
   let found;
   try {
     found = await engine.check(text, surfaces.names);
-    const tools = found.library ? await surfaces.bytes(found.library) : null;
-    if (tools) found = await engine.check(text, surfaces.names, tools);
+    const beside = await held(found.beside);
+    if (beside.length > 0) found = await engine.check(text, surfaces.names, beside);
   } catch (error) {
     tell(error.message ?? String(error));
     return null;
@@ -137,13 +143,13 @@ function known(name) {
   return surfaces.isExample(name) ? "example" : "not here yet: drop the file on this page";
 }
 
-function showSurface({ surface: name, avoid, post, library, blades }) {
+function showSurface({ surface: name, avoid, post, beside, blades }) {
   const named = (what, file) => [make("span", {}, what), make("b", {}, file), make("span", {}, ` ${known(file)}`)];
   const said = name ? named("Surface ", name) : [make("span", {}, checked?.name ? "Surface by formula" : " ")];
   for (const file of avoid) said.push(...named(", clear of ", file));
   for (const blade of blades) said.push(...named(", blade ", blade));
   if (post) said.push(...named(", post ", post));
-  if (library) said.push(...named(", tools ", library));
+  for (const file of beside) said.push(...named(", with ", file));
   const { count } = surfaces;
   const forget = make("button", { type: "button", id: "forget", className: "quiet small", title: "Surfaces that you gave are kept in this browser. This removes them." },
     count === 1 ? "Forget the kept surface" : `Forget ${count} kept surfaces`);
@@ -176,16 +182,14 @@ async function plan() {
     if (run === own) present(own, part, name, text, part.report ? "planned" : "laid");
   };
   try {
-    const held = async (file) => (file ? await surfaces.bytes(file) : null) ?? undefined;
+    const one = async (file) => (file ? await surfaces.bytes(file) : null) ?? undefined;
     const contents = {
-      surface: await held(found.surface),
-      avoid: [],
-      post: await held(found.post),
-      library: await held(found.library),
-      blades: [],
+      surface: await one(found.surface),
+      avoid: await held(found.avoid),
+      post: await one(found.post),
+      beside: await held(found.beside),
+      blades: await held(found.blades),
     };
-    for (const file of found.avoid) contents.avoid.push([file, await held(file)]);
-    for (const file of found.blades) contents.blades.push([file, await held(file)]);
     if (run !== own) return;
     files = contents;
     const whole = await engine.plan(name, text, files, { progress, early });
@@ -348,7 +352,7 @@ async function take(list, afresh = false) {
   const all = [...list];
   const known = all.filter(({ name }) => isJob(name) || isMesh(name) || isPost(name) || isTools(name));
   const troubles = all.filter((file) => !known.includes(file))
-    .map(({ name }) => `${name}: not a job (.toml), a surface (.stl, .obj, .ply, .off, .json, .step, .stp), a post (.post.toml) or tools (.tools.toml, .fctb)`);
+    .map(({ name }) => `${name}: not a job (.toml), a surface (.stl, .obj, .ply, .off, .json, .step, .stp), a post (.post.toml), a machine (.machine.toml) or tools (.tools.toml, .fctb)`);
   const files = await Promise.all(known.map(content));
   troubles.push(...files.filter((file) => file.trouble).map(({ name, trouble }) => `${name}: ${trouble}`));
   const good = files.filter((file) => !file.trouble);
@@ -380,13 +384,14 @@ async function surfaceAlone(meshes, open, troubles, actions, afresh) {
   const found = await check();
   const wanted = found?.surface;
   const isGiven = (file) => file && meshes.some(({ name }) => base(file) === name) && !surfaces.isExample(file);
-  const files = [wanted, found?.post, found?.library, ...(found?.avoid ?? []), ...(found?.blades ?? [])];
+  const files = [wanted, found?.post, ...(found?.beside ?? []), ...(found?.avoid ?? []), ...(found?.blades ?? [])];
   if (files.some(isGiven)) return;
   // A job that can be read has no other error than that its surface is not here.
   const waits = wanted ? found.faults.find((fault) => fault.severity === "error") : null;
   const [mesh] = meshes;
-  if (!afresh && !job.example && found?.library && !surfaces.given(found.library)) {
-    troubles.push(`${job.name} waits for its tools, ${base(found.library)}.`);
+  const missing = found?.beside.find((file) => !surfaces.given(file));
+  if (!afresh && !job.example && missing) {
+    troubles.push(`${job.name} waits for ${base(missing)}.`);
     actions.push([`New job for ${mesh.name}`, () => take([new File([mesh.bytes], mesh.name)], true)]);
     return;
   }

@@ -8,8 +8,8 @@ const MESHES = /\.(stl|obj|ply|off|json|step|stp)$/i;
 
 export const isMesh = (name) => MESHES.test(name);
 export const isPost = (name) => /\.post\.toml$/i.test(name);
-/** Libraries of tools; one in JSON looks like a surface until a job names it. */
-export const isTools = (name) => /\.(tools\.toml|fctb)$/i.test(name);
+/** Libraries of tools, descriptions of machines; one in JSON looks like a surface until a job names it. */
+export const isTools = (name) => /\.((tools|machine)\.toml|fctb)$/i.test(name);
 export const isJob = (name) => /\.toml$/i.test(name) && !isPost(name) && !isTools(name);
 export const base = (name) => name.split("/").pop();
 

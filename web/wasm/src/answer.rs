@@ -33,8 +33,8 @@ pub fn answer(
     Ok(match request {
         Request::Completions { source, at } => Answer::Words(editor::completions(&source, at)),
         Request::Explanation { source, at } => Answer::Words(editor::explanation(&source, at)),
-        Request::Check { source, surfaces, library } => {
-            Answer::Words(fault::check(&source, &surfaces, library.as_deref()))
+        Request::Check { source, surfaces, beside } => {
+            Answer::Words(fault::check(&source, &surfaces, &beside))
         }
         Request::NewJob { name, bytes } => Answer::Words(new_job::new_job(&name, &bytes)?.into()),
         Request::Plan { name, job } => Answer::Plan(Box::new(plan(&name, &job, progress, show)?)),

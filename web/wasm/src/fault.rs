@@ -1,7 +1,7 @@
 //! Faults as JSON, with the places that an editor counts.
 
 use super::editor::units;
-use evencut_core::job::{self, Fault, Resolved, Severity, SurfaceSource, line_and_column};
+use evencut_core::job::{self, Beside, Fault, Resolved, Severity, SurfaceSource, line_and_column};
 use evencut_service::faults::NamedFile;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -23,13 +23,13 @@ impl Failure {
     }
 }
 
-/// What is wrong with a job, and what it names. `surfaces`: names of the files that are there; `library`: the content of
-/// the library of tools that it names, if that is there.
-pub fn check(source: &str, surfaces: &[String], library: Option<&[u8]>) -> Value {
-    let mut named = None;
-    let read = job::read_with(source.as_bytes(), &mut |name| {
-        named = Some(name.to_owned());
-        library_of(source, name, library)
+/// What is wrong with a job, and what it names. `surfaces`: names of the files that are there; `beside`: those that it is
+/// completed with, by their names in the job.
+pub fn check(source: &str, surfaces: &[String], beside: &[(String, Vec<u8>)]) -> Value {
+    let mut named = Vec::new();
+    let read = job::read_with(source.as_bytes(), &mut |file, name| {
+        named.push(name.to_owned());
+        held_beside(source, file, name, beside)
     });
     let mut found = match read {
         Err(faults) => {
@@ -39,14 +39,19 @@ pub fn check(source: &str, surfaces: &[String], library: Option<&[u8]>) -> Value
         }
         Ok(resolved) => found(&resolved, source, surfaces),
     };
-    found["library"] = named.into();
+    found["beside"] = named.into();
     found
 }
 
-/// The content of the library that a job names, or that it is not there.
-pub fn library_of(source: &str, name: &str, content: Option<&[u8]>) -> Result<Vec<u8>, Fault> {
-    let missing = || NamedFile::Library.missing(name, source.as_bytes());
-    content.map(<[u8]>::to_vec).ok_or_else(missing)
+/// The content of a file that a job is completed with, or that it is not there.
+pub fn held_beside(
+    source: &str,
+    file: Beside,
+    name: &str,
+    beside: &[(String, Vec<u8>)],
+) -> Result<Vec<u8>, Fault> {
+    let held = beside.iter().find(|(held, _)| held == name).map(|(_, bytes)| bytes.clone());
+    held.ok_or_else(|| NamedFile::Beside(file).missing(name, source.as_bytes()))
 }
 
 /// What a job that can be read names, and what of it is missing.
@@ -118,13 +123,13 @@ mod tests {
 
     #[test]
     fn a_job_whose_surface_is_there_is_good() {
-        let found = check(JOB, &["a.stl".into()], None);
+        let found = check(JOB, &["a.stl".into()], &[]);
         assert_eq!(
             found,
             json!({
                 "faults": [],
                 "surface": "a.stl",
-                "avoid": [], "post": null, "library": null,
+                "avoid": [], "post": null, "beside": [],
                 "blades": [],
                 "name": "Größe 📏",
             })
@@ -136,42 +141,44 @@ mod tests {
         let job = format!(
             "{JOB}[[avoid]]\nfile = \"clamp.stl\"\n[[avoid]]\nfile = \"parts/pin.stl\"\ndistance = 0\n"
         );
-        let found = check(&job, &["a.stl".into(), "clamp.stl".into()], None);
+        let found = check(&job, &["a.stl".into(), "clamp.stl".into()], &[]);
         let message = found["faults"][0]["message"].as_str().unwrap();
         assert!(message.contains("parts/pin.stl"), "{message}");
         assert_eq!(found["faults"][0]["line"], 13);
         assert_eq!(found["avoid"], json!(["clamp.stl", "parts/pin.stl"]));
         let all = ["a.stl".into(), "clamp.stl".into(), "pin.stl".into()];
-        assert_eq!(check(&job, &all, None)["faults"], json!([]));
+        assert_eq!(check(&job, &all, &[])["faults"], json!([]));
     }
 
     #[test]
     fn a_library_of_tools_is_asked_for_and_read() {
         let job = JOB.replace("diameter = 10.0", "library = \"a.tools.toml\"\nnumber = 7");
         let surfaces = ["a.stl".into()];
-        let found = check(&job, &surfaces, None);
+        let found = check(&job, &surfaces, &[]);
         let message = found["faults"][0]["message"].as_str().unwrap();
-        assert!(message.contains("no file a.tools.toml") && found["library"] == "a.tools.toml");
-        let library = b"[[tool]]\nnumber = 7\ndiameter = 10\n";
-        let found = check(&job, &surfaces, Some(library));
+        assert!(
+            message.contains("no file a.tools.toml") && found["beside"] == json!(["a.tools.toml"])
+        );
+        let tools = |bytes: &[u8]| [("a.tools.toml".to_owned(), bytes.to_vec())];
+        let found = check(&job, &surfaces, &tools(b"[[tool]]\nnumber = 7\ndiameter = 10\n"));
         assert_eq!((&found["faults"], &found["surface"]), (&json!([]), &json!("a.stl")));
-        let found = check(&job, &surfaces, Some(b"[[tool]]\nnumber = 8\ndiameter = 10\n"));
-        assert!(found["faults"][0]["line"] == 7 && found["library"] == "a.tools.toml", "{found}");
+        let found = check(&job, &surfaces, &tools(b"[[tool]]\nnumber = 8\ndiameter = 10\n"));
+        assert!(
+            found["faults"][0]["line"] == 7 && found["beside"] == json!(["a.tools.toml"]),
+            "{found}"
+        );
     }
 
     #[test]
     fn a_surface_is_found_whatever_folder_is_named() {
         let job = JOB.replace("a.stl", "parts/left/a.stl");
-        assert_eq!(check(&job, &["a.stl".into()], None)["faults"], json!([]));
-        assert_eq!(
-            check(&job, &["left/a.stl".into()], None)["faults"].as_array().unwrap().len(),
-            1
-        );
+        assert_eq!(check(&job, &["a.stl".into()], &[])["faults"], json!([]));
+        assert_eq!(check(&job, &["left/a.stl".into()], &[])["faults"].as_array().unwrap().len(), 1);
     }
 
     #[test]
     fn places_count_lines_characters_and_units() {
-        let found = check(JOB, &[], None);
+        let found = check(JOB, &[], &[]);
         let fault = &found["faults"][0];
         assert_eq!((&fault["line"], &fault["column"]), (&json!(4), &json!(8)));
         let units: Vec<u16> = JOB.encode_utf16().collect();
@@ -182,7 +189,7 @@ mod tests {
 
     #[test]
     fn a_bad_job_has_no_name() {
-        let found = check(&JOB.replace("feed", "fed"), &[], None);
+        let found = check(&JOB.replace("feed", "fed"), &[], &[]);
         assert!(found["name"].is_null() && found["faults"][0]["severity"] == "error");
     }
 

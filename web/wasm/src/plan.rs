@@ -39,14 +39,14 @@ pub fn plan(
     progress: &mut dyn FnMut(Stage, f64),
     show: &mut dyn FnMut(Plan),
 ) -> Result<Plan, Failure> {
-    let (job, library) = given.job()?;
+    let job = given.job()?;
     let mut show = |early: Early| {
         let Early { files, linked, report } = early;
         show(Plan { files, report, linked, job: job.clone() });
     };
     let input = Input { name, bytes: given.source.as_bytes() };
     let watch = Watch { progress, show: &mut show };
-    match linked_results(&job, input, given.named(library.as_deref()), OPTIONS, watch) {
+    match linked_results(&job, input, given.named(), OPTIONS, watch) {
         Ok((Results { files, report, .. }, linked)) => {
             Ok(Plan { files, report: Some(report), linked, job })
         }

@@ -6,7 +6,7 @@ use evencut_service::failure;
 use evencut_service::results::ResultsError;
 use serde::{Deserialize, Deserializer};
 
-use crate::fault::{Failure, library_of};
+use crate::fault::{Failure, held_beside};
 
 /// A message of the page.
 #[derive(Debug, PartialEq, Deserialize)]
@@ -25,13 +25,13 @@ pub enum Request {
     Completions { source: String, at: usize },
     /// What the key means that ends at a place of a job.
     Explanation { source: String, at: usize },
-    /// What is wrong with a job. `surfaces`: names of the files that are there; `library`: the content of the library of
-    /// tools that the job names, if that is there.
+    /// What is wrong with a job. `surfaces`: names of the files that are there; `beside`: the files that the job is
+    /// completed with, as far as they are there, by their names in the job.
     Check {
         source: String,
         surfaces: Vec<String>,
-        #[serde(default, with = "serde_bytes")]
-        library: Option<Vec<u8>>,
+        #[serde(default, deserialize_with = "named_bytes")]
+        beside: Vec<(String, Vec<u8>)>,
     },
     /// A job file for a surface file.
     NewJob {
@@ -64,9 +64,9 @@ pub struct JobFiles {
     /// The post-processor's file.
     #[serde(default, with = "serde_bytes")]
     pub post: Option<Vec<u8>>,
-    /// The library of tools.
-    #[serde(default, with = "serde_bytes")]
-    pub library: Option<Vec<u8>>,
+    /// The files that the job is completed with, by their names in the job.
+    #[serde(default, deserialize_with = "named_bytes")]
+    pub beside: Vec<(String, Vec<u8>)>,
     /// The surfaces of blades, by their names in the job.
     #[serde(default, deserialize_with = "named_bytes")]
     pub blades: Vec<(String, Vec<u8>)>,
@@ -79,29 +79,28 @@ fn named_bytes<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<(String, Vec<u8
 }
 
 impl JobFiles {
-    /// The job, and the name of the library from which its tool was taken.
+    /// The job.
     ///
     /// # Errors
     /// The first fault of the file.
-    pub fn job(&self) -> Result<(Job, Option<String>), Failure> {
-        let library = self.library.as_deref();
-        let read = job::read_with(self.source.as_bytes(), &mut |name| {
-            library_of(&self.source, name, library)
+    pub fn job(&self) -> Result<Job, Failure> {
+        let read = job::read_with(self.source.as_bytes(), &mut |file, name| {
+            held_beside(&self.source, file, name, &self.beside)
         });
         match read {
-            Ok(resolved) => Ok((resolved.job, resolved.library.map(|(name, _)| name))),
+            Ok(resolved) => Ok(resolved.job),
             // A job that cannot be read has one fault at least.
             Err(faults) => Err(self.fault(&faults.0[0])),
         }
     }
 
-    /// The files that the job names. `library`: how it calls the library of tools.
-    pub fn named<'a>(&'a self, library: Option<&'a str>) -> Files<'a> {
+    /// The files that the job names.
+    pub fn named(&self) -> Files<'_> {
         Files {
             surface: self.surface.as_deref(),
             avoid: &self.avoid,
             post: self.post.as_deref(),
-            library: library.zip(self.library.as_deref()),
+            beside: &self.beside,
             blades: &self.blades,
         }
     }
@@ -148,7 +147,7 @@ mod tests {
         );
         assert_eq!(
             asked(json!({ "check": { "source": "name", "surfaces": ["a.stl"] } })),
-            Request::Check { source: source(), surfaces: vec!["a.stl".into()], library: None }
+            Request::Check { source: source(), surfaces: vec!["a.stl".into()], beside: vec![] }
         );
         assert_eq!(
             asked(json!({ "newJob": { "name": "a.stl", "bytes": [1, 2] } })),
@@ -156,7 +155,7 @@ mod tests {
         );
         assert_eq!(
             asked(json!({ "texture": {
-                "job": { "source": "name", "surface": [1], "avoid": [["c.stl", [2]]], "post": [5], "library": [6], "blades": [["b.json", [9]]] },
+                "job": { "source": "name", "surface": [1], "avoid": [["c.stl", [2]]], "post": [5], "beside": [["t.toml", [6]]], "blades": [["b.json", [9]]] },
                 "path": [3], "at": [4.0, 5, 6.5],
             } })),
             Request::Texture {
@@ -165,7 +164,7 @@ mod tests {
                     surface: Some(vec![1]),
                     avoid: vec![("c.stl".into(), vec![2])],
                     post: Some(vec![5]),
-                    library: Some(vec![6]),
+                    beside: vec![("t.toml".into(), vec![6])],
                     blades: vec![("b.json".into(), vec![9])],
                 },
                 path: vec![3],
@@ -182,7 +181,7 @@ mod tests {
             let Request::Plan { job, .. } = ask else { panic!("{ask:?}") };
             assert_eq!(job, wanted);
         }
-        assert!(wanted.named(None).surface.is_none() && wanted.named(None).avoid.is_empty());
+        assert!(wanted.named().surface.is_none() && wanted.named().avoid.is_empty());
     }
 
     #[test]

@@ -17,7 +17,7 @@ use crate::request::JobFiles;
 /// # Errors
 /// The fault.
 pub fn texture(given: &JobFiles, path: &[u8], at: [f64; 3]) -> Result<TextureResults, Failure> {
-    let (mut job, _) = given.job()?;
+    let mut job = given.job()?;
     let at = DVec3::from_array(at);
     job.texture = Some(match job.texture.take() {
         Some(window) => TextureOptions { at, whole: false, ..window },
@@ -25,6 +25,6 @@ pub fn texture(given: &JobFiles, path: &[u8], at: [f64; 3]) -> Result<TextureRes
     });
     let path = Toolpath::from_csv(&String::from_utf8_lossy(path))
         .map_err(|failed| given.fault(&faults::fault(failed.to_string(), None)))?;
-    texture_of_path(&job, given.named(None), &path, 1, &mut |_, _| {})
+    texture_of_path(&job, given.named(), &path, 1, &mut |_, _| {})
         .map_err(|error| given.failure(&job, &error))
 }

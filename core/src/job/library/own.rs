@@ -3,8 +3,8 @@
 
 use super::entry::{LibraryTool, told};
 use super::error::LibraryError;
-use crate::job::document::{read_tool, unit_of_length};
-use crate::job::file::Units;
+use crate::job::document::{read_table, unit_of_length};
+use crate::job::file::{ToolTable, Units};
 use toml::de::{DeTable, DeValue};
 
 /// Keys at the top.
@@ -47,7 +47,7 @@ pub(super) fn read(source: &str) -> Result<Vec<LibraryTool>, LibraryError> {
         let DeValue::Table(table) = tool.get_ref() else {
             return LibraryTool::new([None], "").with(Err("it is no table".to_owned()));
         };
-        let (mut table, faults) = read_tool(table, unit);
+        let (mut table, faults) = read_table::<ToolTable>("tool", table, unit);
         let kind = table.kind.map_or("end mill", |kind| kind.name());
         let mut entry = LibraryTool::new([table.name.take().as_deref()], kind);
         entry.units = units;

@@ -6,6 +6,7 @@ use super::read::ToolLibrary;
 use crate::job::document::{self, Document, Places};
 use crate::job::fault::Fault;
 use crate::job::file::{JobFile, ToolTable, Units};
+use crate::job::{Beside, Load};
 use crate::machine::SpindleDirection;
 use crate::tool::ToolKind;
 
@@ -17,31 +18,30 @@ const SAME_RADIUS: f64 = 1e-6;
 /// `load` gives the library's content. Returns its name and content, where the job names one that can be had.
 pub(in crate::job) fn take(
     document: &mut Document,
-    load: &mut dyn FnMut(&str) -> Result<Vec<u8>, Fault>,
+    load: &mut Load<'_>,
 ) -> Option<(String, Vec<u8>)> {
     let tool = document.file.tool.clone();
     let Some(library) = tool.library.clone() else {
         if tool.name.is_some() && !document.places.has("tool.library") {
             let fault =
                 Fault::new("tool.name", "names a tool of a library, but there is no `library`");
-            note(
-                document,
+            document.note(
                 fault.help("give `tool.library`, the file of the tool, or leave the name out"),
             );
         }
         return None;
     };
-    let bytes = match load(&library) {
+    let bytes = match load(Beside::Library, &library) {
         Ok(bytes) => bytes,
         Err(fault) => {
-            note(document, fault);
+            document.note(fault);
             return None;
         }
     };
     let read = match ToolLibrary::read(&bytes) {
         Ok(read) => read,
         Err(error) => {
-            note(document, Fault::new("tool.library", format!("{library}: {error}")));
+            document.note(Fault::new("tool.library", format!("{library}: {error}")));
             return None;
         }
     };
@@ -57,15 +57,9 @@ pub(in crate::job) fn take(
         .and_then(|chosen| fill(document, chosen, asked))
         .map_err(|fault| fault.help(format!("`evencut tools {library}` lists its tools")));
     if let Err(fault) = filled {
-        note(document, fault);
+        document.note(fault);
     }
     Some((library, bytes))
-}
-
-/// Notes a fault at the place of its key, unless it has one.
-fn note(document: &mut Document, fault: Fault) {
-    let place = fault.span.clone().or_else(|| document.places.of(&fault.key));
-    document.faults.0.push(fault.at(place));
 }
 
 /// Fills in a tool.

@@ -30,6 +30,9 @@ impl Resolver<'_> {
     /// Three axes after a fault.
     fn axes(&mut self) -> Axes {
         let table = &self.file.machine;
+        if let Some(file) = &table.file {
+            self.check_file("machine.file", file, &["toml"]);
+        }
         let named = match (table.axes, &table.rotary) {
             (Some(_), Some(_)) => {
                 let message = format!("given beside {}", self.named("machine.axes"));

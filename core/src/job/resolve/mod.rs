@@ -43,7 +43,7 @@ pub(super) fn resolve(document: Document) -> Result<Resolved, Faults> {
     match job {
         Some(job) if faults.is_empty() => {
             warnings.sort();
-            Ok(Resolved { job, warnings, library: None })
+            Ok(Resolved { job, warnings, beside: Vec::new() })
         }
         _ => {
             faults.sort();
