@@ -136,7 +136,7 @@ mod tests {
 
     #[test]
     fn what_the_job_says_itself_stays() {
-        let own = job("mm", "file = \"a\"\nmax_feed = 5000.0\naxes = \"xyzac\"\n", FILE).unwrap();
+        let own = job("mm", "file = \"a.toml\"\nmax_feed = 5000.0\naxes = \"xyzac\"\n", FILE).unwrap();
         let machine = own.job.machine;
         assert!((machine.max_feed - 5000.0 / 60.0).abs() < 1e-9);
         assert_eq!(machine.axes.chain().unwrap().letters(), ['C', 'A']);
@@ -145,7 +145,8 @@ mod tests {
 
     #[test]
     fn what_is_wrong_with_a_file_is_named_with_its_line() {
-        let refused = |file: &str| job("mm", "file = \"a.toml\"", file).unwrap_err().to_string();
+        let refused =
+            |file: &str| job("mm", "file = \"a.toml\"", file).unwrap_err().render("a.toml", b"");
         for (file, parts) in [
             (
                 "max_feed = 6000.0\nmax_fed = 3.0\n",

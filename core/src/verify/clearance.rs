@@ -6,8 +6,8 @@
 //!   the solid reaches in the plane's direction anywhere on a stretch is known; so one plane is a lower bound of the
 //!   distance for the whole stretch, and a close one for a cutter that passes alongside.
 //!
-//! For each move and solid: (1) the facets that could be near on the move, from a tree of boxes; a move so long that this
-//! would be many is halved first, and empty halves are done; (2) for each of them, the solid in the middle of the
+//! For each move and solid: (1) the facets that could be near on the move, from a tree of boxes, of which one plane may part
+//! all at once; a move so long that this would be many is halved first, and empty halves are done; (2) for each of them, the solid in the middle of the
 //! stretch: its signed distance is a convex function over the facet, and is minimised by cutting: the polygon that holds
 //! the minimum is cut through its centroid, across the slope there (`narrow`). Every place looked at gives an upper
 //! bound, the distance there, and a lower one, the plane across the slope; (3) once the plane is within the accuracy of
@@ -26,6 +26,7 @@ use crate::tool::{Assembly, AssemblyPart};
 use crate::toolpath::{PathPoint, Toolpath};
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree, SelectionFunction};
+use std::cell::Cell;
 use std::collections::VecDeque;
 
 /// Moves that are measured one after another, each beginning with the facet nearest to the one before. Larger: less to
@@ -206,18 +207,36 @@ impl Known {
     }
 }
 
-/// The facets whose boxes are within a distance of a solid.
+/// The facets whose boxes are within a distance of a solid in the middle of a stretch, and that no plane parts from it far
+/// enough: of a floor below a holder one plane says it of all facets.
 struct Near<'a> {
     solid: &'a Solid,
-    at: Placed,
+    middle: &'a Middle,
     distance: f64,
+    /// Parted so far, a box need not be opened, mm.
+    enough: f64,
+    /// The least that boxes were parted that were not opened for that, mm, and the middle of that box.
+    parted: &'a Cell<Option<(f64, DVec3)>>,
 }
 
 impl Near<'_> {
     fn includes(&self, envelope: &AABB<[f64; 3]>) -> bool {
         let [low, high] = [envelope.lower(), envelope.upper()].map(DVec3::from_array);
-        let seen = self.solid.see(self.at, 0.5 * (low + high));
-        seen.distance - 0.5 * low.distance(high) <= self.distance
+        let (centre, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let seen = self.solid.see(self.middle.at, centre);
+        if seen.distance - half.length() > self.distance {
+            return false;
+        }
+        let n = seen.outward;
+        let nearest = n.dot(centre) - n.abs().dot(half);
+        let parted = nearest - self.solid.support(n, &self.middle.stretch);
+        if parted < self.enough {
+            return true;
+        }
+        if self.parted.get().is_none_or(|(least, _)| parted < least) {
+            self.parted.set(Some((parted, centre)));
+        }
+        false
     }
 }
 
@@ -345,7 +364,9 @@ impl Survey {
         last: &mut Option<u32>,
     ) {
         let first = Middle::of(solid, ends, [0.0, 1.0]);
-        if let Some(f) = *last {
+        let tip = first.at.tip.to_array();
+        let nearest = || self.tree.nearest_neighbor(tip).map(|b| b.data);
+        if let Some(f) = last.or_else(nearest) {
             let wanted = self.wanted(known);
             let found = narrow(&self.facets[f as usize], solid, &first, &wanted);
             known.is_nearer(&found);
@@ -369,15 +390,25 @@ impl Survey {
                 Some(facets) => facets,
                 None => {
                     let distance = known.measured.max(0.0) + travel;
-                    let near = Near { solid, at: middle.at, distance };
+                    let Wanted { need, tolerance } = self.wanted(known);
+                    // What is farther than all that matters is told from what is just as far.
+                    let slack = if need < self.beyond { tolerance } else { 0.0 };
+                    let (enough, parted) = (need - slack, Cell::new(None));
+                    let near = Near { solid, middle: &middle, distance, enough, parted: &parted };
                     let mut near = self.tree.locate_with_selection_function(near).map(|b| b.data);
-                    if travel > known.measured.max(solid.widest()) && !is_last {
-                        if near.next().is_some() {
+                    let is_long = travel > known.measured.max(solid.widest()) && !is_last;
+                    let facets: Vec<(u32, f64)> = match is_long {
+                        true if near.next().is_some() => {
                             open.extend(halves(None));
+                            continue;
                         }
-                        continue;
+                        true => Vec::new(),
+                        false => near.map(|f| (f, f64::NEG_INFINITY)).collect(),
+                    };
+                    if let Some((least, place)) = parted.get() {
+                        known.is_at_least(least, place);
                     }
-                    near.map(|f| (f, f64::NEG_INFINITY)).collect()
+                    facets
                 }
             };
             let mut rest = Vec::new();
@@ -580,6 +611,24 @@ mod tests {
     /// A square of two facets.
     fn wall(corner: DVec3, u: DVec3, v: DVec3) -> [[DVec3; 3]; 2] {
         [[corner, corner + u, corner + u + v], [corner, corner + u + v, corner + v]]
+    }
+
+    /// Ten thousand facets as near as each other, on a move over all of them: the distance is known, not only bounded.
+    #[test]
+    fn a_wide_holder_passes_over_a_fine_floor() {
+        let section = |part, heights, radii| Section { part, heights, radii };
+        let holder = vec![section(AssemblyPart::Holder, [10.0, 40.0], [20.0, 20.0])];
+        let wide =
+            Assembly { sections: holder, ..Assembly::of_cutter(Tool::new(4.0, 4.0).unwrap(), 8.0) };
+        let cell = |i: i32| {
+            let corner = DVec3::new(f64::from(i % 100), f64::from(i / 100), 0.0) - 50.0 * DVec3::X;
+            wall(corner - 50.0 * DVec3::Y, DVec3::X, DVec3::Y)
+        };
+        let floor: Vec<[DVec3; 3]> = (0..10_000).flat_map(cell).collect();
+        let at = |x: f64| (DVec3::new(x, -0.5 * x, 0.5), DVec3::Z);
+        let figures = measured(&[at(-40.0), at(40.0)], &floor, &wide);
+        is_at_most(figures.by_part[2].unwrap(), 10.5);
+        is_at_most(figures.by_part[0].unwrap(), 0.5);
     }
 
     const BIG: f64 = 100.0;

@@ -5,6 +5,8 @@ use thiserror::Error;
 /// Largest library that is read, bytes. Real ones have some kilobytes a tool; JSON takes many times its length once it is
 /// read.
 pub(super) const LARGEST: usize = 8 << 20;
+/// The same of evencut's own, bytes: its reader takes half a minute for eight times as much.
+pub(super) const LARGEST_TOML: usize = 1 << 20;
 /// Most tools of a library; shops have some thousands.
 const MOST_TOOLS: usize = 10_000;
 /// Longest message of another reader, characters.
@@ -14,10 +16,12 @@ const LONGEST_MESSAGE: usize = 300;
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum LibraryError {
     /// It is too large.
-    #[error("{bytes} bytes; a library of tools has at most {LARGEST}: export fewer tools")]
+    #[error("{bytes} bytes; a library of tools has at most {most}: export fewer tools")]
     Large {
         /// How many it has.
         bytes: usize,
+        /// How many are read.
+        most: usize,
     },
     /// It has too many tools.
     #[error("{count} tools; a library has at most {MOST_TOOLS}: export fewer")]

@@ -1,7 +1,7 @@
 //! The bytes of a library → its tools.
 
 use super::entry::LibraryTool;
-use super::error::{LARGEST, LibraryError};
+use super::error::{LARGEST, LARGEST_TOML, LibraryError};
 use super::{freecad, fusion, own};
 use serde_json::Value;
 
@@ -13,14 +13,12 @@ pub struct ToolLibrary {
 }
 
 impl ToolLibrary {
-    /// Reads a library; its content shows the format. `bytes`: at most 8 MiB.
+    /// Reads a library; its content shows the format. `bytes`: at most 8 MiB, of TOML 1 MiB.
     ///
     /// # Errors
     /// [`LibraryError`] where it is no library. A tool that cannot be used is no error, but has a reason.
     pub fn read(bytes: &[u8]) -> Result<Self, LibraryError> {
-        if bytes.len() > LARGEST {
-            return Err(LibraryError::Large { bytes: bytes.len() });
-        }
+        bounded(bytes.len(), LARGEST)?;
         if bytes.starts_with(b"PK\x03\x04") {
             return Err(LibraryError::Packed);
         }
@@ -31,6 +29,7 @@ impl ToolLibrary {
                 .map_err(|error| LibraryError::syntax(&format!("no JSON: {error}")))?;
             of_json(&json)?
         } else {
+            bounded(bytes.len(), LARGEST_TOML)?;
             own::read(text)?
         };
         if tools.is_empty() {
@@ -38,6 +37,10 @@ impl ToolLibrary {
         }
         Ok(Self { tools })
     }
+}
+
+fn bounded(bytes: usize, most: usize) -> Result<(), LibraryError> {
+    if bytes > most { Err(LibraryError::Large { bytes, most }) } else { Ok(()) }
 }
 
 fn of_json(json: &Value) -> Result<Vec<LibraryTool>, LibraryError> {

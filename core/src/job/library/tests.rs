@@ -22,10 +22,10 @@ fn taken(library: &str, tool: &str) -> Result<Job, String> {
 
 fn taken_in(top: &str, library: &str, tool: &str) -> Result<Job, String> {
     let text = job_with(top, &format!("library = \"shop.json\"\n{tool}"));
-    let read = job::read_with(text.as_bytes(), &mut |_| Ok(library.as_bytes().to_vec()));
+    let read = job::read_with(text.as_bytes(), &mut |_, _| Ok(library.as_bytes().to_vec()));
     match read {
         Ok(read) => {
-            assert_eq!(read.library, Some(("shop.json".to_owned(), library.as_bytes().to_vec())));
+            assert_eq!(read.beside, [("shop.json".to_owned(), library.as_bytes().to_vec())]);
             Ok(read.job)
         }
         Err(faults) => Err(faults.render("job.toml", text.as_bytes())),
