@@ -2,11 +2,12 @@
 //!
 //! The file has the keys of the job's `[machine]`, at its top; lengths in mm, whatever the job's unit.
 
+use super::beside::{Beside, Load};
 use super::document::{Document, read_table};
 use super::fault::Fault;
 use super::file::{MachineTable, RotaryTable, TravelTable, Units};
 use super::units::INCH;
-use super::{Beside, Load};
+
 use toml::de::DeTable;
 
 /// Fills in the machine of a document from its file; what is wrong with that is noted.
@@ -136,7 +137,8 @@ mod tests {
 
     #[test]
     fn what_the_job_says_itself_stays() {
-        let own = job("mm", "file = \"a.toml\"\nmax_feed = 5000.0\naxes = \"xyzac\"\n", FILE).unwrap();
+        let own =
+            job("mm", "file = \"a.toml\"\nmax_feed = 5000.0\naxes = \"xyzac\"\n", FILE).unwrap();
         let machine = own.job.machine;
         assert!((machine.max_feed - 5000.0 / 60.0).abs() < 1e-9);
         assert_eq!(machine.axes.chain().unwrap().letters(), ['C', 'A']);

@@ -5,6 +5,7 @@
 //! combination checked. No later stage knows a default. [`Job::to_toml`] goes the other way.
 
 mod avoid;
+mod beside;
 mod complete;
 mod completion;
 mod cut;
@@ -30,6 +31,7 @@ mod words;
 mod write;
 
 pub use avoid::Avoid;
+pub use beside::{Beside, Load};
 pub use complete::{Job, Resolved};
 pub use completion::{
     Completion, CompletionKind, Completions, Explanation, completions, explanation,
@@ -59,28 +61,6 @@ pub use surface::{
 };
 pub use template::{Outside, SurfaceFacts, template};
 pub use texture::{TextureCells, TextureOptions};
-
-/// A file that a job is completed with before it is resolved.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
-pub enum Beside {
-    /// The library from which its tool is taken, `tool.library`.
-    Library,
-    /// The description of its machine, `machine.file`.
-    Machine,
-}
-
-impl Beside {
-    /// The key of its name.
-    pub fn key(self) -> &'static str {
-        match self {
-            Self::Library => "tool.library",
-            Self::Machine => "machine.file",
-        }
-    }
-}
-
-/// Gives the content of a file that a job is completed with, or says why there is none.
-pub type Load<'a> = dyn FnMut(Beside, &str) -> Result<Vec<u8>, Fault> + 'a;
 
 /// Reads and resolves a job file that says all by itself: its tool is from no library, its machine from no file.
 ///

@@ -3,10 +3,10 @@
 use super::choose::{Asked, told};
 use super::entry::{self, LibraryTool, mm_in, scaled};
 use super::read::ToolLibrary;
+use crate::job::beside::{Beside, Load};
 use crate::job::document::{self, Document, Places};
 use crate::job::fault::Fault;
 use crate::job::file::{JobFile, ToolTable, Units};
-use crate::job::{Beside, Load};
 use crate::machine::SpindleDirection;
 use crate::tool::ToolKind;
 
