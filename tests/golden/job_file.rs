@@ -392,3 +392,28 @@ fn templates_are_valid_jobs() {
         assert!(fits || job.tool.radius() <= smallest, "{text}");
     }
 }
+
+/// A cutter that ends where the holder begins has no shank, and yet a stickout.
+#[test]
+fn a_stickout_as_long_as_the_cutter_is_kept() {
+    let lengths = "length = 30.0\nstickout = 30.0\n[machine]\naxes = \"xyzac\"\n[cut]";
+    let text = SMALLEST.replace("[cut]", lengths);
+    let job = job::read(text.as_bytes()).unwrap().job;
+    assert!(job.to_toml().contains("stickout = 30.0"), "{}", job.to_toml());
+    assert_eq!(job.cutter_length(), 30.0);
+    assert_eq!(job::read(job.to_toml().as_bytes()).unwrap().job, job);
+}
+
+/// What follows from a fault of the axes is no second fault.
+#[test]
+fn a_fault_of_the_machine_is_one_fault() {
+    for machine in [
+        "axes = \"xyzab-head\"\npivot_length = -1.0\n",
+        "pivot_length = 100.0\n[[machine.rotary]]\nletter = \"A\"\ncarries = \"spindle\"\n[[machine.rotary]]\nletter = \"B\"\ncarries = \"head\"\n",
+        "axes = \"xyzuv\"\n",
+    ] {
+        let text = format!("{SMALLEST}lead = 5.0\n[machine]\n{machine}");
+        let faults = job::read(text.as_bytes()).unwrap_err();
+        assert_eq!(faults.0.len(), 1, "{}", faults.render("job", text.as_bytes()));
+    }
+}

@@ -117,13 +117,13 @@ impl Job {
         self.nominal_side_step() * self.cut.axial_depth * self.cut.feed
     }
 
-    /// Length of the cutter that is checked for collisions, mm: without end along a fixed axis; twice
-    /// its diameter where it leans, as the reach of a short end mill.
+    /// Length of the cutter that is checked for collisions, mm: without end along a fixed axis; where it
+    /// leans that of the job, or twice its diameter, as the reach of a short end mill.
     pub fn cutter_length(&self) -> f64 {
         match self.machine.axes {
             Axes::ThreeAxis => f64::INFINITY,
             Axes::FiveAxis(_) if self.assembly.sections.is_empty() => 4.0 * self.tool.radius(),
-            Axes::FiveAxis(_) => self.assembly.cutter_length.min(4.0 * self.tool.radius()),
+            Axes::FiveAxis(_) => self.assembly.cutter_length,
         }
     }
 

@@ -162,7 +162,7 @@ pub enum PostError {
     },
     /// A rotary axis would leave its range.
     #[error(
-        "post: axis {axis} would turn to {position:.3} degrees near ({:.3}, {:.3}, {:.3}); its range is {low} to {high} degrees: lean less (cut.lead), let the path retract more often (path.links = \"retract\"), so that it can be wound back there, or choose another machine",
+        "post: axis {axis} would turn to {position:.3} degrees near ({:.3}, {:.3}, {:.3}); its range is {low} to {high} degrees: {remedy}",
         place.x, place.y, place.z
     )]
     RotaryTravel {
@@ -176,6 +176,8 @@ pub enum PostError {
         high: f64,
         /// The tip there, mm.
         place: DVec3,
+        /// What would help.
+        remedy: &'static str,
     },
     /// The rotary axes cannot follow.
     #[error(

@@ -112,7 +112,11 @@ fn check_travel(reach: &[(f64, f64); 3], options: &ProgramOptions) -> Result<(),
 /// Whether every rotary axis stays within its range.
 fn check_turns(turned: &[Turned; 2], options: &ProgramOptions) -> Result<(), PostError> {
     let Some(chain) = options.machine.axes.chain() else { return Ok(()) };
-    for (axis, turned) in chain.axes().iter().zip(turned) {
+    let remedies = [
+        "it is wound back at retracts only, so let the path retract more often (path.links = \"retract\"), or turn the part about that axis (surface.rotate)",
+        "lean less (cut.lead), turn the part (surface.rotate), or choose another machine",
+    ];
+    for ((axis, turned), remedy) in chain.axes().iter().zip(turned).zip(remedies) {
         let (low, high) = axis.range;
         for &(position, place) in [&turned.least, &turned.greatest].into_iter().flatten() {
             if position < low - TURN_ROUNDING || position > high + TURN_ROUNDING {
@@ -123,6 +127,7 @@ fn check_turns(turned: &[Turned; 2], options: &ProgramOptions) -> Result<(), Pos
                     low,
                     high,
                     place,
+                    remedy,
                 });
             }
         }

@@ -44,6 +44,7 @@ pub fn page(report: &Report, pictures: &[(&str, &str)]) -> String {
          <title>{name}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{name}</h1>\n"
     );
     warnings(&mut html, report);
+    broken(&mut html, report);
     setup(&mut html, report, pictures);
     fact_table(&mut html, report);
     comparison_table(&mut html, report);
@@ -73,6 +74,18 @@ fn warnings(html: &mut String, report: &Report) {
         };
         let _ =
             writeln!(html, "<p class=\"warning\"><strong>{stage}:</strong> {message}{remedy}</p>");
+    }
+}
+
+/// Said before the setup: a program that breaks a limit is not to be run.
+fn broken(html: &mut String, report: &Report) {
+    let count = report.verification.as_ref().map_or(0, |v| v.broken.len());
+    if count > 0 {
+        let limits = if count == 1 { "limit is" } else { "limits are" };
+        let _ = writeln!(
+            html,
+            "<p class=\"warning\"><strong>Do not run this program:</strong> {count} {limits} broken; see Measured.</p>"
+        );
     }
 }
 

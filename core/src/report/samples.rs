@@ -104,6 +104,7 @@ fn setup() -> SetupFigures {
         allowance_mm: 0.1,
         work_offset: Some("G54".to_owned()),
         rotary_axes: vec!["table C at (0.000, 0.000, 0.000)".to_owned()],
+        avoid: vec!["clamp by 0.500 mm".to_owned()],
         rapid_plane_mm: 34.4,
         reach: vec![ReachFigures {
             axis: "X".to_owned(),

@@ -26,6 +26,8 @@ pub struct SetupFigures {
     pub work_offset: Option<String>,
     /// Rotary axes of the machine, the one nearest to the workpiece first.
     pub rotary_axes: Vec<String>,
+    /// What stands beside the part and is avoided, with its distance.
+    pub avoid: Vec<String>,
     /// Height along the tool axis, from program zero, at and above which rapids run, mm.
     pub rapid_plane_mm: f64,
     /// Where the axes of the machine go in the program.
@@ -114,12 +116,20 @@ impl SetupFigures {
         let offset = self.work_offset.as_deref().unwrap_or("the one in force");
         lines.push((
             "work offset",
-            format!("{offset}; its zero is the origin of the part as [surface] places it"),
+            format!("{offset}; zero is the origin of the part's file, as the job places it"),
         ));
         if !self.rotary_axes.is_empty() {
             lines.push(("rotary axes", self.rotary_axes.join("; ")));
         }
-        let plane = format!("{:.3} mm and above, along the tool axis", self.rapid_plane_mm);
+        if !self.avoid.is_empty() {
+            lines.push(("keep clear of", self.avoid.join("; ")));
+        }
+        let plane = match self.rotary_axes.is_empty() {
+            true => format!("at Z {:.3} and above", self.rapid_plane_mm),
+            false => {
+                format!("tip {:.3} mm and more from zero, along the tool", self.rapid_plane_mm)
+            }
+        };
         lines.push(("rapids", plane));
         let reach = self.reach.iter().map(|r| {
             let unit = if r.unit == "deg" { "°" } else { "" };

@@ -20,7 +20,17 @@ pub(super) fn figures(
         };
         let centre = axis.centre;
         let (x, y, z) = (centre.x, centre.y, centre.z);
-        format!("{what} {} about ({x:.3}, {y:.3}, {z:.3}) from {from}", axis.letter)
+        let d = axis.direction;
+        let about = match (d.x, d.y, d.z) {
+            (1.0, 0.0, 0.0) => "X".to_owned(),
+            (0.0, 1.0, 0.0) => "Y".to_owned(),
+            (0.0, 0.0, 1.0) => "Z".to_owned(),
+            (i, j, k) => format!("({i:.4}, {j:.4}, {k:.4})"),
+        };
+        let letter = axis.letter;
+        format!(
+            "{what} {letter}, counter-clockwise about {about}, centre ({x:.3}, {y:.3}, {z:.3}) from {from}"
+        )
     };
     let chain = job.machine.axes.chain();
     SetupFigures {
@@ -37,6 +47,7 @@ pub(super) fn figures(
         allowance_mm: job.cut.allowance,
         work_offset: job.setup.work_offset.map(WorkOffset::name).map(str::to_owned),
         rotary_axes: chain.into_iter().flat_map(Chain::axes).map(rotary).collect(),
+        avoid: job.avoid.iter().map(|a| format!("{} by {:.3} mm", a.name, a.distance)).collect(),
         rapid_plane_mm: planned.rapid_plane,
         reach: program.map(|program| program.reach.clone()).unwrap_or_default(),
     }

@@ -37,6 +37,13 @@ impl Asked<'_> {
                 let named: Vec<_> = all.iter().copied().filter(|t| is_called(t, name)).collect();
                 // Of several with one name the number tells.
                 let numbered = || named.iter().copied().filter(|t| t.number() == number).collect();
+                let is_other = |t: &&LibraryTool| t.number() == number && !is_called(t, name);
+                if let (Some(number), Some(other)) = (number, tools.iter().find(is_other)) {
+                    let message =
+                        format!("in {library} T{number} is {}, not {name:?}", told(other));
+                    let help = "leave out the name or the number, or give the number of that tool";
+                    return Err(Fault::new("tool.number", message).help(help));
+                }
                 let found = if named.len() > 1 && number.is_some() { numbered() } else { named };
                 (found, format!("{name:?}"))
             }
@@ -54,7 +61,10 @@ impl Asked<'_> {
             [only] => Ok(only),
             [] => Err(self.none(&said, tools)),
             several => {
-                let message = format!("{} tools of {library} are {said}", several.len());
+                let message = match said.as_str() {
+                    "a tool" => format!("{library} has {} tools", several.len()),
+                    said => format!("{} tools of {library} are {said}", several.len()),
+                };
                 let missing = match (self.name, self.number) {
                     (None, None) => "give `tool.number` or `tool.name`",
                     (None, Some(_)) => "give `tool.name` as well",

@@ -74,7 +74,9 @@ impl Resolver<'_> {
             sections.push(Section { part: AssemblyPart::Holder, heights: [from, to], radii });
             from = to;
         }
-        sections.retain(|s| is_known && s.heights[1] > s.heights[0]);
+        // A shank without length still says where the holder begins.
+        let is_there = |s: &Section| s.part == AssemblyPart::Shank || s.heights[1] > s.heights[0];
+        sections.retain(|s| is_known && is_there(s));
         Assembly { tool, cutter_length, sections }
     }
 

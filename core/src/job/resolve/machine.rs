@@ -8,6 +8,8 @@ use crate::machine::{Arrangement, Axes, Carries, Chain, Machine, RotaryAxis, Tra
 
 /// Fastest turn of a rotary axis by default, degrees/s.
 const ROTARY_SPEED: f64 = 90.0;
+/// Share by which a sum of lengths may seem longer.
+const ROUNDING: f64 = 1e-9;
 
 impl Resolver<'_> {
     pub(super) fn machine(&mut self) -> Machine {
@@ -27,8 +29,9 @@ impl Resolver<'_> {
         }
     }
 
-    /// Three axes after a fault.
+    /// After a fault some five axes, so that nothing is said of what follows from three.
     fn axes(&mut self) -> Axes {
+        let faulty = Arrangement::Xyzac.axes(0.0);
         let table = &self.file.machine;
         if let Some(file) = &table.file {
             self.check_file("machine.file", file, &["toml"]);
@@ -37,7 +40,7 @@ impl Resolver<'_> {
             (Some(_), Some(_)) => {
                 let message = format!("given beside {}", self.named("machine.axes"));
                 self.fault("machine.rotary", message, "keep one of the two");
-                return Axes::ThreeAxis;
+                return faulty;
             }
             (named, None) => named.unwrap_or(Arrangement::ThreeAxis),
             (None, Some(_)) => Arrangement::ThreeAxis,
@@ -53,9 +56,13 @@ impl Resolver<'_> {
         let given = table.rotary.clone();
         let tables = given.unwrap_or_else(|| named.rotary().iter().map(of_name).collect());
         let key = if self.places.has("machine.rotary") { "machine.rotary" } else { "machine.axes" };
-        let [first, second] = &tables[..] else { return Axes::ThreeAxis };
+        let [first, second] = &tables[..] else {
+            let is_faulty = self.places.has("machine.rotary") || self.places.has("machine.axes");
+            return if is_faulty && table.axes.is_none() { faulty } else { Axes::ThreeAxis };
+        };
         let is_placed = |t: &RotaryTable| {
-            t.carries == Some(Carries::Table) || t.centre.is_some() || table.pivot_length.is_some()
+            let has_pivot = t.centre.is_some() || self.places.has("machine.pivot_length");
+            t.carries != Some(Carries::Head) || has_pivot
         };
         if !tables.iter().all(is_placed) {
             let help = "give `machine.pivot_length`: from the spindle's gauge line up to the pivot";
@@ -64,17 +71,23 @@ impl Resolver<'_> {
                 "a head turns the spindle, but the place of its pivot is missing",
                 help,
             );
-            return Axes::ThreeAxis;
+            return faulty;
         }
         let [Some(first), Some(second)] = [first, second].map(|t| self.rotary(t, key)) else {
-            return Axes::ThreeAxis;
+            return faulty;
         };
+        if second.carries == Carries::Table && self.places.has("machine.pivot_length") {
+            let help = "leave it out; a table has its `centre`";
+            self.warn("machine.pivot_length", "says nothing about tables", help);
+        }
         let has_heads = second.carries == Carries::Head;
         let length = self.gauge_length();
         if length.is_none() && has_heads {
-            let help = "give `tool.gauge_length`, or describe the holder (`tool.holder`)";
-            self.fault("tool", "a head turns the spindle, but the length from the tip to the spindle's gauge line is missing", help);
-            return Axes::ThreeAxis;
+            if !self.places.has("tool.gauge_length") {
+                let help = "give `tool.gauge_length`, or describe the holder (`tool.holder`)";
+                self.fault("tool", "a head turns the spindle, but the length from the tip to the spindle's gauge line is missing", help);
+            }
+            return faulty;
         }
         match Chain::new([first, second], length.unwrap_or(0.0)) {
             Ok(chain) => Axes::FiveAxis(chain),
@@ -82,7 +95,7 @@ impl Resolver<'_> {
                 let help =
                     "give two axes that tilt the tool, the one nearer to the workpiece first";
                 self.fault(key, error.to_string(), help);
-                Axes::ThreeAxis
+                faulty
             }
         }
     }
@@ -133,11 +146,17 @@ impl Resolver<'_> {
     }
 
     /// From the tip to the spindle's gauge line, mm, as far as the job says.
-    fn gauge_length(&self) -> Option<f64> {
+    fn gauge_length(&mut self) -> Option<f64> {
         let ToolTable { gauge_length, stickout, holder, .. } = &self.file.tool;
         let of_holder = stickout.zip(holder.as_ref()).map(|(stickout, holder)| {
             holder.iter().filter_map(|section| section.length).fold(stickout, |sum, l| sum + l)
         });
+        let least = of_holder.or(*stickout).unwrap_or(0.0) * (1.0 - ROUNDING);
+        if let Some(length) = gauge_length.filter(|length| *length < least) {
+            let message = format!("{length} is less than what stands below the gauge line");
+            let help = format!("give at least {least:.3}: stickout and holder");
+            self.fault("tool.gauge_length", message, help);
+        }
         gauge_length.or(of_holder).map(|length| length * self.unit)
     }
 

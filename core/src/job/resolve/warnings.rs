@@ -4,6 +4,7 @@ use super::resolver::Resolver;
 use crate::job::complete::Job;
 use crate::job::cut::Stepover;
 use crate::job::force::{ForceControl, MrrLimit};
+use crate::machine::Axes;
 use crate::units::per_minute;
 
 impl Resolver<'_> {
@@ -19,6 +20,14 @@ impl Resolver<'_> {
             );
             let help = "a chord tolerance of half the scallop or less shows in the cusps";
             self.warn("cut.tolerance", message, help);
+        }
+        let is_unknown = job.assembly.sections.is_empty() && job.hub.is_none();
+        if is_unknown && !job.avoid.is_empty() && job.machine.axes != Axes::ThreeAxis {
+            let message = format!(
+                "only the cutter up to {} above its tip is kept clear of what is avoided: nothing is known of shank and holder",
+                self.show(4.0 * job.tool.radius())
+            );
+            self.warn("avoid", message, "give `tool.length`, `tool.stickout` and `tool.holder`");
         }
         if let Some(chord) = job.surface.chord
             && chord > job.cut.tolerance
