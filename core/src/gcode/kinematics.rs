@@ -50,12 +50,12 @@ impl Kinematics {
     }
 
     /// A machine point in workpiece coordinates.
-    pub fn to_part(&self, p: DVec3, rotary: Angles) -> DVec3 {
+    pub fn to_part(self, p: DVec3, rotary: Angles) -> DVec3 {
         self.0.chain().map_or(p, |chain| chain.to_part(p, rotary))
     }
 
     /// A workpiece point in machine coordinates.
-    pub fn to_machine(&self, p: DVec3, rotary: Angles) -> DVec3 {
+    pub fn to_machine(self, p: DVec3, rotary: Angles) -> DVec3 {
         self.0.chain().map_or(p, |chain| chain.to_machine(p, rotary))
     }
 

@@ -167,31 +167,21 @@ impl Chain {
         }
     }
 
-    /// A direction of the tool's frame in the workpiece.
-    fn out_of_tool(&self, v: DVec3, at: Angles) -> DVec3 {
-        let v = rotated(v, self.axes[1].direction, self.turn_of_tool(1, at));
-        rotated(v, self.axes[0].direction, self.turn_of_tool(0, at))
-    }
-
-    /// A direction of the workpiece in the tool's frame.
-    fn into_tool(&self, v: DVec3, at: Angles) -> DVec3 {
-        let v = rotated(v, self.axes[0].direction, -self.turn_of_tool(0, at));
-        rotated(v, self.axes[1].direction, -self.turn_of_tool(1, at))
-    }
-
     /// The tool axis in the workpiece, a unit vector.
     pub fn axis(&self, at: Angles) -> DVec3 {
-        self.out_of_tool(DVec3::Z, at)
+        self.of_tool_frame(DVec3::Z, at)
     }
 
     /// A place of the workpiece in axes that turn with the tool, mm: Z is its height along the tool axis.
     pub(crate) fn in_tool_frame(&self, tip: DVec3, at: Angles) -> DVec3 {
-        self.into_tool(tip, at)
+        let v = rotated(tip, self.axes[0].direction, -self.turn_of_tool(0, at));
+        rotated(v, self.axes[1].direction, -self.turn_of_tool(1, at))
     }
 
     /// The inverse of [`Self::in_tool_frame`].
     pub(crate) fn of_tool_frame(&self, place: DVec3, at: Angles) -> DVec3 {
-        self.out_of_tool(place, at)
+        let v = rotated(place, self.axes[1].direction, self.turn_of_tool(1, at));
+        rotated(v, self.axes[0].direction, self.turn_of_tool(0, at))
     }
 
     /// How far heads carry the tip off the place that the linear axes name, mm.
