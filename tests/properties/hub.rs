@@ -205,7 +205,6 @@ fn assert_runs(case: &Case) {
         clearance_plane: Some(planned.rapid_plane),
         travel: options.machine.travel,
         max_feed: Some(options.machine.max_feed),
-        ..CheckOptions::default()
     };
     assert_eq!(check(&read, &limits), []);
     let mut at = read.machine[0].rotary;
