@@ -7,7 +7,6 @@
 #![forbid(unsafe_code)]
 
 pub mod geometry;
-pub mod keys;
 pub mod linalg;
 pub mod mesh;
 pub mod parallel;

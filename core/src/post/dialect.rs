@@ -1,7 +1,7 @@
 //! A post-processor as data: what differs between controllers.
 
 use super::error::DialectError;
-use crate::keys::{Keys, KeysError, read_keys};
+use super::keys::{Keys, KeysError, read_keys};
 use crate::machine::{Axes, Coolant, Post, WorkOffset};
 use std::collections::BTreeMap;
 

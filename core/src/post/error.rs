@@ -1,7 +1,7 @@
 //! Why a path cannot be written as a program.
 
+use super::keys::KeysError;
 use crate::geometry::DVec3;
-use crate::keys::KeysError;
 use thiserror::Error;
 
 /// Why a post-processor cannot be used.

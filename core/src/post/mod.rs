@@ -10,11 +10,13 @@
 mod blocks;
 mod dialect;
 mod error;
+mod keys;
 mod program;
 mod render;
 
 pub use dialect::Dialect;
 pub use error::{DialectError, PostError};
+pub use keys::KeysError;
 pub use program::{Program, ProgramOptions};
 
 use crate::machine::{Axes, Setup};

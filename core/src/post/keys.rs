@@ -1,4 +1,4 @@
-//! Files of few keys (post-processors, machines): keys one after another; what is left over is refused with its line.
+//! Keys of a post's file, one after another; what is left over is refused with its line.
 //!
 //! Not by serde: for so few keys its code would add a tenth to what the page loads.
 
@@ -44,7 +44,7 @@ pub enum KeysError {
 ///
 /// # Errors
 /// [`KeysError`]: no TOML, or what `read` refuses.
-pub(crate) fn read_keys<T, E: From<KeysError>>(
+pub(super) fn read_keys<T, E: From<KeysError>>(
     bytes: &[u8],
     read: impl FnOnce(&mut Keys) -> Result<T, E>,
 ) -> Result<T, E> {
@@ -65,7 +65,7 @@ pub(crate) fn read_keys<T, E: From<KeysError>>(
 }
 
 /// A table that is being read.
-pub(crate) struct Keys<'a> {
+pub(super) struct Keys<'a> {
     table: &'a DeTable<'a>,
     /// The table's own key and a point; empty at the top.
     prefix: String,
