@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use evencut_core::job::{Fault, Faults, Job, Severity, line_and_column};
+use evencut_core::job::{Fault, Faults, Job, Resolved, Severity, line_and_column};
 use evencut_service::failure;
 use evencut_service::results::dialect;
 use serde_json::{Value, json};
@@ -32,7 +32,7 @@ struct Finding {
     errors: Faults,
     warnings: Faults,
     /// The job, if it has no errors.
-    job: Option<Job>,
+    job: Option<Resolved>,
     exit: Exit,
 }
 
@@ -81,15 +81,16 @@ fn find(path: &Path) -> Finding {
     }
     match input::resolved(path, &finding.source) {
         Ok(resolved) => {
-            finding.warnings = resolved.warnings;
+            finding.warnings = resolved.warnings.clone();
             let missing = missing_files(path, &resolved.job, &finding.source);
             if !missing.is_empty() {
                 finding.fail(Exit::BadSurface, Faults(missing));
-            } else if let Some((exit, fault)) = unusable_post(path, &resolved.job, &finding.source)
+            } else if let Some((exit, fault)) =
+                resolved.jobs().find_map(|job| unusable_post(path, job, &finding.source))
             {
                 finding.fail(exit, Faults(vec![fault]));
             }
-            finding.job = Some(resolved.job);
+            finding.job = Some(resolved);
         }
         Err(faults) => finding.fail(Exit::BadJob, faults),
     }

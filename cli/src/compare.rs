@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Args;
-use evencut_core::job::{Faults, Job, Pattern};
-use evencut_core::plan::{PlanError, Prepared, Stage, SurfaceKeys, plan_on};
+use evencut_core::job::{Faults, Job, Pattern, Resolved};
+use evencut_core::plan::{PlanError, Prepared, Stage, SurfaceKeys, plan_on, stock_of};
 use evencut_service::compare::{
     RegionVariant, Row, Variant, control, judged, texture, to_csv, to_svg, to_text,
 };
@@ -186,6 +186,7 @@ impl Compare {
         let source = input::read_job(&self.job)
             .map_err(|fault| self.failed(Exit::BadJob, &Faults(vec![fault]), b""))?;
         let job = input::resolved(&self.job, &source)
+            .and_then(Resolved::only)
             .map_err(|faults| self.failed(Exit::BadJob, &faults, &source))?
             .job;
         let contents = Contents::of_job(&self.job, &job, &source)
@@ -258,7 +259,8 @@ impl Compare {
         let begun = Instant::now();
         let mut progress = Progress::on_standard_error();
         let mut tell = |stage, part| progress.report(words(stage), part);
-        let plan = plan_on(prepared, &job, threads, &mut tell).map_err(ResultsError::from);
+        let plan = plan_on(prepared, &job, &stock_of(&job), threads, &mut tell)
+            .map_err(ResultsError::from);
         let seconds = begun.elapsed().as_secs_f64();
         progress.report(words(Stage::Verify), 0.0);
         let figures = plan.and_then(|plan| judged(&job, &plan, threads));

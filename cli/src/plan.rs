@@ -3,10 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use evencut_core::job::{Faults, Job, Severity};
+use evencut_core::job::{Faults, Resolved, Severity};
 use evencut_service::failure;
 use evencut_service::faults::{fault, place};
-use evencut_service::results::{Input, OutputFile, Results, ResultsOptions, results};
+use evencut_service::results::{
+    Input, OperationError, OutputFile, Results, ResultsError, ResultsOptions, operations_results,
+    results,
+};
 use evencut_service::stages::words;
 
 use crate::input::{Contents, Paths};
@@ -42,7 +45,7 @@ pub struct Plan {
 
 /// A job as it was read, with the bytes behind it.
 struct Read {
-    job: Job,
+    resolved: Resolved,
     source: Vec<u8>,
     contents: Contents,
 }
@@ -74,6 +77,9 @@ impl Plan {
         let target = self.target();
         // Before the work, not after it.
         output::check(&target).map_err(|error| of_output(&error))?;
+        if !read.resolved.operations.is_empty() {
+            return self.operations(&read, &target, streams);
+        }
         let results = self.results(&read)?;
         let written = write(&target, &results.files).map_err(|error| of_output(&error))?;
         if self.json {
@@ -96,12 +102,59 @@ impl Plan {
         }
     }
 
+    /// Plans a job of several operations.
+    fn operations(
+        &self,
+        read: &Read,
+        target: &Path,
+        streams: &mut Streams<'_>,
+    ) -> Result<(), Failed> {
+        let Read { resolved, source, contents } = read;
+        let name = self.job.file_name().unwrap_or_default().to_string_lossy();
+        let input = Input { name: &name, bytes: source };
+        let mut progress = self.progress();
+        let planned = operations_results(
+            resolved,
+            input,
+            contents.files(),
+            self.options(),
+            &mut |_, stage, part| progress.report(words(stage), part),
+        );
+        drop(progress);
+        let results = planned.map_err(|OperationError { operation, error }| {
+            let Failed(exit, message) = self.explained(&error, read);
+            let name = &resolved.operations[operation - 1].name;
+            Failed(exit, format!("operation {operation} ({name}):\n{message}"))
+        })?;
+        let written = write(target, &results.files).map_err(|error| of_output(&error))?;
+        let report = &results.report;
+        if self.json {
+            streams.data(&report.to_json());
+        } else if !self.quiet {
+            streams.data(&report.summary());
+        }
+        if !self.quiet {
+            streams.message(&format!("results in {}\n", input::shown(&written)));
+        }
+        let unmeasured = results.operations.iter().flat_map(|results| &results.program);
+        let wrong: Vec<String> = match report.passed {
+            Some(_) => report.broken(),
+            None => report.findings.iter().chain(unmeasured).cloned().collect(),
+        };
+        match wrong.is_empty() {
+            true => Ok(()),
+            false => Err(Failed(Exit::NotVerified, broken(&wrong))),
+        }
+    }
+
     /// If a requested window cannot be simulated, the plan is written, but the run does not count as a success.
     fn asked_texture(&self, read: &Read, results: &Results) -> Result<(), Failed> {
         let warnings = &results.report.warnings;
         let failed = warnings.iter().find(|warning| warning.stage == "texture");
         match failed {
-            Some(warning) if read.job.texture.is_some() && results.report.texture.is_none() => {
+            Some(warning)
+                if read.resolved.job.texture.is_some() && results.report.texture.is_none() =>
+            {
                 let message = format!("texture: {}; all else is written", warning.message);
                 let fault = fault(message, place(&read.source, "texture"));
                 Err(self.failed(Exit::BadJob, &Faults(vec![fault]), &read.source))
@@ -120,21 +173,26 @@ impl Plan {
             let name = input::name(&self.job);
             streams.message(&resolved.warnings.render_as(Severity::Warning, &name, &source));
         }
-        let mut job = resolved.job;
+        let mut resolved = resolved;
         let mut own = None;
         if let Some(asked) = &self.post {
-            (job.output.gcode, own) = post::chosen(asked)?;
+            let chosen;
+            (chosen, own) = post::chosen(asked)?;
+            let operations = resolved.operations.iter_mut().map(|operation| &mut operation.job);
+            for job in operations.chain([&mut resolved.job]) {
+                job.output.gcode.clone_from(&chosen);
+            }
         }
-        let mut paths = Paths::of_job(&self.job, &job);
+        let mut paths = Paths::of_job(&self.job, &resolved.job);
         if own.is_some() {
             // Named on the command line, and so relative to the current directory.
             paths.post = None;
         }
         let mut contents = Contents::read(paths, &source)
             .map_err(|fault| self.failed(Exit::BadSurface, &Faults(vec![fault]), &source))?
-            .beside(resolved.beside);
+            .beside(core::mem::take(&mut resolved.beside));
         contents.post = own.or(contents.post);
-        Ok(Read { job, source, contents })
+        Ok(Read { resolved, source, contents })
     }
 
     fn threads(&self) -> usize {
@@ -143,22 +201,32 @@ impl Plan {
     }
 
     fn results(&self, read: &Read) -> Result<Results, Failed> {
-        let Read { job, source, contents } = read;
-        let surface_name = contents.surface.as_ref().map(|(path, _)| input::shown(path));
+        let Read { resolved, source, contents } = read;
         let job_name = self.job.file_name().unwrap_or_default().to_string_lossy();
-        let mut progress =
-            if self.quiet { Progress::hidden() } else { Progress::on_standard_error() };
+        let mut progress = self.progress();
         results(
-            job,
+            &resolved.job,
             Input { name: &job_name, bytes: source },
             contents.files(),
-            ResultsOptions { threads: self.threads(), verify: !self.no_verify },
+            self.options(),
             &mut |stage, part| progress.report(words(stage), part),
         )
-        .map_err(|error| {
-            let (exit, fault) = failure::explain(&error, source, surface_name.as_deref());
-            self.failed(exit, &Faults(vec![fault]), source)
-        })
+        .map_err(|error| self.explained(&error, read))
+    }
+
+    fn progress(&self) -> Progress {
+        if self.quiet { Progress::hidden() } else { Progress::on_standard_error() }
+    }
+
+    fn options(&self) -> ResultsOptions {
+        ResultsOptions { threads: self.threads(), verify: !self.no_verify }
+    }
+
+    /// Why there are no results.
+    fn explained(&self, error: &ResultsError, Read { source, contents, .. }: &Read) -> Failed {
+        let surface = contents.surface.as_ref().map(|(path, _)| input::shown(path));
+        let (exit, fault) = failure::explain(error, source, surface.as_deref());
+        self.failed(exit, &Faults(vec![fault]), source)
     }
 
     fn failed(&self, exit: Exit, faults: &Faults, source: &[u8]) -> Failed {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use evencut_core::geometry::{DVec2, DVec3};
-use evencut_core::job::{Faults, Job, Severity, SurfaceSource, TextureOptions};
+use evencut_core::job::{Faults, Job, Resolved, Severity, SurfaceSource, TextureOptions};
 use evencut_core::report::FileRecord;
 use evencut_core::texture::grid::GridError;
 use evencut_core::toolpath::Toolpath;
@@ -83,6 +83,7 @@ impl Texture {
             self.is_of_plan(RESULTS[0], &source)?;
         }
         let mut resolved = input::resolved(&file, &source)
+            .and_then(Resolved::only)
             .map_err(|faults| self.failed(Exit::BadJob, &faults, &source))?;
         if !self.quiet {
             let name = input::name(&file);

@@ -261,6 +261,7 @@ impl Verify {
         let source = input::read_job(path)
             .map_err(|fault| failed(Exit::BadJob, Faults(vec![fault]), b""))?;
         let Resolved { job, beside, .. } = input::resolved(path, &source)
+            .and_then(Resolved::only)
             .map_err(|faults| failed(Exit::BadJob, faults, &source))?;
         let contents = Contents::read(paths(&job), &source)
             .map_err(|fault| failed(Exit::BadSurface, Faults(vec![fault]), &source))?
@@ -303,6 +304,7 @@ impl Verify {
             },
             depth: UNKNOWN_DEPTH * tool.radius(),
             tells_rate: self.depth.is_some(),
+            earlier: None,
             allowance: 0.0,
             scallop: None,
             tolerance: 0.005,

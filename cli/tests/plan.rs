@@ -387,3 +387,68 @@ fn ways_of_keeping_limits_are_compared() {
     let number = |index: usize| fastest[index].parse::<f64>().unwrap();
     assert!(number(3) <= 1.0 && number(7) >= 0.03 * 0.99 && number(8) > 0.0, "{data}");
 }
+
+const TWO_CUTTERS: &str = "version = 1\nname = \"two\"\n[surface.analytic]\nkind = \"bump\"\nsize = 16.0\n\
+                           radius = 2.0\nheight = 6.0\nresolution = 0.4\n[cut]\nscallop = 0.04\nfeed = 900.0\n\
+                           [[operation]]\nname = \"finish\"\ntool = { diameter = 8.0 }\n[[operation]]\n\
+                           name = \"rest\"\nrest = true\ntool = { diameter = 3.0, number = 2 }\n";
+
+/// Operations have files of their own, and a program and a report together.
+#[test]
+fn operations_are_planned_one_after_the_other() {
+    let directory = empty("plan-operations");
+    fs::write(directory.join("two.toml"), TWO_CUTTERS).unwrap();
+    let output = evencut(&directory, &["plan", "two.toml"]);
+    let (code, data, messages) = streams(&output);
+    assert_eq!(code, 0, "{messages}");
+    assert!(data.contains("1 finish") && data.contains("2 rest (rest)"), "{data}");
+    let files = contents(&directory.join("results/two"));
+    for name in
+        ["1-toolpath.csv", "2-toolpath.csv", "1-report.html", "2-report.json", "report.html"]
+    {
+        assert!(files.contains_key(name), "{name}: {:?}", files.keys());
+    }
+    assert!(!files.contains_key("toolpath.csv") && !files.contains_key("1-program.ngc"));
+    let program = String::from_utf8(files["program.ngc"].clone()).unwrap();
+    assert!(program.contains("(operation 2: rest)\n") && program.contains("T2 M6\nG43 H2\n"));
+    assert_eq!(program.matches("M2\n").count(), 1);
+    let report = String::from_utf8(files["report.json"].clone()).unwrap();
+    assert!(report.contains("\"tool_changes\": 1") && report.contains("\"passed\": true"));
+    // GRBL knows no tool change: each operation has its program.
+    let output = evencut(&directory, &["plan", "-q", "--no-verify", "--post", "grbl", "two.toml"]);
+    assert_eq!(streams(&output).0, 0, "{}", streams(&output).2);
+    let files = contents(&directory.join("results/two"));
+    let programs: Vec<&String> = files.keys().filter(|name| name.contains("program.")).collect();
+    assert_eq!(programs.len(), 2, "{programs:?}");
+    // The resolved job is the same job.
+    fs::copy(directory.join("results/two/job.resolved.toml"), directory.join("again.toml"))
+        .unwrap();
+    let output = evencut(&directory, &["check", "again.toml"]);
+    assert_eq!(streams(&output).0, 0, "{}", streams(&output).2);
+}
+
+#[test]
+fn what_takes_one_operation_refuses_several() {
+    let directory = empty("plan-several");
+    fs::write(directory.join("two.toml"), TWO_CUTTERS).unwrap();
+    for arguments in [&["compare", "two.toml"][..], &["compare", "two.toml", "--control"]] {
+        let (code, _, messages) = {
+            let output = evencut(&directory, arguments);
+            let (code, data, messages) = streams(&output);
+            (code, data.to_owned(), messages.to_owned())
+        };
+        assert_eq!(code, 2, "{messages}");
+        assert!(messages.contains("the job has 2 operations"), "{messages}");
+    }
+    // Nothing is left for the smaller cutter.
+    let gentle = TWO_CUTTERS.replace("height = 6.0", "height = 0.5");
+    fs::write(directory.join("two.toml"), gentle).unwrap();
+    let output = evencut(&directory, &["plan", "two.toml"]);
+    let (code, _, messages) = streams(&output);
+    assert_eq!(code, 4, "{messages}");
+    assert!(
+        messages.contains("operation 2 (rest)") && messages.contains("there is no rest"),
+        "{messages}"
+    );
+    assert!(!directory.join("results").exists());
+}

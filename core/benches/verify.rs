@@ -58,6 +58,7 @@ fn judge(c: &mut Criterion) {
             length: f64::INFINITY,
             depth: 0.5,
             tells_rate: true,
+            earlier: None,
             allowance: 0.0,
             scallop: Some(0.03),
             tolerance: 0.005,

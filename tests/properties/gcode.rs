@@ -13,7 +13,9 @@ use evencut_core::machine::{
     WorkOffset,
 };
 use evencut_core::machine_time::{fill_time, machine_time};
-use evencut_core::post::{self, Dialect, DialectError, PostError, Program, ProgramOptions};
+use evencut_core::post::{
+    self, Dialect, DialectError, OperationProgram, PostError, Program, ProgramOptions,
+};
 use evencut_core::tool::Tool;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
 use evencut_tests::follow::{READ_BACK, assert_follows, met, read_for};
@@ -145,6 +147,61 @@ fn reading_back_gives_the_path() {
 }
 
 /// A post that means another path is found out, whichever way it does.
+/// Two operations with their tools in one program are the one path after the other, of every post that changes tools.
+#[test]
+fn a_program_of_operations_is_all_their_paths() {
+    let mut read_back = 0;
+    for (post, axes) in Post::ALL.into_iter().flat_map(|post| both_axes().map(|axes| (post, axes)))
+    {
+        let dialect = Dialect::of(post).unwrap();
+        assert_eq!(dialect.changes_tools(&axes), post != Post::Grbl, "{post:?}");
+        if post == Post::Grbl {
+            continue;
+        }
+        let lifted = |mut path: Toolpath| {
+            let last = path.points[path.points.len() - 1];
+            let lift = (RAPID_PLANE + 5.0 - last.tip.dot(last.axis)) * last.axis;
+            path.points.push(point(MoveKind::Link, 0, last.tip + lift, last.axis, 30.0));
+            path
+        };
+        let paths = [rings(axes, 6, 300), rings(axes, 4, 200)].map(lifted);
+        let tools = [3, 8];
+        let operations = [0, 1].map(|i| OperationProgram {
+            name: format!("number {i}"),
+            path: &paths[i],
+            options: ProgramOptions {
+                setup: Setup { tool_number: tools[i], length_offset: tools[i], ..Setup::default() },
+                ..options(axes)
+            },
+        });
+        let text = post::program_of_operations(&operations, &dialect).unwrap().text;
+        let program = read_for(&options(axes).machine, &text);
+        let path = Toolpath { points: paths.map(|path| path.points).concat() };
+        let bound = READ_BACK.max(dialect.rounding());
+        assert_follows(&path, &met(&program), RAPID_PLANE - 0.01, bound + TOLERANCE, RADIUS);
+        assert_eq!(check(&program, &CheckOptions::default()), [], "{post:?}");
+        for tool in tools {
+            let called =
+                [format!("T{tool} M6"), format!("TOOL CALL {tool} "), format!("LOADTL/{tool},")];
+            assert_eq!(
+                called.iter().map(|c| text.matches(&c[..]).count()).sum::<usize>(),
+                1,
+                "{post:?}"
+            );
+        }
+        // It ends once.
+        let ends = ["M2\n", "M30\n", "FINI\n"].map(|end| text.matches(end).count());
+        assert_eq!(ends.iter().sum::<usize>(), 1, "{post:?}: {ends:?}");
+        if post == Post::LinuxCnc
+            && let Some(verdict) = interpreted(&text, "operations")
+        {
+            verdict.unwrap_or_else(|why| panic!("LinuxCNC rejects it: {why}"));
+        }
+        read_back += 1;
+    }
+    assert_eq!(read_back, 12);
+}
+
 #[test]
 fn a_program_that_is_not_the_path_is_found_out() {
     let changes = [

@@ -2,14 +2,14 @@
 
 use evencut_core::gcode::{self, CheckOptions};
 use evencut_core::geometry::DVec3;
-use evencut_core::job::{self, ForceControl, Job, Stepover, SurfaceSource};
+use evencut_core::job::{self, ForceControl, Job, Resolved, Stepover, SurfaceSource};
 use evencut_core::link::DeliverError;
 use evencut_core::machine::Axes;
 use evencut_core::plan::{Files, PlanError, plan};
 use evencut_core::report::Report;
 use evencut_core::toolpath::{MoveKind, Toolpath};
 use evencut_core::verify::MRR_NOISE;
-use evencut_service::results::{Input, Results, ResultsOptions, results};
+use evencut_service::results::{Input, Results, ResultsOptions, operations_results, results};
 use evencut_tests::follow::{assert_follows, met, read_for};
 use evencut_tests::ledger;
 use evencut_tests::linuxcnc::{in_part, interpreted};
@@ -35,11 +35,17 @@ fn jobs_in(folder: &str) -> Vec<PathBuf> {
     jobs
 }
 
-fn planned(path: &Path, threads: usize) -> (Job, Results) {
+/// A job file as it is read.
+fn read(path: &Path) -> (Vec<u8>, Resolved) {
     let source = std::fs::read(path).unwrap();
-    let job = job::read(&source)
-        .unwrap_or_else(|faults| panic!("{}", faults.render(&path.display().to_string(), &source)))
-        .job;
+    let resolved = job::read(&source)
+        .unwrap_or_else(|faults| panic!("{}", faults.render(&path.display().to_string(), &source)));
+    (source, resolved)
+}
+
+fn planned(path: &Path, threads: usize) -> (Job, Results) {
+    let (source, resolved) = read(path);
+    let job = resolved.only().unwrap().job;
     let file = match &job.surface.source {
         SurfaceSource::File(name) => {
             let bytes = std::fs::read(path.parent().unwrap().join(name)).unwrap();
@@ -169,8 +175,42 @@ fn shipped_jobs_keep_their_promises() {
     let jobs = jobs_in("../jobs");
     assert!(jobs.len() >= 4);
     for path in jobs {
-        let (job, results) = planned(&path, 3);
-        check(&path, &job, &results, MEASURED_PEAK);
+        if read(&path).1.operations.is_empty() {
+            let (job, results) = planned(&path, 3);
+            check(&path, &job, &results, MEASURED_PEAK);
+        } else {
+            check_operations(&path);
+        }
+    }
+}
+
+/// Every operation keeps its limits; what the first cutter cannot reach is there after it and gone after the last.
+fn check_operations(path: &Path) {
+    let (source, resolved) = read(path);
+    let input = Input { name: "job.toml", bytes: &source };
+    let planned = |threads| {
+        let options = ResultsOptions { threads, verify: true };
+        operations_results(&resolved, input, Files::default(), options, &mut |_, _, _| {}).unwrap()
+    };
+    let results = planned(3);
+    let report = &results.report;
+    println!("{}", report.summary());
+    assert_eq!((report.passed, report.broken()), (Some(true), Vec::new()));
+    let rest: Vec<f64> = report.operations.iter().map(|o| o.rest_mm2.unwrap()).collect();
+    let (first, last) = (rest[0], rest[rest.len() - 1]);
+    assert!(first > 100.0 && last == 0.0, "{rest:?}");
+    // It goes over what was left, and not over all.
+    assert!(report.operations[1].length_mm < 0.5 * report.operations[0].length_mm);
+    for (results, operation) in results.operations.iter().zip(&resolved.operations) {
+        check_verdict(&operation.name, &operation.job, results, MEASURED_PEAK);
+    }
+    assert!(planned(1).files == results.files, "{}: threads change something", path.display());
+    let program = results.files.iter().find(|f| f.name == "program.ngc").unwrap();
+    let program = std::str::from_utf8(&program.bytes).unwrap();
+    assert!(program.contains("T1 M6") && program.contains("T2 M6") && program.contains("G43 H2"));
+    if let Some(moves) = interpreted(program, "operations") {
+        let moves = moves.unwrap_or_else(|error| panic!("LinuxCNC refuses the program: {error}"));
+        assert!(moves.len() > 5000, "{} moves", moves.len());
     }
 }
 

@@ -1,7 +1,7 @@
 //! How limits on the cut are kept: never slower than by slowing alone, and by trochoids where slowing breaks a limit.
 
 use evencut_core::job::{self, ForceControl, Job, SurfaceSource};
-use evencut_core::plan::{Files, PlanError, Prepared, SurfaceKeys, plan_on};
+use evencut_core::plan::{Files, PlanError, Prepared, SurfaceKeys, plan_on, stock_of};
 use evencut_core::report::Report;
 use evencut_core::verify::{Facets, verify};
 use evencut_service::compare::judged;
@@ -49,7 +49,7 @@ fn walled(analytic: &str, depth: f64, force: &str) -> Job {
 
 /// The judged report of a job on its surface.
 fn report(prepared: &Arc<Prepared>, job: &Job) -> Report {
-    let planned = plan_on(prepared, job, 2, &mut |_, _| {}).unwrap();
+    let planned = plan_on(prepared, job, &stock_of(job), 2, &mut |_, _| {}).unwrap();
     judged(job, &planned, 2).unwrap().report
 }
 
@@ -143,7 +143,7 @@ fn trochoids_keep_limits_that_a_slower_feed_breaks() {
         assert!(load.engagement_deg <= most + 2.0, "{limit}: {} of {most}", load.engagement_deg);
         // The simulation sees it where the limit is broken: without the limit the plan breaks it.
         let free = pocket("control = \"feed\"\n");
-        let planned = plan_on(&prepared, &free, 2, &mut |_, _| {}).unwrap();
+        let planned = plan_on(&prepared, &free, &stock_of(&free), 2, &mut |_, _| {}).unwrap();
         let options = verify_options(&job, planned.cusps.limit, 2);
         let (positions, faces) = planned.prepared.surface.triangles();
         let (design, rest) =
@@ -152,7 +152,7 @@ fn trochoids_keep_limits_that_a_slower_feed_breaks() {
         assert!(!found.figures.broken.is_empty(), "{limit}: slowing keeps it");
     }
     let job = pocket("control = \"feed\"\nmin_chip = 0.03\n");
-    let refused = plan_on(&prepared(&job, "../jobs"), &job, 2, &mut |_, _| {});
+    let refused = plan_on(&prepared(&job, "../jobs"), &job, &stock_of(&job), 2, &mut |_, _| {});
     assert!(matches!(refused, Err(PlanError::TooThick { .. })), "{:?}", refused.err());
 }
 
@@ -192,7 +192,7 @@ fn trochoids_take_less_time_than_layers_at_a_constant_feed() {
     let time = made.delivered.machine_time_s.total;
     let layered = |layers: u32| {
         let job = job(depth / f64::from(layers), "feed");
-        let planned = plan_on(&prepared, &job, 2, &mut |_, _| {}).ok()?;
+        let planned = plan_on(&prepared, &job, &stock_of(&job), 2, &mut |_, _| {}).ok()?;
         let report = judged(&job, &planned, 2).unwrap().report;
         let is_kept = report.verification.as_ref().unwrap().passed;
         is_kept.then(|| f64::from(layers) * report.delivered.machine_time_s.total)

@@ -11,7 +11,9 @@ import { unzipSync } from "fflate";
 import { accessible, drop, launch, open, plan, ready, sha256, type } from "./browser.mjs";
 
 const { PAGE, EVENCUT, PICTURES } = process.env;
-const JOBS = readdirSync("jobs").filter((name) => name.endsWith(".toml")).map((name) => name.replace(".toml", ""));
+// The page plans a single operation.
+const isSingle = (name) => name.endsWith(".toml") && !readFileSync(`jobs/${name}`, "utf8").includes("[[operation]]");
+const JOBS = readdirSync("jobs").filter(isSingle).map((name) => name.replace(".toml", ""));
 /** The job that is planned soonest. */
 const QUICK = "crown";
 const scratch = mkdtempSync(join(tmpdir(), "evencut-page-"));

@@ -121,6 +121,10 @@ fn examples(project: &Path, folder: &Path) -> Result<(), String> {
         let text = String::from_utf8_lossy(&read(&project.join(&job))?).into_owned();
         let resolved = evencut_core::job::read(text.as_bytes())
             .map_err(|faults| faults.render(&job.display().to_string(), text.as_bytes()))?;
+        // The page plans a single operation.
+        if !resolved.operations.is_empty() {
+            continue;
+        }
         let stem = job.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let mut files = vec![job.strip_prefix("jobs").unwrap_or(&job).to_owned()];
         if let evencut_core::job::SurfaceSource::File(file) = &resolved.job.surface.source {

@@ -144,7 +144,12 @@ pub fn run(command: &mut Command) -> Result<(), String> {
 /// Plans all jobs in the page and natively on one thread, and prints the ratio of the times.
 pub fn speed(project: &Path) -> Result<(), String> {
     run(cargo(project).args(["build", "--release", "--package", "evencut-cli"]))?;
-    let jobs = jobs(project)?;
+    // The page plans a single operation.
+    let is_single = |job: &PathBuf| {
+        let text = std::fs::read_to_string(project.join(job)).unwrap_or_default();
+        !text.contains("[[operation]]")
+    };
+    let jobs: Vec<PathBuf> = jobs(project)?.into_iter().filter(is_single).collect();
     with_page(project, |node, address| {
         node.arg("web/tests/speed.mjs").args(&jobs).env("PAGE", address);
         node.env("EVENCUT", native(project, "release"));

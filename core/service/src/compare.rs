@@ -12,7 +12,7 @@ use core::fmt::Write;
 use evencut_core::job::{
     Compensation, DistortionOptions, Division, FirstPass, ForceControl, Job, Pattern, TensorOptions,
 };
-use evencut_core::plan::Planned;
+use evencut_core::plan::{Planned, stock_of};
 use evencut_core::preview::{Bars, comparison};
 use evencut_core::report::{CuspFigures, Lines, Report, VerificationFigures};
 
@@ -155,7 +155,7 @@ pub fn with_regions(job: &Job, variant: RegionVariant) -> Job {
 /// # Errors
 /// [`ResultsError::Verify`] when the path cannot be verified.
 pub fn judged(job: &Job, planned: &Planned, threads: usize) -> Result<Figures, ResultsError> {
-    let (verification, options) = judge(job, planned, threads, &mut |_| {})?;
+    let (verification, options) = judge(job, planned, &stock_of(job), threads, &mut |_| {})?;
     let mut report = report(job, planned, Vec::new());
     report.verification =
         Some(VerificationFigures::of(&verification, &options, Lines::Table, Vec::new()));

@@ -3,6 +3,7 @@
 //! | module | takes → gives |
 //! |---|---|
 //! | [`results`] | `Job` + bytes → files of its results; also the numbers behind the pictures, and early results |
+//! |  | several operations → files of each, one program, one report |
 //! | [`compare`] | `Job` + patterns, divisions, or tilts and feeds per tooth → a table |
 //! | [`verdict`] | table or program + mesh → report and pictures of the verification |
 //! | [`new_job`] | a surface file → what it holds, and a job file to start from |

@@ -4,6 +4,7 @@ mod division;
 mod error;
 mod files;
 mod hub;
+mod operations;
 mod program;
 mod setup;
 pub mod texture;
@@ -11,6 +12,7 @@ mod topology;
 
 pub use error::ResultsError;
 pub use files::{Input, OutputFile};
+pub use operations::{OperationError, OperationsResults, operations_results};
 
 use core::f64::consts::PI;
 use evencut_core::geometry::{DVec3, OrderBy};
@@ -21,7 +23,8 @@ use evencut_core::load::LoadLimits;
 use evencut_core::machine::{Axes, Machine};
 use evencut_core::machine_time::machine_time;
 use evencut_core::plan::{
-    self, Files, Laid, MapKind, Planned, Prepared, Stage, SurfaceKeys, plan, plan_on,
+    self, Files, Laid, MapKind, Planned, Prepared, Stage, Stock, SurfaceKeys, plan, plan_on,
+    stock_of,
 };
 use evencut_core::post::{self, Dialect, DialectError, PostError};
 use evencut_core::preview::{
@@ -38,8 +41,8 @@ use evencut_core::surface;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
 use evencut_core::units::per_minute;
 use evencut_core::verify::{
-    AboveCutter, Avoided, Facets, LoadOptions, Rise, Sphere, Verification, VerifyError,
-    VerifyOptions, Walls, verify,
+    AboveCutter, Avoided, Earlier, EarlierCut, Facets, LoadOptions, Rise, Sphere, Verification,
+    VerifyError, VerifyOptions, Walls, verify,
 };
 use program::WrittenProgram;
 use texture::{TextureResults, texture_on};
@@ -115,9 +118,9 @@ pub fn linked_results(
     let prepared = Prepared::new(SurfaceKeys::of(job), files, options.threads, progress)?;
     let planned = match job.hub {
         // There is no flat path to show.
-        Some(_) => plan_on(&prepared, job, options.threads, progress)?,
+        Some(_) => plan_on(&prepared, job, &stock_of(job), options.threads, progress)?,
         None => {
-            let laid = Laid::new(&prepared, job, options.threads, progress)?;
+            let laid = Laid::new(&prepared, job, &stock_of(job), options.threads, progress)?;
             show(before_delivery(job, &prepared, &laid));
             laid.planned(progress)?
         }
@@ -126,7 +129,7 @@ pub fn linked_results(
     let files = written.in_order(job, Vec::new()).cloned().collect();
     let linked = written.linked(job, &planned, None);
     show(Early { files, linked, report: Some(written.report.clone()) });
-    let judged = inputs.judge(&planned, options, progress)?;
+    let judged = inputs.judge(&planned, &stock_of(job), options, progress)?;
     let linked = written.linked(job, &planned, judged.as_ref());
     Ok((written.finish(&inputs, &planned, judged.as_ref(), options.threads, progress), linked))
 }
@@ -148,7 +151,7 @@ pub fn results(
     let inputs = Inputs::new(job, job_file, files)?;
     let planned = plan(job, files, options.threads, progress)?;
     let written = Written::of(&inputs, &planned)?;
-    let judged = inputs.judge(&planned, options, progress)?;
+    let judged = inputs.judge(&planned, &stock_of(job), options, progress)?;
     Ok(written.finish(&inputs, &planned, judged.as_ref(), options.threads, progress))
 }
 
@@ -196,6 +199,16 @@ struct Inputs<'a> {
     files: Files<'a>,
     /// The post-processor, if a program is wanted.
     dialect: Option<Dialect>,
+    /// Which operation of a job of several it is.
+    part: Option<Part>,
+}
+
+/// An operation of a job of several.
+#[derive(Copy, Clone)]
+struct Part {
+    number: usize,
+    /// Whether its program is a file of its own.
+    has_own_program: bool,
 }
 
 type Judged = (Verification, VerifyOptions);
@@ -205,17 +218,23 @@ impl<'a> Inputs<'a> {
     /// [`ResultsError::Post`] before the work if no program can be written after it.
     fn new(job: &'a Job, job_file: Input<'a>, files: Files<'a>) -> Result<Self, ResultsError> {
         let dialect = dialect(job, files.post)?;
-        Ok(Self { job, job_file, files, dialect })
+        Ok(Self { job, job_file, files, dialect, part: None })
+    }
+
+    /// The name of a file of its results.
+    fn named(&self, name: &str) -> String {
+        self.part.map_or_else(|| name.to_owned(), |part| format!("{}-{name}", part.number))
     }
 
     fn judge(
         &self,
         planned: &Planned,
+        stock: &Stock,
         options: ResultsOptions,
         progress: &mut dyn FnMut(Stage, f64),
     ) -> Result<Option<Judged>, VerifyError> {
         let progress = &mut |part| progress(Stage::Verify, part);
-        let judge = || judge(self.job, planned, options.threads, progress);
+        let judge = || judge(self.job, planned, stock, options.threads, progress);
         options.verify.then(judge).transpose()
     }
 
@@ -270,20 +289,26 @@ struct Drawing {
 impl Written {
     fn of(inputs: &Inputs, planned: &Planned) -> Result<Self, ResultsError> {
         let job = inputs.job;
-        let mut files = vec![
-            OutputFile { name: "job.resolved.toml".into(), bytes: job.to_toml().into_bytes() },
-            OutputFile {
-                name: "toolpath.csv".into(),
-                bytes: planned.toolpath.to_csv(&planned.planar).into_bytes(),
-            },
-        ];
+        let mut files = Vec::new();
+        if inputs.part.is_none() {
+            let bytes = job.to_toml().into_bytes();
+            files.push(OutputFile { name: "job.resolved.toml".into(), bytes });
+        }
+        files.push(OutputFile {
+            name: inputs.named("toolpath.csv"),
+            bytes: planned.toolpath.to_csv(&planned.planar).into_bytes(),
+        });
         let dialect = inputs.dialect.as_ref();
-        let program =
+        let mut program =
             dialect.map(|dialect| WrittenProgram::of(job, planned, dialect)).transpose()?;
+        let has_own_program = inputs.part.is_none_or(|part| part.has_own_program);
+        if let Some(program) = program.as_mut().filter(|_| has_own_program) {
+            program.rename(inputs.named(&program.file.name));
+        }
         let setup = setup::figures(job, planned, program.as_ref());
         let (mut findings, mut unread) = (Vec::new(), None);
         if let Some(program) = program {
-            files.push(program.file);
+            files.extend(Some(program.file).filter(|_| has_own_program));
             (findings, unread) = (program.findings, program.unread);
         }
         let contacts = contacts(&planned.prepared, &planned.toolpath);
@@ -293,7 +318,8 @@ impl Written {
             let message = format!("it is written, but not checked: {error}");
             warning("program", message, "check it on the machine's control or by its simulation")
         }));
-        let pictures = pictures(job, planned, &contacts, report.regions.as_ref());
+        let mut pictures = pictures(job, planned, &contacts, report.regions.as_ref());
+        pictures.iter_mut().for_each(|d| d.file.name = inputs.named(&d.file.name));
         Ok(Self { contacts, files, findings, pictures, report })
     }
 
@@ -344,9 +370,10 @@ impl Written {
     ) -> Results {
         progress(Stage::Write, 0.0);
         let clear = judged.and_then(|_| hub::measured(inputs.job, planned, threads)).unzip();
-        let measured = judged.map_or_else(Vec::new, |judged| {
+        let mut measured = judged.map_or_else(Vec::new, |judged| {
             measured(inputs.job, planned, judged, clear.1.as_ref())
         });
+        measured.iter_mut().for_each(|d| d.file.name = inputs.named(&d.file.name));
         let mut report = self.report.clone();
         let mut findings = self.findings.clone();
         if let (Some(hub), Some(_)) = (&mut report.hub, judged) {
@@ -374,8 +401,10 @@ impl Written {
         let texture = files[from..].iter().find(|file| file.name == texture::PICTURE);
         shown.extend(texture.map(|file| ("Texture that the teeth leave", text(file))));
         let page = report.to_html(&shown);
-        files.push(OutputFile { name: "report.html".into(), bytes: page.into_bytes() });
-        files.push(OutputFile { name: "report.json".into(), bytes: report.to_json().into_bytes() });
+        let bytes = page.into_bytes();
+        files.push(OutputFile { name: inputs.named("report.html"), bytes });
+        let bytes = report.to_json().into_bytes();
+        files.push(OutputFile { name: inputs.named("report.json"), bytes });
         progress(Stage::Write, 1.0);
         Results { files, report, program: self.findings.clone() }
     }
@@ -458,6 +487,7 @@ fn path_on_surface(prepared: &Prepared, laid: &Laid) -> Toolpath {
 pub(crate) fn judge(
     job: &Job,
     planned: &Planned,
+    stock: &Stock,
     threads: usize,
     progress: &mut dyn FnMut(f64),
 ) -> Result<(Verification, VerifyOptions), VerifyError> {
@@ -467,6 +497,7 @@ pub(crate) fn judge(
         inaccessible: places.iter().map(sphere).collect(),
         bridges: planned.prepared.bridges.clone(),
         avoided: avoided(&planned.prepared.avoided),
+        earlier: earlier(stock),
         ..verify_options(job, planned.cusps.limit, threads)
     };
     let (positions, faces) = planned.prepared.surface.triangles();
@@ -475,6 +506,17 @@ pub(crate) fn judge(
     let rest = Facets { positions: &guarded.positions, faces: &guarded.faces };
     let verification = verify(&hub::simulated(planned), design, rest, &options, progress)?;
     Ok((verification, options))
+}
+
+/// What the judge is told of earlier cuts.
+fn earlier(stock: &Stock) -> Option<Earlier> {
+    let cut = |earlier: &std::sync::Arc<plan::Earlier>| EarlierCut {
+        path: earlier.path.clone(),
+        tool: earlier.cutter.tool,
+        length: earlier.cutter.length,
+    };
+    let cuts: Vec<EarlierCut> = stock.earlier.iter().map(cut).collect();
+    (!cuts.is_empty()).then_some(Earlier { top: stock.top, bridged: stock.bridged, cuts })
 }
 
 /// What the judge is told of meshes to stay away from.
@@ -500,6 +542,7 @@ pub fn verify_options(job: &Job, cusp_limit: f64, threads: usize) -> VerifyOptio
         tells_rate: limits_rate,
         load: limits_rate.then(|| load_options(job)),
         allowance: job.cut.allowance,
+        earlier: None,
         scallop: Some(cusp_limit),
         tolerance: job.cut.tolerance,
         mrr_limit: job.force.limit.filter(|_| limits_rate).map(|_| job.mrr_limit()),
@@ -664,6 +707,7 @@ pub(crate) fn report(job: &Job, planned: &Planned, inputs: Vec<FileRecord>) -> R
 /// How a job's regions are made: the bands of `mpf` are regions, whatever division the job has.
 fn division_of(job: &Job) -> &'static str {
     match job.path.pattern {
+        _ if job.rest => "rest",
         pattern if pattern.divides_itself() => pattern.name(),
         _ => job.regions.method().name(),
     }

@@ -84,6 +84,8 @@ struct Reader<'a> {
     ended: bool,
     /// Line of the last move to a place that is not known.
     lost: u32,
+    /// Line of the last change of the tool.
+    changed: u32,
     /// Where the tables stand for the direction of the tool axis in the block.
     turned: Option<[f64; 2]>,
     out: GcodeProgram,
@@ -101,6 +103,7 @@ impl<'a> Reader<'a> {
             begun: false,
             ended: false,
             lost: 0,
+            changed: 0,
             turned: None,
             out: GcodeProgram::default(),
         }
@@ -129,6 +132,9 @@ impl<'a> Reader<'a> {
         self.program_number(block)?;
         let once = self.modal.g_codes(&block.g)?;
         let end = self.modal.m_codes(&block.m)?;
+        if block.m.contains(&60) {
+            self.changed = self.line;
+        }
         let on = block.g.iter().any(|code| TIP_ON.contains(code));
         let off = block.g.iter().any(|code| TIP_OFF.contains(code));
         match block.control {
@@ -189,10 +195,8 @@ impl<'a> Reader<'a> {
                 self.position[..3].copy_from_slice(&linear.to_array().map(Some));
             }
             None if upright => {}
-            None => {
-                self.position[..3].fill(None);
-                self.lost = self.line;
-            }
+            // It is lost already.
+            None => self.position[..3].fill(None),
         }
     }
 
@@ -416,7 +420,11 @@ impl<'a> Reader<'a> {
                 duration = self.duration(&segment, rapid);
                 self.follow(&segment, rapid, duration)?;
             }
-            (None, Some(_)) if start > 0 => return Err(Fault::Lost { since: self.lost }),
+            // The first rapid after a change of the tool at the machine's reference is taken as one from the last place
+            // that is known.
+            (None, Some(_)) if start > 0 && !(rapid && self.changed > self.lost) => {
+                return Err(Fault::Lost { since: self.lost });
+            }
             (_, Some(to)) => self.push(&to, rapid),
             _ => {}
         }

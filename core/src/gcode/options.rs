@@ -17,7 +17,8 @@ pub struct ReadOptions {
     /// Speed of rapids, mm/s.
     pub rapid_feed: f64,
     /// Machine zero in the program's coordinates, mm: G53 is measured from it and G28 goes to it.
-    /// `None`: where such moves lead is unknown, and they may only stand before and after the path.
+    /// `None`: where such moves lead is unknown, and they may only stand before and after the path, and before a change of
+    /// the tool, after which the path goes on at rapid speed.
     pub machine_zero: Option<DVec3>,
     /// Whether the switch "block delete" is on: blocks that start with `/` are left out.
     pub block_delete: bool,

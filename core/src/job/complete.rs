@@ -34,6 +34,8 @@ pub struct Job {
     pub flutes: u32,
     /// Helix angle of the flutes, rad.
     pub helix: f64,
+    /// Whether only that is cut which earlier operations left.
+    pub rest: bool,
     /// Cutting data.
     pub cut: Cut,
     /// Division of the surface.
@@ -58,11 +60,22 @@ pub struct Job {
     pub output: OutputOptions,
 }
 
+/// An operation of a job.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Operation {
+    /// Its name.
+    pub name: String,
+    /// The job as if it were this operation alone.
+    pub job: Job,
+}
+
 /// A job as it was resolved, with what deserves a second look.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Resolved {
-    /// The job.
+    /// The job; of several operations the first.
     pub job: Job,
+    /// Its operations in their order; empty where it is a single one.
+    pub operations: Vec<Operation>,
     /// Warnings, in the order of the file.
     pub warnings: Faults,
     /// Names in the job, and contents, of the files that it was completed with.

@@ -284,8 +284,17 @@ fn alternatives(schema: &Schema) -> Vec<&Schema> {
 /// The part of the schema under keys.
 fn under<'a>(schema: &'a Schema, keys: &[String]) -> Option<&'a Schema> {
     keys.iter().try_fold(schema, |here, key| {
-        alternatives(here).into_iter().find_map(|schema| schema["properties"].get(key))
+        let inner = |schema: &'a Schema| schema["properties"].get(key);
+        alternatives(here).into_iter().find_map(inner).map(meant)
     })
+}
+
+/// The table whose keys a table of an operation has; any other itself.
+fn meant(schema: &Schema) -> &Schema {
+    match schema["x-as"].as_str() {
+        Some(table) => &described()["properties"][table],
+        None => schema,
+    }
 }
 
 fn about(schema: &Schema) -> Option<String> {
@@ -298,7 +307,8 @@ fn tables(schema: &Schema, above: &str) -> Vec<Completion> {
     let is_table = |inner: &Schema| inner["type"] == "object" || inner["items"]["type"] == "object";
     let all = all.filter(|(_, inner)| is_table(inner)).flat_map(|(key, inner)| {
         let text = if above.is_empty() { key.clone() } else { format!("{above}.{key}") };
-        let below = tables(inner, &text);
+        let is_list = inner["items"]["type"] == "object";
+        let below = tables(if is_list { &inner["items"] } else { inner }, &text);
         let table =
             Completion { kind: CompletionKind::Table, text, unit: None, about: about(inner) };
         core::iter::once(table).chain(below)
@@ -396,6 +406,12 @@ mod tests {
 
     #[test]
     fn tables_are_offered_in_headers() {
+        let (_, options) = at("[operation.c|");
+        assert!(options.contains(&"operation.cut".to_owned()), "{options:?}");
+        let inside = ["[[operation]]\n[operation.cut]\nsc|", "[[operation]]\ncut = { sc|"];
+        for text in inside {
+            assert!(at(text).1.contains(&"scallop".to_owned()), "{text}");
+        }
         for text in ["[su|", "[[su|"] {
             let (word, options) = at(text);
             assert_eq!(word, "su");

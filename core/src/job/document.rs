@@ -19,12 +19,15 @@ use toml::de::{DeArray, DeInteger, DeTable, DeValue};
 
 use super::fault::{Fault, Faults};
 use super::file::JobFile;
+use super::merged::{Written, merged};
 use super::schema::described;
 use super::units::INCH;
 use super::words::{choices, expectation, keys, kind, names, quoted};
 
 /// Largest job file that is read, bytes. Jobs are a few kilobytes; a mesh given by mistake is not.
 const LARGEST: usize = 1 << 20;
+/// Most operations of a job.
+const MOST_OPERATIONS: usize = 20;
 /// Keys that have other names now.
 const RENAMED: [(&str, &str); 2] =
     [("cut.stock", "cut.allowance"), ("cut.too_tight", "cut.inaccessible")];
@@ -102,11 +105,29 @@ impl Document {
     }
 }
 
+/// A job file as a document for each of its operations.
+pub(super) struct Documents {
+    pub list: Vec<Document>,
+    /// The operations; empty where the job is a single one.
+    pub operations: Vec<Written>,
+    /// Faults of their tables.
+    pub faults: Faults,
+}
+
+/// Reads the bytes of a job file of a single operation.
+///
+/// # Errors
+/// As of [`read_all`].
+pub(super) fn read(bytes: &[u8]) -> Result<Document, Faults> {
+    let Documents { list, .. } = read_all(bytes)?;
+    list.into_iter().next().ok_or_else(Faults::default)
+}
+
 /// Reads a job file's bytes.
 ///
 /// # Errors
 /// Faults that leave nothing to walk: too long, not UTF-8, not TOML.
-pub(super) fn read(bytes: &[u8]) -> Result<Document, Faults> {
+pub(super) fn read_all(bytes: &[u8]) -> Result<Documents, Faults> {
     let source = decode(bytes).map_err(|fault| Faults(vec![fault]))?;
     let (document, errors) = DeTable::parse_recoverable(source);
     let (duplicates, broken): (Vec<_>, Vec<_>) = errors.iter().partition(|e| is_duplicate(e));
@@ -119,22 +140,49 @@ pub(super) fn read(bytes: &[u8]) -> Result<Document, Faults> {
         return Err(faults);
     }
     let lines = std::iter::once(0).chain(source.match_indices('\n').map(|(i, _)| i + 1)).collect();
-    let root = described();
-    let mut walk = Walk {
-        root,
+    let walk = Walk {
+        root: described(),
         unit: unit_of_length(document.get_ref()),
         faults,
         places: Places { lines, ..Places::default() },
     };
-    let clean = walk.table("", document.get_ref(), root, None);
-    let file = match JobFile::deserialize(toml::Value::Table(clean)) {
-        Ok(file) => file,
-        Err(error) => {
-            walk.faults.push(Fault::new("", error.message()));
-            JobFile::default()
-        }
+    let job = document.get_ref();
+    match job.get("operation") {
+        Some(operations) => Ok(of_operations(job, operations, walk)),
+        None => Ok(Documents {
+            list: vec![walk.document(job)],
+            operations: Vec::new(),
+            faults: Faults::default(),
+        }),
+    }
+}
+
+/// The documents of a job's operations; of the job alone where they cannot be used.
+fn of_operations(job: &DeTable<'_>, operations: &Spanned<DeValue<'_>>, walk: Walk) -> Documents {
+    let mut own = walk.clone();
+    let schema = &own.root["properties"]["operation"];
+    own.value("operation", operations, schema);
+    let mut documents = Documents {
+        list: Vec::new(),
+        operations: Vec::new(),
+        faults: Faults(core::mem::take(&mut own.faults)),
     };
-    Ok(Document { file, places: walk.places, faults: Faults(walk.faults) })
+    let tables = match operations.get_ref() {
+        DeValue::Array(tables) => tables.iter().collect(),
+        _ => Vec::new(),
+    };
+    for value in tables.iter().take(MOST_OPERATIONS) {
+        let DeValue::Table(table) = value.get_ref() else { continue };
+        let name = match table.get("name").map(Spanned::get_ref) {
+            Some(DeValue::String(name)) => Some(name.clone().into_owned()),
+            _ => None,
+        };
+        let is_rest =
+            matches!(table.get("rest").map(Spanned::get_ref), Some(DeValue::Boolean(true)));
+        documents.operations.push(Written { name, is_rest, span: value.span() });
+        documents.list.push(walk.clone().document(&merged(job, table)));
+    }
+    documents
 }
 
 /// A table of another file, held against that of the job of that name. `unit`: mm in its unit of length.
@@ -206,6 +254,7 @@ fn is_decimal_comma(source: &str, byte: usize) -> bool {
     })
 }
 
+#[derive(Clone)]
 struct Walk {
     root: &'static Schema,
     /// mm in the job's unit of length.
@@ -215,6 +264,19 @@ struct Walk {
 }
 
 impl Walk {
+    /// The document of a table that is a whole job.
+    fn document(mut self, job: &DeTable<'_>) -> Document {
+        let clean = self.table("", job, self.root, None);
+        let file = match JobFile::deserialize(toml::Value::Table(clean)) {
+            Ok(file) => file,
+            Err(error) => {
+                self.faults.push(Fault::new("", error.message()));
+                JobFile::default()
+            }
+        };
+        Document { file, places: self.places, faults: Faults(self.faults) }
+    }
+
     fn fault(&mut self, fault: Fault) {
         self.faults.push(fault);
     }
@@ -243,8 +305,10 @@ impl Walk {
                 clean.insert(name.to_owned(), value);
             }
         }
+        // What an operation does not say, the job says.
+        let is_part = path.starts_with("operation[");
         for name in names(&schema["required"]) {
-            if !self.places.has(&join(path, name)) {
+            if !is_part && !self.places.has(&join(path, name)) {
                 self.missing(path, name, &schema["properties"][name], at.clone());
             }
         }
@@ -307,6 +371,9 @@ impl Walk {
         value: &Spanned<DeValue<'_>>,
         schema: &Schema,
     ) -> Option<toml::Value> {
+        if let Some(table) = schema["x-as"].as_str() {
+            return self.value(key, value, &self.root["properties"][table]);
+        }
         if let Some(branches) = schema["anyOf"].as_array() {
             let fitting = branches.iter().find(|b| fits_kind(value.get_ref(), b));
             return match fitting {

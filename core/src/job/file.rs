@@ -86,10 +86,55 @@ pub struct JobFile {
     /// The window whose texture is simulated, and how the teeth stand.
     #[serde(default, skip_serializing_if = "is_default")]
     pub texture: TextureTable,
+    /// Operations on the same surface, in their order: a table `[[operation]]` for each, with what differs from the
+    /// tables above. Each meets the material that those before it left. Without any, the job is one operation.
+    #[schemars(extend("x-default" = "the job is one operation", "minItems" = 1, "maxItems" = 20))]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub operation: Option<Vec<OperationTable>>,
     /// What to write besides the report, the path and the resolved job.
     #[serde(default)]
     pub output: OutputTable,
 }
+
+/// `[[operation]]`: what differs from the job's tables, key by key; `tool` replaces `[tool]` as a whole.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OperationTable {
+    /// Name of the operation, written into programs and reports, as the job's `name`.
+    #[schemars(extend("minLength" = 1, "maxLength" = 60, "x-default" = "the word operation and its number"))]
+    pub name: Option<String>,
+    /// Rest finishing: only what the operations before left too high is cut, because their cutters did not fit there.
+    #[schemars(extend("default" = false))]
+    pub rest: Option<bool>,
+    /// The cutter of the operation, instead of `[tool]`.
+    #[schemars(with = "OwnKeys", extend("x-as" = "tool"))]
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub tool: ToolTable,
+    /// Keys of `[cut]` that differ.
+    #[schemars(with = "OwnKeys", extend("x-as" = "cut"))]
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub cut: CutTable,
+    /// Keys of `[regions]` that differ.
+    #[schemars(with = "OwnKeys", extend("x-as" = "regions"))]
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub regions: RegionsTable,
+    /// Keys of `[path]` that differ.
+    #[schemars(with = "OwnKeys", extend("x-as" = "path"))]
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub path: PathTable,
+    /// Keys of `[force]` that differ.
+    #[schemars(with = "OwnKeys", extend("x-as" = "force"))]
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub force: ForceTable,
+    /// Keys of `[trochoid]` that differ.
+    #[schemars(with = "OwnKeys", extend("x-as" = "trochoid"))]
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub trochoid: TrochoidTable,
+}
+
+/// The keys of a table of the job.
+#[derive(JsonSchema)]
+struct OwnKeys {}
 
 /// Unit of length.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

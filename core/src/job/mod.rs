@@ -16,6 +16,8 @@ mod force;
 mod hub;
 mod library;
 mod machine_file;
+mod merged;
+mod operations;
 mod output;
 mod path;
 mod reference;
@@ -32,7 +34,7 @@ mod write;
 
 pub use avoid::Avoid;
 pub use beside::{Beside, Load};
-pub use complete::{Job, Resolved};
+pub use complete::{Job, Operation, Resolved};
 pub use completion::{
     Completion, CompletionKind, Completions, Explanation, completions, explanation,
 };
@@ -82,11 +84,12 @@ pub fn read(bytes: &[u8]) -> Result<Resolved, Faults> {
 /// # Errors
 /// As of [`read`], with those of the tool in its library and of the machine in its file.
 pub fn read_with(bytes: &[u8], load: &mut Load<'_>) -> Result<Resolved, Faults> {
-    let mut document = document::read(bytes)?;
-    let machine = machine_file::take(&mut document, load);
-    let library = library::take(&mut document, load);
-    let resolved = resolve::resolve(document)?;
-    Ok(Resolved { beside: machine.into_iter().chain(library).collect(), ..resolved })
+    operations::resolved(document::read_all(bytes)?, |mut document| {
+        let machine = machine_file::take(&mut document, load);
+        let library = library::take(&mut document, load);
+        let resolved = resolve::resolve(document)?;
+        Ok(Resolved { beside: machine.into_iter().chain(library).collect(), ..resolved })
+    })
 }
 
 impl JobFile {

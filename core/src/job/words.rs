@@ -51,6 +51,9 @@ pub(super) fn expectation(schema: &Schema) -> String {
             several => format!("one of {}", quoted(several)),
         };
     }
+    if let Some(table) = schema["x-as"].as_str() {
+        return format!("a table with keys of [{table}]");
+    }
     match schema["type"].as_str() {
         Some("integer") if schema["minimum"] == schema["maximum"] => {
             format!("{}", schema["minimum"])

@@ -12,7 +12,7 @@ use crate::link::{DeliverOptions, Delivered, Deliverer};
 use crate::machine::Axes;
 use crate::machine_time::fill_time;
 use crate::removal::{
-    self, Access, Columns, Coverage, Cutter, Feeds, Layer, Limit, Removed, TooSlow, rated,
+    self, Access, Before, Columns, Coverage, Cutter, Feeds, Layer, Limit, Removed, TooSlow, rated,
 };
 use crate::rest::{Places, Rest, RestOptions};
 use crate::strips::CuspBudget;
@@ -57,13 +57,28 @@ pub struct Delivery<'a> {
     pub cusps: CuspBudget,
     /// How far the facets may be off a smooth surface, mm.
     pub chord: f64,
+    /// Height of the material over the surface before any cut, mm, and by how much it may be higher where earlier cutters
+    /// bridged the part.
+    pub top: f64,
+    pub bridged: f64,
+    /// What has cut it before.
+    pub before: &'a Before,
     /// The material, once it is asked for.
     pub columns: &'a OnceCell<Columns>,
 }
 
 impl Delivery<'_> {
+    /// The material as it lies over the surface.
     fn layer(&self) -> Layer {
-        Layer { allowance: self.job.cut.allowance, depth: self.job.cut.axial_depth }
+        let allowance = self.job.cut.allowance;
+        Layer { allowance, depth: self.top - allowance }
+    }
+
+    /// The material with what earlier cutters bridged, of which rates are computed. On slopes so thick a layer says
+    /// nothing of the cusps.
+    fn whole_layer(&self) -> Layer {
+        let layer = self.layer();
+        Layer { depth: layer.depth + self.bridged, ..layer }
     }
 
     /// The plain passes with their true removal rates, for comparison with the path; `None` where the rates are not
@@ -98,7 +113,7 @@ impl Delivery<'_> {
             locator: self.locator,
             side_step: self.job.nominal_side_step(),
         };
-        let mut rest = Rest::new(places, self.deliverer, self.rest_options());
+        let mut rest = Rest::new(places, self.deliverer, self.before, self.rest_options());
         let delivered = rest.cut(passes)?;
         let (Delivered { toolpath, lifted, .. }, mut coverage) =
             self.covered(delivered, &mut rest)?;
@@ -122,13 +137,14 @@ impl Delivery<'_> {
     }
 
     /// What a path leaves, with branches over what the cutter reaches of it. It is only computed where the cutter did
-    /// not fit, or where there are walls: beside them stays what it cannot enter.
+    /// not fit, where there are walls: beside them stays what it cannot enter, and where passes cover a part alone.
     fn covered(
         &self,
         path: Delivered,
         rest: &mut Rest,
     ) -> Result<(Delivered, Coverage), PlanError> {
-        if path.lifted.is_empty() && self.deliverer.obstacles.rulings().is_empty() {
+        let has_walls = !self.deliverer.obstacles.rulings().is_empty();
+        if path.lifted.is_empty() && !has_walls && !self.job.rest {
             let coverage = Coverage { area: self.surface.area(), ..Coverage::default() };
             return Ok((path, coverage));
         }
@@ -141,9 +157,14 @@ impl Delivery<'_> {
     }
 
     fn columns(&self) -> &Columns {
+        let (layer, threads) = (self.whole_layer(), self.deliverer.options.threads);
+        let cut = || self.fresh_columns(layer).cut_before(self.before, layer, threads);
+        self.columns.get_or_init(cut)
+    }
+
+    fn fresh_columns(&self, layer: Layer) -> Columns {
         let side_step = self.job.nominal_side_step();
-        let top = self.layer().top();
-        self.columns.get_or_init(|| Columns::new(self.surface, self.chart, side_step, top))
+        Columns::new(self.surface, self.chart, side_step, layer.top())
     }
 
     /// Columns within the tolerance of walls.
@@ -165,16 +186,20 @@ impl Delivery<'_> {
             // Columns stand on facets, below the smooth surface by the chord error.
             cusp: self.cusps.limit + self.chord,
             cell: self.job.nominal_side_step(),
+            before: self.before,
             threads: self.deliverer.options.threads,
         };
-        removal::coverage(self.columns(), &access)
+        match self.bridged > 0.0 {
+            true => removal::coverage(&self.fresh_columns(access.layer), &access),
+            false => removal::coverage(self.columns(), &access),
+        }
     }
 
     /// What the path may leave.
     fn rest_options(&self) -> RestOptions {
         let job = self.job;
         // Wherever cusps may be as high as the stock, it is to be touched.
-        let touched = TOUCHED * job.cut.axial_depth;
+        let touched = TOUCHED * self.layer().depth;
         RestOptions {
             side_step: job.nominal_side_step(),
             limit: self.cusps.too_high().min(touched),
@@ -188,7 +213,7 @@ impl Delivery<'_> {
     fn removed(&self, path: &Toolpath) -> Removed {
         let options = &self.deliverer.options;
         let cutter = Cutter { tool: self.job.tool, length: options.pass.reach };
-        self.columns().cut(path, cutter, self.layer(), options.threads)
+        self.columns().cut(path, cutter, self.whole_layer(), options.threads)
     }
 
     /// The path with its true removal rates and the resulting feeds.
@@ -252,14 +277,14 @@ pub fn deliver_options(job: &Job, rapid_plane: f64, threads: usize) -> DeliverOp
 }
 
 /// Height that clears part, stock, walls and what is avoided: above the top in three axes; in five, above the sphere
-/// about the rotary centre (the origin) that contains them in any position of the tables.
-pub fn rapid_plane(part: &Part, walls: &Walls, job: &Job) -> f64 {
+/// about the rotary centre (the origin) that contains them in any position of the tables. `stock`: height of the
+/// material over the surface, mm.
+pub fn rapid_plane(part: &Part, walls: &Walls, job: &Job, stock: f64) -> f64 {
     let reach = |p: &DVec3| match job.machine.axes {
         Axes::ThreeAxis => p.z,
         Axes::FiveAxis(_) => p.length(),
     };
     let top = part.positions.iter().map(reach).fold(f64::NEG_INFINITY, f64::max);
-    let stock = job.cut.axial_depth + job.cut.allowance;
     let (walls, avoided) = walls.top(reach);
     (top + stock).max(walls).max(avoided) + job.machine.clearance
 }

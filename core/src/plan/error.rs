@@ -73,6 +73,16 @@ pub enum PlanError {
         /// How they are to be divided.
         method: &'static str,
     },
+    /// Nothing is left for rest finishing.
+    #[error(
+        "rest: the operations before leave less than {:.1} µm above the allowance everywhere, which is what cusps may have: \
+         there is no rest; remove this operation, or its `rest`",
+        1e3 * limit
+    )]
+    NoRest {
+        /// Height from which on it is rest, mm.
+        limit: f64,
+    },
     /// The surface cannot be flattened.
     #[error(transparent)]
     Flatten(#[from] FlattenError),

@@ -5,6 +5,7 @@ use super::error::PlanError;
 use super::plane::{FlatCut, Plane, centring};
 use super::prepared::Prepared;
 use super::stage::Stage;
+use super::uncut::Uncut;
 use crate::cutter_location::{Obstacles, ToolAxis};
 use crate::flat_path::FlatPoint;
 use crate::flatten::{FlattenError, Locator};
@@ -17,7 +18,7 @@ use crate::outline::Outline;
 use crate::pattern;
 use crate::regions::tensor::{self, Topology};
 use crate::regions::{self, Layout, LayoutOptions, RegionMesh, Regions, Undivided};
-use crate::removal::{CLOSEST, Columns};
+use crate::removal::{Before, CLOSEST, Columns, Stock};
 use crate::strips::{CuspBudget, Strips};
 use crate::surface::Surface;
 use crate::walls::Clearance;
@@ -58,12 +59,19 @@ pub(super) struct Ground<'a> {
     pub obstacles: Obstacles,
     pub options: DeliverOptions,
     pub cusps: CuspBudget,
+    /// Height of the material over the surface before any cut, mm.
+    top: f64,
+    /// By how much it may be higher where earlier cutters bridged the part, mm.
+    bridged: f64,
+    /// What has cut it before.
+    before: Before,
     /// The material, once it is asked for.
     columns: OnceCell<Columns>,
 }
 
 impl<'a> Laid<'a> {
-    /// Lays out the passes of a job on its surface. `progress`: as for [`Prepared::new`].
+    /// Lays out the passes of a job on its surface; `stock`: the material that they meet. `progress`: as for
+    /// [`Prepared::new`].
     ///
     /// # Errors
     /// [`PlanError`]: what cannot be planned, where, and what to change.
@@ -73,13 +81,14 @@ impl<'a> Laid<'a> {
     pub fn new(
         prepared: &'a Arc<Prepared>,
         job: &'a Job,
+        stock: &Stock,
         threads: usize,
         progress: &mut dyn FnMut(Stage, f64),
     ) -> Result<Self, PlanError> {
         assert!(prepared.is_of(job), "plan: the surface was prepared for other keys of the job");
         refuse_curve_away(job, &prepared.surface)?;
         progress(Stage::Rings, 0.0);
-        let ground = Ground::new(prepared, job, threads)?;
+        let ground = Ground::new(prepared, job, stock, threads)?;
         progress(Stage::Cut, 0.0);
         let (flat, plain) = ground
             .on(|plane, delivery| ground.cut(plane, delivery, &mut |p| progress(Stage::Cut, p)))?;
@@ -98,19 +107,33 @@ impl<'a> Laid<'a> {
 }
 
 impl<'a> Ground<'a> {
-    fn new(prepared: &'a Arc<Prepared>, job: &'a Job, threads: usize) -> Result<Self, PlanError> {
+    fn new(
+        prepared: &'a Arc<Prepared>,
+        job: &'a Job,
+        stock: &Stock,
+        threads: usize,
+    ) -> Result<Self, PlanError> {
         let (surface, chart, curvature) = (&prepared.surface, &prepared.chart, &prepared.curvature);
         let locator = &prepared.locator();
-        let cusps = CuspBudget::of(job, surface, curvature);
+        let before = stock.strokes();
+        let mut cusps = CuspBudget::of(job, surface, curvature);
         let Strips { metrics, creases, spacing } =
             Strips::of(job, &cusps, surface, chart, curvature);
-        let (regions, topology) = division(prepared, locator, job, &metrics, threads)?;
+        let (regions, topology) = match job.rest {
+            true => {
+                // What earlier operations were allowed to leave is none.
+                cusps.limit = stock.allowed(job.cut.allowance).max(cusps.limit);
+                let uncut = Uncut { prepared, job, stock, before: &before, threads };
+                (Some(uncut.regions(cusps.too_high(), &metrics)?), None)
+            }
+            false => division(prepared, locator, job, &metrics, threads)?,
+        };
         let undivided = regions.as_ref().map(|r| Undivided::of(r, surface, chart, &metrics));
         let region_meshes =
             regions::region_meshes(regions.as_ref(), surface, chart, metrics, threads)?;
         let floor = region_meshes.iter().map(RegionMesh::length_floor).sum::<f64>() / creases;
         let walls = walls(job, prepared);
-        let plane = rapid_plane(&prepared.part, &walls, job);
+        let plane = rapid_plane(&prepared.part, &walls, job, stock.top);
         let mut options = deliver_options(job, plane, threads);
         if prepared.aside.is_some() {
             options.pass.tolerance *= ON_REACHED;
@@ -142,6 +165,9 @@ impl<'a> Ground<'a> {
             obstacles,
             options,
             cusps,
+            top: stock.top,
+            bridged: stock.bridged,
+            before,
             columns: OnceCell::new(),
         })
     }
@@ -174,6 +200,9 @@ impl<'a> Ground<'a> {
             deliverer: Deliverer { lift: &lift, obstacles: &self.obstacles, options: self.options },
             cusps: self.cusps,
             chord: prepared.chord(),
+            top: self.top,
+            bridged: self.bridged,
+            before: &self.before,
             columns: &self.columns,
         };
         work(&plane, &delivery)

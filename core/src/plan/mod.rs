@@ -16,8 +16,10 @@ mod plane;
 mod planned;
 mod prepared;
 mod stage;
+mod uncut;
 
 use crate::job::Job;
+pub use crate::removal::{Earlier, Stock};
 pub use crate::strips::CuspBudget;
 pub use delivery::Plain;
 pub use design::Design;
@@ -43,10 +45,15 @@ pub fn plan(
     progress: &mut dyn FnMut(Stage, f64),
 ) -> Result<Planned, PlanError> {
     let prepared = Prepared::new(SurfaceKeys::of(job), files, threads, progress)?;
-    plan_on(&prepared, job, threads, progress)
+    plan_on(&prepared, job, &stock_of(job), threads, progress)
 }
 
-/// Plans a job on its surface, which may serve other jobs as well.
+/// The material of a job before its first operation.
+pub fn stock_of(job: &Job) -> Stock {
+    Stock::fresh(job.cut.allowance + job.cut.axial_depth)
+}
+
+/// Plans a job on its surface, which may serve other jobs as well; `stock`: the material that it meets.
 ///
 /// # Errors
 /// As [`plan`].
@@ -56,6 +63,7 @@ pub fn plan(
 pub fn plan_on(
     prepared: &Arc<Prepared>,
     job: &Job,
+    stock: &Stock,
     threads: usize,
     progress: &mut dyn FnMut(Stage, f64),
 ) -> Result<Planned, PlanError> {
@@ -63,6 +71,6 @@ pub fn plan_on(
         Some(passage) if job.hub.is_some() => {
             hub::planned(prepared, passage, job, threads, progress)
         }
-        _ => Laid::new(prepared, job, threads, progress)?.planned(progress),
+        _ => Laid::new(prepared, job, stock, threads, progress)?.planned(progress),
     }
 }

@@ -15,7 +15,7 @@ use crate::machine_time::fill_time;
 use crate::mesh::{FaceId, VertexId};
 use crate::regions::tensor::Topology;
 use crate::regions::{self, Divided, Layout};
-use crate::removal::{Coverage, beyond};
+use crate::removal::{Coverage, Cutter, Earlier, beyond};
 use crate::strips::CuspBudget;
 use crate::toolpath::{Planar, Toolpath};
 use std::sync::Arc;
@@ -80,6 +80,19 @@ pub struct Tightest {
     pub place: DVec3,
     /// Area that is more concave than the cutter is convex, mm²: the cutter does not fit there.
     pub too_concave: f64,
+}
+
+impl Planned {
+    /// What its path has cut, for the operations after it.
+    pub fn earlier(&self, job: &Job) -> Earlier {
+        Earlier {
+            path: self.toolpath.clone(),
+            cutter: Cutter { tool: job.tool, length: job.cutter_length() },
+            cusps: self.cusps.limit,
+            allowance: job.cut.allowance,
+            bridged: self.prepared.aside.as_ref().map_or(0.0, |aside| aside.deepest_bridged),
+        }
+    }
 }
 
 impl Laid<'_> {

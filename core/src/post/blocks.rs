@@ -46,6 +46,13 @@ pub(super) struct Blocks<'a> {
     modal: Modal,
 }
 
+/// What is written of a program.
+pub(super) struct Written {
+    pub text: String,
+    /// Of the next block.
+    number: u32,
+}
+
 /// What the controller remembers, as written.
 #[derive(Default)]
 struct Modal {
@@ -95,23 +102,39 @@ impl<'a> Blocks<'a> {
     /// The first lines: what the program is, for whom reads it.
     pub fn header(&mut self, options: &ProgramOptions, notes: &[String]) {
         self.fixed(&self.dialect.first, false);
-        let tool = &options.tool;
-        let mut cutter = format!(
-            "tool {}: {} end mill, diameter ",
-            options.setup.tool_number,
-            tool.kind().name()
-        );
-        push_fixed(&mut cutter, 2.0 * tool.radius(), 4);
-        cutter.push_str(" corner radius ");
-        push_fixed(&mut cutter, tool.corner_radius(), 4);
         let name = format!("job: {}", options.name);
-        let comments = ["evencut", &name, &cutter, "mm, tool tip programmed"];
+        let own = ["evencut", &name, &cutter(options), "mm, tool tip programmed"];
+        own.into_iter().chain(notes.iter().map(String::as_str)).for_each(|c| self.comment(c));
+    }
+
+    /// The first lines of a program of several operations; `cutters`: with what each is made.
+    pub fn common_header(&mut self, options: &ProgramOptions, cutters: &[String]) {
+        self.fixed(&self.dialect.first, false);
+        let name = format!("job: {}", options.name);
+        let own = ["evencut", &name, "mm, tool tip programmed"];
+        own.into_iter().chain(cutters.iter().map(String::as_str)).for_each(|c| self.comment(c));
+    }
+
+    /// A line for whom reads the program.
+    pub fn comment(&mut self, comment: &str) {
         let [open, close] = &self.dialect.comment;
-        let comments = comments.into_iter().chain(notes.iter().map(String::as_str));
-        for comment in comments {
-            let clean: String = comment.chars().take(LONGEST_COMMENT).map(harmless).collect();
-            self.line(&format!("{open}{clean}{close}"), false);
-        }
+        let clean: String = comment.chars().take(LONGEST_COMMENT).map(harmless).collect();
+        self.line(&format!("{open}{clean}{close}"), false);
+    }
+
+    /// Goes on with what another operation has written.
+    pub fn after(&mut self, written: Written) {
+        (self.text, self.number) = (written.text, written.number);
+    }
+
+    /// What is written, to go on with another operation.
+    pub fn written(self) -> Written {
+        Written { text: self.text, number: self.number }
+    }
+
+    /// The blocks between two operations.
+    pub fn change(&mut self) {
+        self.fixed(&self.program.change, true);
     }
 
     /// The blocks before the first move.
@@ -249,6 +272,17 @@ impl<'a> Blocks<'a> {
         self.text.push_str(line);
         self.text.push('\n');
     }
+}
+
+/// The cutter of a program, in words.
+pub(super) fn cutter(options: &ProgramOptions) -> String {
+    let tool = &options.tool;
+    let (number, kind) = (options.setup.tool_number, tool.kind().name());
+    let mut cutter = format!("tool {number}: {kind} end mill, diameter ");
+    push_fixed(&mut cutter, 2.0 * tool.radius(), 4);
+    cutter.push_str(" corner radius ");
+    push_fixed(&mut cutter, tool.corner_radius(), 4);
+    cutter
 }
 
 /// A feed has no sign.

@@ -137,6 +137,8 @@ pub(super) struct Program {
     /// the tool's length, once the cutter stands over the first point.
     pub control_on: Vec<String>,
     pub control_off: Vec<String>,
+    /// Blocks between the last move of an operation and the `start` of the next one; none where a program has one tool.
+    pub change: Vec<String>,
     /// Blocks after the last move.
     pub end: Vec<String>,
     /// Instead of those of the post.
@@ -256,6 +258,11 @@ impl Dialect {
     /// By how much a point is off at most through the rounding of its coordinates, mm.
     pub fn rounding(&self) -> f64 {
         0.5 * 3.0_f64.sqrt() / 10_u64.pow(self.decimals.length) as f64
+    }
+
+    /// Whether a program may change tools on such a machine.
+    pub fn changes_tools(&self, axes: &Axes) -> bool {
+        self.program(axes).is_ok_and(|program| !program.change.is_empty())
     }
 
     /// Of angles in degrees.
@@ -420,7 +427,7 @@ impl Dialect {
         all.extend(self.work_offset.values().map(|text| ("work_offset", text)));
         for (key, program) in [("three_axis", &self.three_axis), ("five_axis", &self.five_axis)] {
             let Some(p) = program else { continue };
-            let blocks = [&p.start, &p.control_on, &p.control_off, &p.end];
+            let blocks = [&p.start, &p.control_on, &p.control_off, &p.change, &p.end];
             all.extend(blocks.into_iter().flatten().map(|text| (key, text)));
             all.extend(p.rapid.iter().chain(&p.feed).map(|text| (key, text)));
         }
@@ -471,6 +478,7 @@ impl Program {
             start: keys.texts("start")?,
             control_on: keys.texts("control_on")?,
             control_off: keys.texts("control_off")?,
+            change: keys.texts("change")?,
             end: keys.texts("end")?,
             rapid: keys.optional("rapid")?,
             feed: keys.optional("feed")?,

@@ -17,7 +17,7 @@ mod render;
 pub use dialect::Dialect;
 pub use error::{DialectError, PostError};
 pub use keys::KeysError;
-pub use program::{Program, ProgramOptions};
+pub use program::{OperationProgram, Program, ProgramOptions};
 
 use crate::machine::{Axes, Setup};
 use crate::toolpath::Toolpath;
@@ -39,6 +39,20 @@ pub fn program(
 ) -> Result<Program, PostError> {
     check(dialect, &options.machine.axes, &options.setup)?;
     render::render(path, options, dialect)
+}
+
+/// Writes operations in their order as one program, with a change of the tool between them.
+///
+/// # Errors
+/// As [`program`]. Whether the post knows a change of tools says [`Dialect::changes_tools`].
+pub fn program_of_operations(
+    operations: &[OperationProgram],
+    dialect: &Dialect,
+) -> Result<Program, PostError> {
+    for OperationProgram { options, .. } in operations {
+        check(dialect, &options.machine.axes, &options.setup)?;
+    }
+    render::render_all(operations, dialect)
 }
 
 /// Whether a post can write programs for such a machine with such a setup.

@@ -2,6 +2,7 @@
 
 use crate::machine::{Machine, Setup};
 use crate::tool::Tool;
+use crate::toolpath::Toolpath;
 
 /// What a program needs beside the path.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +23,17 @@ pub struct ProgramOptions {
     /// Path tolerance, mm: blending on the machine, and half of it for interpolation between rotary
     /// positions.
     pub tolerance: f64,
+}
+
+/// An operation of a program of several.
+#[derive(Clone, Debug)]
+pub struct OperationProgram<'a> {
+    /// Its name, for a comment.
+    pub name: String,
+    /// Its path.
+    pub path: &'a Toolpath,
+    /// What it needs beside the path.
+    pub options: ProgramOptions,
 }
 
 /// A program.

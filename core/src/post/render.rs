@@ -1,9 +1,9 @@
 //! The renderer: points → blocks.
 
-use super::blocks::{Blocks, Letter, notes};
+use super::blocks::{Blocks, Letter, Written, cutter, notes};
 use super::dialect::{Dialect, FeedMode, Orientation, Position};
 use super::error::PostError;
-use super::program::{Program, ProgramOptions};
+use super::program::{OperationProgram, Program, ProgramOptions};
 use crate::geometry::{DVec3, math};
 use crate::machine::{Angles, Axes, Chain, Leg, Tables};
 use crate::machine_time::commanded_time;
@@ -26,6 +26,46 @@ pub(super) fn render(
     options: &ProgramOptions,
     dialect: &Dialect,
 ) -> Result<Program, PostError> {
+    let begin = |blocks: &mut Blocks, notes: &[String]| blocks.header(options, notes);
+    let written = written(path, options, dialect, begin, Blocks::end)?;
+    Ok(Program { text: written.text, extension: dialect.extension.clone() })
+}
+
+/// Several operations as one program, with a change of the tool between them.
+pub(super) fn render_all(
+    operations: &[OperationProgram],
+    dialect: &Dialect,
+) -> Result<Program, PostError> {
+    let mut cutters: Vec<String> =
+        operations.iter().map(|operation| cutter(&operation.options)).collect();
+    cutters.dedup();
+    let mut done = None;
+    for (i, operation) in operations.iter().enumerate() {
+        let before = done.take();
+        let begin = |blocks: &mut Blocks, notes: &[String]| {
+            match before {
+                Some(before) => blocks.after(before),
+                None => blocks.common_header(&operation.options, &cutters),
+            }
+            let name = format!("operation {}: {}", i + 1, operation.name);
+            blocks.comment(&name);
+            notes.iter().for_each(|note| blocks.comment(note));
+        };
+        let end = if i + 1 < operations.len() { Blocks::change } else { Blocks::end };
+        done = Some(written(operation.path, &operation.options, dialect, begin, end)?);
+    }
+    let text = done.map(|done: Written| done.text).ok_or(PostError::Empty)?;
+    Ok(Program { text, extension: dialect.extension.clone() })
+}
+
+/// The blocks of a path between those that `begin` and those that `end` it.
+fn written<'a>(
+    path: &Toolpath,
+    options: &'a ProgramOptions,
+    dialect: &'a Dialect,
+    begin: impl FnOnce(&mut Blocks<'a>, &[String]),
+    end: fn(&mut Blocks<'a>),
+) -> Result<Written, PostError> {
     check(path, options)?;
     let axes = &options.machine.axes;
     let program = dialect.program(axes)?;
@@ -43,8 +83,8 @@ pub(super) fn render(
             _ => tables.rounded(dialect.angle_decimals()),
         });
     let mut blocks = Blocks::new(options, dialect)?;
+    begin(&mut blocks, &notes(axes, form.keeps_tip()));
     blocks.text.reserve(48 * path.points.len() + 1024);
-    blocks.header(options, &notes(axes, form.keeps_tip()));
     blocks.start();
     let reach = [(f64::INFINITY, f64::NEG_INFINITY); 3];
     let (feed_mode, legs) = (program.feed_mode, Vec::new());
@@ -57,7 +97,8 @@ pub(super) fn render(
     writer.finish(&path.points[path.points.len() - 1], last_feed(&path.points));
     check_travel(&writer.reach, options)?;
     check_turns(&writer.turned, options)?;
-    Ok(Program { text: writer.blocks.text, extension: dialect.extension.clone() })
+    end(&mut writer.blocks);
+    Ok(writer.blocks.written())
 }
 
 /// Everything that would make the program wrong, before anything is written.
@@ -286,7 +327,6 @@ impl Writer<'_> {
         if self.form.keeps_tip() {
             self.blocks.control(false);
         }
-        self.blocks.end();
     }
 
     /// A move at feed along the tool axis.

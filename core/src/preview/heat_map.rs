@@ -109,7 +109,7 @@ pub(super) fn residual_scale(
     tolerance: f64,
 ) -> Scale {
     let samples = &verification.samples;
-    let judged = samples.iter().filter(|s| s.machined && !s.inaccessible && s.by.is_some());
+    let judged = samples.iter().filter(|s| s.machined && !s.inaccessible && s.is_cut());
     let largest = judged.map(|s| f64::from(s.residual)).fold(0.0, f64::max);
     let deepest = verification.figures.gouge.map_or(0.0, |g| -g.height);
     let mut others = vec![(MISSING, "no move came there")];
@@ -152,7 +152,7 @@ pub(super) fn residual_mark(sample: &Outcome, scale: &Scale, tolerance: f64) -> 
         return None;
     } else if sample.inaccessible {
         (Rank::Apart, APART)
-    } else if sample.by.is_none() {
+    } else if !sample.is_cut() {
         (Rank::Untouched, MISSING)
     } else {
         let tone = scale.tone(value);
@@ -163,7 +163,7 @@ pub(super) fn residual_mark(sample: &Outcome, scale: &Scale, tolerance: f64) -> 
 
 fn residual_lines(figures: &Figures, limit: Option<f64>, tolerance: f64) -> [String; 2] {
     let micro = |mm: f64| number(MICRO * mm);
-    let untouched = figures.largest.filter(|l| l.of.is_none()).map_or("", |_| " (untouched)");
+    let untouched = figures.largest.filter(|l| !l.is_cut).map_or("", |_| " (untouched)");
     let mut first = format!(
         "max {} µm{untouched}, 99 % of the area below {} µm, mean {} µm",
         micro(figures.largest.map_or(0.0, |l| l.height)),
@@ -233,12 +233,12 @@ fn residual_places(
 ) -> Vec<Place> {
     let figures = &verification.figures;
     let gouge = figures.gouge.iter().filter(|g| g.height < -tolerance);
-    let untouched = figures.spots.iter().filter(|s| s.of.is_none()).take(1);
-    let touched = figures.spots.iter().filter(|s| s.of.is_some());
+    let untouched = figures.spots.iter().filter(|s| !s.is_cut).take(1);
+    let touched = figures.spots.iter().filter(|s| s.is_cut);
     let highest = figures.largest.iter().filter(|_| figures.spots.is_empty());
     let mut spots: Vec<Spot> =
         gouge.chain(untouched).chain(touched).chain(highest).copied().take(MOST_PLACES).collect();
-    if figures.spots.iter().any(|s| s.of.is_none()) {
+    if figures.spots.iter().any(|s| !s.is_cut) {
         add_highest(&mut spots, &verification.samples, scale, APART_PX / canvas.view.scale);
     }
     spots.iter().map(|s| residual_place(s, scale)).collect()
@@ -247,7 +247,7 @@ fn residual_places(
 /// Adds the highest samples above the limit, at least `apart` mm from others.
 fn add_highest(spots: &mut Vec<Spot>, samples: &[Outcome], scale: &Scale, apart: f64) {
     let over = |s: &&Outcome| {
-        let judged = s.machined && !s.inaccessible && s.by.is_some();
+        let judged = s.machined && !s.inaccessible && s.is_cut();
         judged && scale.is_over(MICRO * f64::from(s.residual))
     };
     let mut over: Vec<&Outcome> = samples.iter().filter(over).collect();
@@ -256,7 +256,8 @@ fn add_highest(spots: &mut Vec<Spot>, samples: &[Outcome], scale: &Scale, apart:
         if spots.len() >= MOST_PLACES {
             return;
         }
-        let spot = Spot { place: place(sample), height: f64::from(sample.residual), of: sample.by };
+        let (place, height) = (place(sample), f64::from(sample.residual));
+        let spot = Spot { place, height, of: sample.by, is_cut: true };
         if spots.iter().all(|s| s.place.distance(spot.place) > apart) {
             spots.push(spot);
         }
@@ -265,9 +266,9 @@ fn add_highest(spots: &mut Vec<Spot>, samples: &[Outcome], scale: &Scale, apart:
 
 fn residual_place(spot: &Spot, scale: &Scale) -> Place {
     let micro = MICRO * spot.height;
-    let (value, ink) = match spot.of {
+    let (value, ink) = match spot.is_cut {
         _ if micro < 0.0 => (number(micro), colour::GOUGES[1]),
-        None => ("untouched".to_owned(), colour::INK),
+        false => ("untouched".to_owned(), colour::INK),
         _ if scale.is_over(micro) => (number(micro), colour::WARNING),
         _ => (number(micro), colour::INK),
     };
@@ -438,6 +439,7 @@ mod tests {
             length: f64::INFINITY,
             tells_rate: true,
             depth: 0.5,
+            earlier: None,
             allowance: 0.0,
             scallop: Some(0.03),
             tolerance: TOLERANCE,
@@ -558,6 +560,7 @@ mod tests {
         };
         let one = verification.samples[0];
         let wild = |_| Outcome {
+            cut_before: false,
             position: [20.0 * random(), 20.0 * random(), 0.0],
             residual: 0.04 * random() - 0.005,
             ..one

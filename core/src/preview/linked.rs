@@ -252,9 +252,9 @@ impl<'a> Heat<'a> {
 }
 
 fn state(sample: &Outcome) -> u8 {
-    match (sample.inaccessible, sample.by) {
+    match (sample.inaccessible, sample.is_cut()) {
         (true, _) => 2,
-        (_, None) => 1,
+        (_, false) => 1,
         _ => 0,
     }
 }
@@ -292,6 +292,7 @@ mod tests {
             length: f64::INFINITY,
             depth: 0.5,
             tells_rate: true,
+            earlier: None,
             allowance: 0.0,
             scallop: Some(0.03),
             tolerance: 0.005,

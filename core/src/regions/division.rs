@@ -9,6 +9,9 @@ use crate::job::{Compensation, DistortionOptions};
 use crate::mesh::FaceId;
 use crate::surface::Surface;
 
+/// Longest side of a triangle that an isoline crosses, side steps.
+const FINEST: f64 = 0.5;
+
 /// A divided surface.
 #[derive(Clone, Debug)]
 pub struct Regions {
@@ -111,6 +114,44 @@ impl Regions {
             let flattened = Flattened::of(&split_mesh, faces)?;
             list.extend(flattened.map(|f| Region::of(f, Compensation::Exact)));
         }
+        let stretch = Stretch::of(surface, chart);
+        Ok(Self { split_mesh, list, whole: stretch.evenness(), stretch })
+    }
+}
+
+impl Regions {
+    /// The connected parts of a surface in which a function of the flat place is positive, each as if it were alone. The
+    /// function, in side steps of `side_step` mm, grows by no more than 1 a side step.
+    ///
+    /// # Errors
+    /// As [`along`](Self::along).
+    pub fn where_positive(
+        surface: &Surface,
+        chart: &Chart,
+        value: &dyn Fn(DVec2) -> f64,
+        side_step: f64,
+    ) -> Result<Self, FlattenError> {
+        let mut split_mesh = SplitMesh::new(surface, chart);
+        let values = split_mesh.refined_about_zero(value, (side_step, FINEST));
+        let values = split_mesh.cut_isoline(0, values);
+        split_mesh.improve();
+        let all: Vec<u32> = (0..split_mesh.faces().len() as u32).collect();
+        let is_positive = |f: u32| {
+            let corners = split_mesh.faces()[f as usize];
+            corners.iter().map(|&v| values[v as usize]).sum::<f64>() > 0.0
+        };
+        let groups = split_mesh.groups(&all, |f| u32::from(is_positive(f)), 0.0);
+        let groups: Vec<Vec<u32>> = groups.into_iter().filter(|g| is_positive(g[0])).collect();
+        split_mesh.set_label(&all, groups.len() as u32);
+        for (label, faces) in (0..).zip(&groups) {
+            split_mesh.set_label(faces, label);
+        }
+        let mut list = Vec::new();
+        for faces in &groups {
+            let flattened = Flattened::of(&split_mesh, faces)?;
+            list.extend(flattened.map(|f| Region::of(f, Compensation::Exact)));
+        }
+        list.iter_mut().for_each(|region| region.piece.inner_border.clear());
         let stretch = Stretch::of(surface, chart);
         Ok(Self { split_mesh, list, whole: stretch.evenness(), stretch })
     }

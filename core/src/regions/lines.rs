@@ -14,6 +14,8 @@ use crate::mesh::FaceId;
 /// Fraction of an edge, or of a face's height, by which a line is moved at most to meet a vertex or an edge. Larger:
 /// ragged lines; smaller: needles.
 const SNAP: f64 = 0.05;
+/// Most vertices that are made to follow an isoline.
+const MOST_VERTICES: usize = 2_000_000;
 /// Edges that a straight piece of a line may cross.
 const MOST_CROSSINGS: usize = 100_000;
 
@@ -46,6 +48,37 @@ impl SplitMesh {
             }
         }
         value
+    }
+
+    /// Halves the longest sides of faces that may hold a place where a function is 0, until they are at most `finest` side
+    /// steps long; returns the function at all vertices. It grows by no more than 1 a side step of `side_step` mm.
+    pub fn refined_about_zero(
+        &mut self,
+        function: &dyn Fn(DVec2) -> f64,
+        (side_step, finest): (f64, f64),
+    ) -> Vec<f64> {
+        let mut values: Vec<f64> = self.uv().iter().map(|&at| function(at)).collect();
+        let mut open: Vec<u32> = (0..self.faces().len() as u32).rev().collect();
+        while let Some(face) = open.pop() {
+            let sides = [3 * face, 3 * face + 1, 3 * face + 2];
+            let longest = sides.into_iter().fold(sides[0], |best, side| {
+                if self.length(side) > self.length(best) { side } else { best }
+            });
+            let long = self.length(longest) / side_step;
+            let corners = self.faces()[face as usize].map(|v| values[v as usize]);
+            let least = corners.iter().map(|v| v.abs()).fold(f64::INFINITY, f64::min);
+            if long <= finest || least > long || values.len() >= MOST_VERTICES {
+                continue;
+            }
+            let other = self.opposite(longest).map(|side| side / 3);
+            let count = self.faces().len() as u32;
+            let Some(middle) = self.split_side(longest, 0.5) else { continue };
+            values.push(function(self.uv()[middle as usize]));
+            open.extend(other);
+            open.push(face);
+            open.extend(count..self.faces().len() as u32);
+        }
+        values
     }
 
     /// Sets the function to 0 at the vertices that its isoline passes very closely.

@@ -139,7 +139,9 @@ pub fn neighbours(split_mesh: &SplitMesh, regions: &[Region]) -> Vec<Vec<usize>>
     for h in 0..3 * split_mesh.faces().len() as u32 {
         let other = split_mesh.opposite(h).map(|o| of_face[o as usize / 3]);
         let here = of_face[h as usize / 3];
-        pairs.extend(other.filter(|&o| o != here).map(|o| (here, o)));
+        // What belongs to no region is not machined.
+        let other = other.filter(|&o| o != here && o != usize::MAX);
+        pairs.extend(other.map(|o| (here, o)));
     }
     let mut lists = vec![Vec::new(); regions.len()];
     for (a, b) in pairs {

@@ -64,6 +64,8 @@ pub(super) struct Node {
 #[derive(Clone, Debug)]
 pub(super) struct Block {
     pub columns: Vec<Column>,
+    /// How high they stand before the cut, mm.
+    pub heights: Vec<f64>,
     /// Where the columns are in the chart.
     pub flat: Vec<DVec2>,
     pub tiles: Vec<Tile>,
@@ -292,8 +294,13 @@ impl Grid<'_> {
 
 impl Block {
     fn new(leaves: &[Leaf], back: DVec2, top: f64) -> Self {
-        let mut block =
-            Self { columns: Vec::new(), flat: Vec::new(), tiles: Vec::new(), nodes: Vec::new() };
+        let mut block = Self {
+            columns: Vec::new(),
+            heights: Vec::new(),
+            flat: Vec::new(),
+            tiles: Vec::new(),
+            nodes: Vec::new(),
+        };
         for leaf in leaves {
             let first = block.columns.len();
             block.columns.extend(leaf.columns.iter().map(|c| c.0));
@@ -301,6 +308,7 @@ impl Block {
             let bound = Bound::of(&block.columns[first..], top);
             block.tiles.push(Tile { first, count: leaf.columns.len(), bound });
         }
+        block.heights = vec![top; block.columns.len()];
         block.add_nodes(0, leaves.len(), 0, top);
         block
     }

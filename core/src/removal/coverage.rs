@@ -1,8 +1,9 @@
 //! What the path leaves uncut, and whether the cutter could have removed it.
 
-use super::body::{Cutter, Layer, Line};
+use super::body::{Layer, Line};
 use super::columns::{Column, Columns};
 use super::remains::Strokes;
+use super::stock::Before;
 use crate::cutter_location::{Obstacles, PassOptions, ToolAxis, lowest_off_walls, raise_at};
 use crate::geometry::{DVec2, DVec3, OrderBy};
 use crate::parallel;
@@ -61,6 +62,8 @@ pub struct Access<'a> {
     pub cusp: f64,
     /// Size of the cells that inaccessible places are gathered in, mm.
     pub cell: f64,
+    /// What has cut the material before.
+    pub(crate) before: &'a Before,
     /// Number of threads.
     pub threads: usize,
 }
@@ -72,7 +75,7 @@ struct Left {
     over: f64,
 }
 
-/// What the path leaves of fresh columns.
+/// What the path leaves of the columns.
 pub fn coverage(columns: &Columns, access: &Access) -> Coverage {
     let mut left = left_over(columns, access);
     left.extend(access.rim.iter().flat_map(|rim| left_over(rim, access)));
@@ -115,10 +118,11 @@ impl Access<'_> {
 
 fn left_over(columns: &Columns, access: &Access) -> Vec<Left> {
     let allowed = access.allowed();
-    let cutter = Cutter { tool: access.pass.tool, length: access.pass.reach };
+    let (tool, length) = (access.pass.tool, access.pass.reach);
     // Which piece removes what is not asked.
-    let strokes = Strokes::of(access.path, &cutter.tool);
-    let heights = columns.remains(&strokes, cutter, access.layer, allowed, access.threads);
+    let strokes = Strokes::of(access.path, &tool);
+    let stages = access.before.with(&strokes, tool, length);
+    let heights = columns.remains(&stages, access.layer, allowed, access.threads);
     let mut left = Vec::new();
     for (block, heights) in columns.blocks.iter().zip(&heights) {
         for (i, &height) in heights.iter().enumerate().filter(|(_, h)| **h > allowed) {

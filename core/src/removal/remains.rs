@@ -23,6 +23,7 @@ const APART: u32 = 16;
 const LEAF: usize = 8;
 
 /// Flat places where pieces end, searchable by distance.
+#[derive(Debug)]
 struct Ends {
     /// Flat place and piece; the middle one of every range divides the others, alternately by its first and its
     /// second coordinate.
@@ -98,6 +99,7 @@ fn search(ends: &[(DVec2, u32)], axis: usize, at: DVec2, others: &[usize], best:
 }
 
 /// The strokes of a path, so arranged that those near a place are found.
+#[derive(Debug)]
 pub(crate) struct Strokes {
     all: Vec<Stroke>,
     ends: Ends,
@@ -113,36 +115,60 @@ impl Strokes {
         let runs = Runs::of(&all);
         Self { all, ends, runs }
     }
+
+    pub(super) fn all(&self) -> &[Stroke] {
+        &self.all
+    }
+
+    pub(super) fn runs(&self) -> &Runs {
+        &self.runs
+    }
+}
+
+/// Strokes of a path and the cutter that makes them.
+#[derive(Copy, Clone)]
+pub(crate) struct Stage<'a> {
+    pub strokes: &'a Strokes,
+    pub cutter: Cutter,
 }
 
 impl Columns {
-    /// The heights that the strokes of a cutter leave on fresh columns, mm, block by block: exact where they are above
+    /// The heights that the strokes of some cutters leave on the columns, mm, block by block: exact where they are above
     /// `enough` mm, and at most that elsewhere. Which piece removes what is not recorded.
     pub(crate) fn remains(
         &self,
-        strokes: &Strokes,
-        cutter: Cutter,
+        stages: &[Stage],
         layer: Layer,
         enough: f64,
         threads: usize,
     ) -> Vec<Vec<f64>> {
-        // No rate is asked for: the wall of a leaned flat end, if smeared, would count as left.
-        let width = if cutter.tool.corner_radius() > 0.0 { self.spacing } else { 0.0 };
-        let body = Body::new(cutter, layer, width);
+        let body = |stage: &Stage| {
+            // No rate is asked for: the wall of a leaned flat end, if smeared, would count as left.
+            let is_sharp = stage.cutter.tool.corner_radius() == 0.0;
+            Body::new(stage.cutter, layer, if is_sharp { 0.0 } else { self.spacing })
+        };
+        let bodies: Vec<Body> = stages.iter().map(body).collect();
         parallel::map(threads, &self.blocks, |block| {
-            let heights = tried(block, &body, strokes, enough);
-            let mut work = BlockCut::new(block, &body, heights, enough);
-            work.run_on_tiles(&strokes.all, &strokes.runs);
-            work.heights
+            let cut = |heights, (Stage { strokes, .. }, body): (&Stage, &Body)| {
+                let heights = tried(block, body, strokes, heights, enough);
+                let mut work = BlockCut::new(block, body, heights, enough);
+                work.run_on_tiles(&strokes.all, &strokes.runs);
+                work.heights
+            };
+            stages.iter().zip(&bodies).fold(block.heights.clone(), cut)
         })
     }
 }
 
-/// The heights of a block's columns after the nearest pieces.
-fn tried(block: &Block, body: &Body, strokes: &Strokes, enough: f64) -> Vec<f64> {
+/// The heights of a block's columns after the nearest pieces; `heights`: those before.
+fn tried(
+    block: &Block,
+    body: &Body,
+    strokes: &Strokes,
+    mut heights: Vec<f64>,
+    enough: f64,
+) -> Vec<f64> {
     let Strokes { all, ends, .. } = strokes;
-    let top = body.layer().top();
-    let mut heights = vec![top; block.columns.len()];
     // Whether the pieces beside one cut a column down far enough.
     let lower = |column: usize, height: &mut f64, nearest: usize| {
         let beside = nearest.saturating_sub(BESIDE)..(nearest + BESIDE + 1).min(all.len());
@@ -154,11 +180,14 @@ fn tried(block: &Block, body: &Body, strokes: &Strokes, enough: f64) -> Vec<f64>
     };
     for tile in &block.tiles {
         let columns = tile.first..tile.first + tile.count;
+        if heights[columns.clone()].iter().all(|height| *height <= enough) {
+            continue;
+        }
         let middle = block.flat[columns.clone()].iter().sum::<DVec2>() / tile.count as f64;
         let Some(of_tile) = ends.nearest(middle, &[]) else { continue };
         for column in columns {
             let height = &mut heights[column];
-            let mut is_low = lower(column, height, of_tile);
+            let mut is_low = *height <= enough || lower(column, height, of_tile);
             let mut near = Vec::with_capacity(PASSES);
             while !is_low && near.len() < PASSES {
                 let Some(piece) = ends.nearest(block.flat[column], &near) else { break };

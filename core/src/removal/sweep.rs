@@ -60,6 +60,7 @@ impl Removed {
 }
 
 /// Pieces that lie together: all tips are within a cylinder, whose ends are in the direction of the path there.
+#[derive(Debug)]
 pub(super) struct Run {
     middle: DVec3,
     /// Unit direction of the cylinder, or zero.
@@ -113,13 +114,13 @@ impl Run {
 }
 
 impl Columns {
-    /// Runs a path through fresh columns, on `threads` threads, on which the result does not depend.
+    /// Runs a path through the columns, on `threads` threads, on which the result does not depend.
     pub fn cut(&self, path: &Toolpath, cutter: Cutter, layer: Layer, threads: usize) -> Removed {
         let body = Body::new(cutter, layer, self.spacing);
         let (mut removed, strokes, at) = cut_to_pieces(&path.points, &cutter.tool);
         let runs: Vec<Run> = strokes.chunks(RUN).map(Run::of).collect();
         let cut = parallel::map(threads, &self.blocks, |block| {
-            let heights = vec![layer.top(); block.columns.len()];
+            let heights = block.heights.clone();
             let mut work = BlockCut::new(block, &body, heights, f64::NEG_INFINITY);
             work.run(&strokes, &runs);
             (work.heights, work.taken)
@@ -135,6 +136,7 @@ impl Columns {
 }
 
 /// Short runs of a path's strokes, in a tree by place: passes beside each other are far apart in the path.
+#[derive(Debug)]
 pub(super) struct Runs {
     /// Runs of [`SHORT`] strokes.
     short: Vec<Run>,
@@ -145,6 +147,7 @@ pub(super) struct Runs {
 }
 
 /// Runs that lie together in space: tips between two corners of a box.
+#[derive(Debug)]
 struct RunNode {
     low: DVec3,
     high: DVec3,

@@ -21,6 +21,10 @@ struct Plate {
 }
 
 /// A cutter without end.
+fn stage(strokes: &Strokes, tool: Tool) -> Stage<'_> {
+    Stage { strokes, cutter: endless(tool) }
+}
+
 fn endless(tool: Tool) -> Cutter {
     Cutter { tool, length: f64::INFINITY }
 }
@@ -253,7 +257,7 @@ fn what_a_leaned_flat_end_leaves_are_its_crests() {
     let crest = (R - (R * R - 0.25 * step * step).sqrt()) * sin(lean);
     let strokes = Strokes::of(&path, &tool);
     let enough = LAYER.allowance + 0.9 * crest;
-    let heights = columns.remains(&strokes, endless(tool), LAYER, enough, 1);
+    let heights = columns.remains(&[stage(&strokes, tool)], LAYER, enough, 1);
     let highest = heights.iter().flatten().copied().fold(0.0, f64::max) - LAYER.allowance;
     assert!(highest <= crest + 1e-9 && highest > 0.95 * crest, "{highest} of {crest}");
 }
@@ -280,7 +284,7 @@ fn strokes_found_by_place_leave_what_all_strokes_leave() {
         }
         let all = columns.cut(&path, endless(tool), LAYER, 1).heights;
         let strokes = Strokes::of(&path, &tool);
-        let found = columns.remains(&strokes, endless(tool), LAYER, f64::NEG_INFINITY, 1);
+        let found = columns.remains(&[stage(&strokes, tool)], LAYER, f64::NEG_INFINITY, 1);
         let pairs = || all.iter().flatten().zip(found.iter().flatten());
         assert_eq!(pairs().count(), columns.count());
         let off = pairs().map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -342,4 +346,45 @@ fn a_turning_cutter_takes_in_a_move_what_it_takes_on_the_way() {
             }
         }
     }
+}
+
+/// Columns that an earlier path has cut: a path takes from them what it takes after that path, and leaves the same.
+#[test]
+fn a_path_takes_what_an_earlier_one_left() {
+    let plate = Plate::new(40.0, 30.0, 0.25);
+    let ball = |r: f64| Tool::new(r, r).unwrap();
+    let rows = |step: f64, count: u32, high: f64, tool: Tool| {
+        let row = |k: u32| step * f64::from(k);
+        let ends = (0..count).map(row).map(|y| (DVec2::new(-6.0, y), DVec2::new(46.0, y)));
+        passes(&plate, &tool, LAYER.allowance + high, &ends.collect::<Vec<_>>())
+    };
+    let (first, second) = (rows(4.0, 8, 0.1, ball(R)), rows(3.0, 11, 0.0, ball(R)));
+    let columns = Columns::new(&plate.surface, &plate.chart, 1.5, LAYER.top());
+    let both = Toolpath { points: [&first.points[..], &second.points].concat() };
+    let whole = columns.cut(&both, endless(ball(R)), LAYER, 1);
+    let earlier = Earlier {
+        path: first.clone(),
+        cutter: endless(ball(R)),
+        cusps: 0.5,
+        allowance: LAYER.allowance,
+        bridged: 0.0,
+    };
+    let stock = Stock::fresh(LAYER.top()).after(earlier);
+    let before = stock.strokes();
+    let cut = columns.clone().cut_before(&before, LAYER, 2);
+    let after = cut.cut(&second, endless(ball(R)), LAYER, 1);
+    let pairs = |a: &[Vec<f64>], b: &[Vec<f64>]| {
+        let off = a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b).abs());
+        off.fold(0.0, f64::max)
+    };
+    assert!(pairs(&whole.heights, &after.heights) < 5e-4);
+    let volume = |removed: &Removed| removed.pieces.iter().map(|p| p.volume).sum::<f64>();
+    let alone = columns.cut(&first, endless(ball(R)), LAYER, 1);
+    assert!((volume(&whole) - volume(&alone) - volume(&after)).abs() < 1e-3 * volume(&whole));
+    assert!(volume(&after) < 0.5 * volume(&alone));
+    // What both leave, whichever is asked for first.
+    let strokes = Strokes::of(&second, &ball(R));
+    let stages = before.with(&strokes, ball(R), f64::INFINITY);
+    let left = columns.remains(&stages, LAYER, f64::NEG_INFINITY, 1);
+    assert!(pairs(&left, &whole.heights) < 5e-4);
 }

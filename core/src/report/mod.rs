@@ -5,6 +5,7 @@
 
 mod hub;
 mod json;
+mod operations;
 mod page;
 mod path;
 mod plan;
@@ -18,6 +19,7 @@ mod texture;
 mod verification;
 
 pub use hub::{HubFigures, MeasuredClearance};
+pub use operations::{OperationFigures, OperationsReport};
 pub(crate) use page::escaped;
 pub use path::{ByKind, PathFigures, PlaneFigures, RateFigures};
 pub use plan::{

@@ -6,7 +6,7 @@ use super::record::FileRecord;
 use super::summary::{compared, comparison, facts};
 use std::fmt::Write;
 
-const STYLE: &str = "\
+pub(super) const STYLE: &str = "\
 :root { color-scheme: light dark; --ink: #22262b; --ground: #fff; --line: #d9dce0; --warn: #a84300 }
 @media (prefers-color-scheme: dark) {
   :root { --ink: #e6e8ea; --ground: #16181b; --line: #3a3f45; --warn: #ff9a4d }

@@ -807,7 +807,11 @@ fn counted(count: usize, thing: &str) -> String {
 fn described(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String {
     let at = |p: DVec3| spelled(p.to_array());
     let line = |of: u32| lines.of(of).map_or_else(String::new, |l| format!(", line {l}"));
-    let left = |s: &Spot| s.of.map_or_else(|| ", where no move came".to_owned(), line);
+    let left = |s: &Spot| match s.of {
+        Some(of) => line(of),
+        None if s.is_cut => ", left by an earlier operation".to_owned(),
+        None => ", where no move came".to_owned(),
+    };
     match broken {
         Broken::Scallop { worst, limit } => format!(
             "scallop of {} µm at {}{}; allowed are {} µm and {} µm of tolerance",

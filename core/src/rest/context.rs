@@ -3,7 +3,7 @@
 use super::samples::{Places, Sample};
 use crate::geometry::DVec3;
 use crate::link::Deliverer;
-use crate::removal::Place;
+use crate::removal::{Before, Place};
 
 /// What may be left.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -25,6 +25,8 @@ pub struct Rest<'a> {
     pub(super) options: RestOptions,
     pub(super) places: Places<'a>,
     pub(super) deliverer: Deliverer<'a>,
+    /// What has cut the material before.
+    pub(super) before: &'a Before,
     /// Those that were nearly too high.
     pub(super) samples: Vec<Sample>,
     /// Number of the first samples that lie in rows beside passes, alternately on one side and the other.
@@ -38,12 +40,18 @@ pub struct Rest<'a> {
 }
 
 impl<'a> Rest<'a> {
-    /// For the places of a surface on which `deliverer` puts paths.
-    pub fn new(places: Places<'a>, deliverer: Deliverer<'a>, options: RestOptions) -> Self {
+    /// For the places of a surface on which `deliverer` puts paths, and from which `before` has cut already.
+    pub(crate) fn new(
+        places: Places<'a>,
+        deliverer: Deliverer<'a>,
+        before: &'a Before,
+        options: RestOptions,
+    ) -> Self {
         Self {
             options,
             places,
             deliverer,
+            before,
             samples: Vec::new(),
             in_rows: 0,
             beside_walls: false,

@@ -6,7 +6,7 @@ use crate::cutter_location::ToolAxis;
 use crate::geometry::math::cos;
 use crate::geometry::{DVec2, OrderBy};
 use crate::link::Delivered;
-use crate::removal::{Columns, Cutter, Layer, Line, Strokes};
+use crate::removal::{Columns, Layer, Line, Strokes};
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 
 /// Fractions of the limit above which more samples are placed around one, and still more around each of those: the
@@ -187,13 +187,13 @@ impl Rest<'_> {
     /// elsewhere.
     pub(super) fn heights(&self, samples: &[Sample], path: &Strokes, enough: f64) -> Vec<f64> {
         let pass = &self.deliverer.options.pass;
-        let cutter = Cutter { tool: pass.tool, length: pass.reach };
         let layer = Layer { allowance: pass.allowance, depth: CLAMP * self.options.limit };
         let line = |s: &Sample| (Line { foot: s.at, normal: s.normal }, s.flat);
         let lines: Vec<(Line, DVec2)> = samples.iter().map(line).collect();
         let (columns, ids) = Columns::on(&lines, layer.top());
         let threads = self.deliverer.options.threads;
-        let left = columns.remains(path, cutter, layer, pass.allowance + enough, threads);
+        let stages = self.before.with(path, pass.tool, pass.reach);
+        let left = columns.remains(&stages, layer, pass.allowance + enough, threads);
         let mut heights = vec![0.0; lines.len()];
         let above = ids
             .iter()

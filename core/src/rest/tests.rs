@@ -8,6 +8,7 @@ use crate::geometry::math::sin;
 use crate::job::{Component, Faces, Selection, SurfaceOptions, SurfaceSource};
 use crate::lift::Lift;
 use crate::link::{DeliverOptions, Deliverer};
+use crate::removal::Before;
 use crate::surface::{AnalyticSurface, Surface, build};
 use crate::tool::Tool;
 use crate::toolpath::MoveKind;
@@ -143,7 +144,8 @@ fn done(flat: &[FlatPoint], pass: PassOptions, check: CheckMesh, options: RestOp
     };
     let deliverer = Deliverer { lift: &lift, obstacles: &obstacles, options: deliver };
     let before = deliverer.path(flat, None, |_| {}).unwrap();
-    let mut rest = Rest::new(places, deliverer, options);
+    let uncut = Before::default();
+    let mut rest = Rest::new(places, deliverer, &uncut, options);
     let after = rest.cut(before.clone()).unwrap();
     (rest.samples, rest.in_rows) = rest.all_samples(&after);
     let strokes = rest.strokes(&after.toolpath);

@@ -37,7 +37,7 @@ impl<'a> Excused<'a> {
         let inside = |b: &&Sphere| b.centre.distance(sample.position) <= b.radius;
         let beside = |e: &[DVec3; 2]| distance_to(*e, sample.position) < self.tolerance;
         // Out of reach by rounding alone, maybe.
-        let is_rim = sample.on_rim && s.by.is_none();
+        let is_rim = sample.on_rim && !s.is_cut();
         let allowance = if sample.machined { options.allowance } else { 0.0 };
         Outcome {
             position: sample.position.as_vec3().to_array(),
@@ -45,6 +45,7 @@ impl<'a> Excused<'a> {
             area: sample.area as f32,
             up: sample.normal.dot(options.up) as f32,
             by: s.by,
+            cut_before: s.cut_before,
             opened_by: s.opened_by,
             machined: sample.machined,
             is_bridge: sample.is_bridge,

@@ -30,6 +30,8 @@ pub struct Spot {
     pub height: f64,
     /// Index of the move that left it; that move ends at the next point of the path.
     pub of: Option<u32>,
+    /// Whether that move or an earlier cut reached it.
+    pub is_cut: bool,
 }
 
 /// Samples of a slope band or a region.
@@ -79,7 +81,8 @@ impl WallFigures {
             out.area += area;
             out.cut += if depth > options.tolerance { area } else { 0.0 };
             if depth > out.deepest.map_or(0.0, |d| d.height) {
-                out.deepest = Some(Spot { place: s.sample.position, height: depth, of: s.by });
+                let (place, height) = (s.sample.position, depth);
+                out.deepest = Some(Spot { place, height, of: s.by, is_cut: s.is_cut() });
             }
         }
         out.is_deeper = out.deepest.is_some_and(|d| d.height >= most);
@@ -294,7 +297,7 @@ impl Figures {
         let largest = worst(heights.iter().copied(), |s| s.residual);
         let [p50, p99] = percentiles(&judged);
         // On the rim, too, where samples have no area.
-        let untouched = heights.iter().filter(|s| s.by.is_none());
+        let untouched = heights.iter().filter(|s| !s.is_cut());
         let mut figures = Self {
             area: sum(&judged, |_| 1.0),
             samples: samples.len(),
@@ -419,7 +422,8 @@ impl Quantity {
 
 impl Outcome {
     fn spot(&self) -> Spot {
-        Spot { place: self.place(), height: f64::from(self.residual), of: self.by }
+        let (place, height) = (self.place(), f64::from(self.residual));
+        Spot { place, height, of: self.by, is_cut: self.is_cut() }
     }
 }
 

@@ -7,6 +7,8 @@ use super::samples::Sample;
 pub struct Material {
     /// Height of the stock above the surface where it is machined, mm.
     pub height: f64,
+    /// Height above which no cut has reached the surface, mm: what bridged it is no cut of it.
+    pub layer: f64,
     /// Gouges deeper than this are reported with this depth, mm.
     pub deepest: f64,
 }
@@ -24,6 +26,8 @@ pub struct Swept {
     pub(super) cell: Cell,
     /// The move that left it, `None` where no move reached it.
     pub by: Option<u32>,
+    /// Whether an earlier cut reached it.
+    pub cut_before: bool,
     /// The move that took the upper half of the stock.
     pub opened_by: Option<u32>,
     /// The last rapid that reached it, and the height it found, mm.
@@ -48,6 +52,37 @@ impl Swept {
         let height = if sample.machined { material.height } else { 0.0 };
         let by_parts = walled && sample.machined && sample.area > 0.0;
         let cell = if by_parts { Cell::Open } else { Cell::Line };
-        Self { sample, height, left: height, cell, by: None, opened_by: None, rapid: None }
+        Self {
+            sample,
+            height,
+            left: height,
+            cell,
+            by: None,
+            cut_before: false,
+            opened_by: None,
+            rapid: None,
+        }
+    }
+
+    /// The sample for a later cut. Where this one has left less than the whole stock, the volume is measured on the
+    /// sample's line.
+    pub fn for_next(self, walled: bool, material: Material) -> Self {
+        if self.by.is_none() && !self.cut_before && self.height >= material.height {
+            return Self::new(self.sample, walled, material);
+        }
+        Self {
+            left: self.height,
+            cell: Cell::Line,
+            by: None,
+            cut_before: self.height < material.layer,
+            opened_by: None,
+            rapid: None,
+            ..self
+        }
+    }
+
+    /// Whether any cut reached it.
+    pub fn is_cut(&self) -> bool {
+        self.by.is_some() || self.cut_before
     }
 }

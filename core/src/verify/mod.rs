@@ -5,6 +5,7 @@
 //! - *Untouched*: where no move reached the stock.
 //! - *Wall*: material that stands outside the boundary of the machined surface and must stay, if the job has walls; a
 //!   cut into it is measured by its depth.
+//! - *Earlier cuts*: other paths, maybe with other cutters, that have cut the stock before.
 //! - *Avoided*: a mesh from which cutter, shank and holder keep a distance on every move.
 //! - *Load*: engagement, feed per tooth, power and force, from the same windows.
 //! - *Removal rate*: volume removed from the columns of stock over the samples, in cutting order, divided by the time
@@ -51,7 +52,7 @@ pub use clearance::{ClearanceFigures, clearance};
 pub use crests::Crests;
 pub use figures::{Band, Broken, Fault, Figures, MRR_NOISE, Nearest, Quantity, Spot, WallFigures};
 pub use load::{Load, LoadOptions, Worst};
-pub use options::{AboveCutter, Avoided, Sphere, VerifyOptions};
+pub use options::{AboveCutter, Avoided, Earlier, EarlierCut, Sphere, VerifyOptions};
 pub use outcome::Outcome;
 pub use rate::{Rate, Window};
 pub use samples::Facets;
@@ -67,7 +68,7 @@ use load::Gauge;
 use material::{Material, Swept};
 use motion::Motion;
 use peaks::{Search, Sought};
-use sweep::{SweptTile, Touch};
+use sweep::{Cut, SweptTile, Touch};
 use thiserror::Error;
 use walls::Outline;
 
@@ -167,10 +168,12 @@ pub fn verify(
     let spacing = checked(path, area, rest.area(), options)?;
     let body = Body::new(&options.tool, options.length);
     let motion = Motion::new(path, &body);
-    let material = Material {
-        height: options.allowance + options.depth,
-        deepest: DEEPEST * options.tool.radius(),
-    };
+    let earlier = earlier(options);
+    let cut = Cut { motion: &motion, body: &body };
+    let before = earlier.iter().map(|(motion, body)| Cut { motion, body });
+    let cuts: Vec<Cut> = before.chain([cut]).collect();
+    let [layer, height] = options.tops();
+    let material = Material { height, layer, deepest: DEEPEST * options.tool.radius() };
     let inset = BESIDE_RIM * options.tool.radius();
     let outline = Outline::of(design, rest, options.walls.is_some());
     let tiles = samples::tiles(design, rest, spacing, &outline.open, &options.bridges);
@@ -179,7 +182,7 @@ pub fn verify(
     for group in tiles.chunks(tiles.len().div_ceil(32).max(8)) {
         progress(swept.len() as f64 / tiles.len() as f64);
         let sweep = |tile: &samples::Tile| {
-            let sweep = |samples| sweep::sweep(tile, samples, &motion, &body, material);
+            let sweep = |samples| sweep::sweep(tile, samples, &cuts, material);
             let swept = sweep(tile.samples(spacing, inset));
             let is_cut = |s: &Swept| !s.sample.machined && s.height < -options.tolerance;
             let (counts, deepest) = (walls::ends_part as fn(_, _) -> _, material.deepest);
@@ -201,16 +204,7 @@ pub fn verify(
     let touches = touches(swept.iter().chain(&on_walls));
     let outcomes = outcomes(&swept, &outline.walled, options);
     let walled = &outline.walled;
-    let search = Search {
-        tiles: &tiles,
-        motion: &motion,
-        body: &body,
-        material,
-        spacing,
-        inset,
-        walled,
-        options,
-    };
+    let search = Search { tiles: &tiles, cuts: &cuts, material, spacing, inset, walled, options };
     let [scallops, gouges] =
         [Sought::Scallop, Sought::Gouge].map(|what| search.search(what, &swept, &outcomes));
     let all = outcomes.into_iter().flatten();
@@ -242,6 +236,15 @@ pub fn verify(
     Ok(Verification { figures, crests, rate, load, above, avoided, samples })
 }
 
+/// The moves and the cutters of earlier cuts.
+fn earlier(options: &VerifyOptions) -> Vec<(Motion, Body)> {
+    let of = |cut: &EarlierCut| {
+        let body = Body::new(&cut.tool, cut.length);
+        (Motion::new(&cut.path, &body), body)
+    };
+    options.earlier.iter().flat_map(|earlier| &earlier.cuts).map(of).collect()
+}
+
 /// The swept walls after the sweep.
 ///
 /// Across a place where the cutter is deepest in a wall, samples `s` apart underestimate its depth by `s² / 8R` at
@@ -263,13 +266,14 @@ fn on_walls(
     let missing = 0.5 * options.tolerance.max(0.0);
     let wide = (8.0 * radius * missing).sqrt().min(radius / WALL_SAMPLES_PER_RADIUS);
     let spacing = wide.max(spacing).max((sheet.facets().area() / MOST_ON_WALLS).sqrt());
-    let material = Material { height: 0.0, deepest };
+    let material = Material { height: 0.0, layer: 0.0, deepest };
     let nothing = Facets { positions: &[], faces: &[] };
     let tiles = samples::tiles(nothing, sheet.facets(), spacing, &[], &[]);
     parallel::map(options.threads, &tiles, |tile: &samples::Tile| {
         let mut samples = tile.samples(spacing, 0.0);
         samples.iter_mut().for_each(|s| s.wall = Some(deepest));
-        let sweep = |samples| sweep::sweep(tile, samples, motion, body, material);
+        let cut = [Cut { motion, body }];
+        let sweep = |samples| sweep::sweep(tile, samples, &cut, material);
         let ends = Ends { tile, facets: &[sheet.facets()], counts: |_, _| true, deepest };
         ends.applied(sweep(samples), |s| s.by.is_some(), sweep)
     })

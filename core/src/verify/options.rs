@@ -4,6 +4,7 @@ use super::load::LoadOptions;
 use super::walls::Walls;
 use crate::geometry::DVec3;
 use crate::tool::{Assembly, Tool};
+use crate::toolpath::Toolpath;
 
 /// Cutter, stock and limits.
 #[derive(Clone, Debug)]
@@ -18,6 +19,8 @@ pub struct VerifyOptions {
     pub tells_rate: bool,
     /// Allowance left on the surface, mm.
     pub allowance: f64,
+    /// What has cut the stock before; `None` where it is the whole layer.
+    pub earlier: Option<Earlier>,
     /// Limit on the scallop height, mm.
     pub scallop: Option<f64>,
     /// By how much the scallop limit may be exceeded and the surface cut into, mm.
@@ -43,6 +46,38 @@ pub struct VerifyOptions {
     pub avoided: Vec<Avoided>,
     /// Number of threads; the result does not depend on it.
     pub threads: usize,
+}
+
+/// What has cut the stock before the path that is judged.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Earlier {
+    /// Height of the upper side of the stock above the surface before any cut, mm.
+    pub top: f64,
+    /// By how much it may be higher where cutters bridged the part, mm.
+    pub bridged: f64,
+    /// The cuts, in their order.
+    pub cuts: Vec<EarlierCut>,
+}
+
+/// A path that has cut the stock before.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EarlierCut {
+    /// The path.
+    pub path: Toolpath,
+    /// Its cutter.
+    pub tool: Tool,
+    /// Length of the cutter with its shank, mm; may be infinite.
+    pub length: f64,
+}
+
+impl VerifyOptions {
+    /// Height of the upper side of the stock above the surface before any cut, mm; and where cutters bridged the part.
+    pub(super) fn tops(&self) -> [f64; 2] {
+        match &self.earlier {
+            None => [self.allowance + self.depth; 2],
+            Some(earlier) => [earlier.top, earlier.top + earlier.bridged],
+        }
+    }
 }
 
 /// What is above the cutter, and how far it must stay clear.

@@ -15,6 +15,8 @@ pub struct Outcome {
     pub up: f32,
     /// The move that left it; that move ends at the next point of the path.
     pub by: Option<u32>,
+    /// Whether an earlier cut reached it.
+    pub cut_before: bool,
     /// The move that took the upper half of the stock.
     pub opened_by: Option<u32>,
     /// Whether it is machined: the rest of the part is only checked for gouges.
@@ -33,6 +35,11 @@ impl Outcome {
     pub fn place(&self) -> DVec3 {
         let [x, y, z] = self.position.map(f64::from);
         DVec3::new(x, y, z)
+    }
+
+    /// Whether any cut reached it.
+    pub fn is_cut(&self) -> bool {
+        self.by.is_some() || self.cut_before
     }
 
     /// Whether a negative height is a cut into the part.

@@ -11,11 +11,11 @@ use super::body::Body;
 use super::excused::Excused;
 use super::figures::sampling_bound;
 use super::material::{Material, Swept};
-use super::motion::{Motion, Step};
+use super::motion::Step;
 use super::options::VerifyOptions;
 use super::outcome::Outcome;
 use super::samples::{BLOCK, CREASE, Patch, Sample, Tile};
-use super::sweep::{SweptTile, swept};
+use super::sweep::{Cut, SweptTile, swept_in_order};
 use super::walls::{Facet, depth_behind, ends_part};
 use crate::geometry::{DVec3, OrderBy};
 use crate::parallel;
@@ -56,10 +56,8 @@ pub enum Sought {
 pub struct Search<'a> {
     /// Tiles of the part.
     pub tiles: &'a [Tile],
-    /// The moves.
-    pub motion: &'a Motion,
-    /// The cutter.
-    pub body: &'a Body,
+    /// The cuts in their order.
+    pub cuts: &'a [Cut<'a>],
     /// What is cut.
     pub material: Material,
     /// Distance of the samples, mm.
@@ -120,9 +118,7 @@ impl Search<'_> {
                 let is_gouge = sought == Sought::Gouge && score > NO_GOUGE;
                 // The next sample is up to half a diagonal away.
                 let beside = self.bound(sought, score, core::f64::consts::SQRT_2 * self.spacing);
-                if score + beside > least
-                    && of.by.is_some()
-                    && (is_gouge || sought == Sought::Scallop)
+                if score + beside > least && of.is_cut() && (is_gouge || sought == Sought::Scallop)
                 {
                     starts.push(Start { tile, of: *of, score, peak: None });
                 } else {
@@ -204,10 +200,10 @@ impl Search<'_> {
             }
             let places =
                 self.lattice(sought, &start.of.sample, (ALONG, 0.25 * self.spacing), &around);
-            let swept = swept(places, &around.steps, self.body, self.material);
+            let swept = swept_in_order(places, &around.cuts, self.material);
             let started = |of: Swept| {
                 let outcome = excused.outcome(&of, self.options);
-                let score = sought.score(&outcome).filter(|_| of.by.is_some())?;
+                let score = sought.score(&outcome).filter(|_| of.is_cut())?;
                 Some(Start { tile: start.tile, of, score, peak: Some(outcome) })
             };
             let mut places: Vec<Start> = swept.into_iter().filter_map(started).collect();
@@ -253,7 +249,7 @@ impl Search<'_> {
     }
 
     /// The surroundings of a sample.
-    fn around<'t>(&self, start: &Start, tiles: &[&'t Tile]) -> Around<'t> {
+    fn around<'t>(&'t self, start: &Start, tiles: &[&'t Tile]) -> Around<'t> {
         let origin = start.of.sample;
         // The ridge's places are searched around, too.
         let wide = 3.0 * self.spacing;
@@ -269,10 +265,13 @@ impl Search<'_> {
             false => others.iter().filter_map(|p| Facet::of(p.corners)).collect(),
         };
         let patches = patches.into_iter().filter(|p| p.machined == origin.machined).collect();
-        let mut steps = Vec::new();
         let reach = wide + self.material.height.max(self.material.deepest);
-        self.motion.near(self.body, origin.position, reach, &mut |step| steps.push(*step));
-        Around { patches, others, facets, steps }
+        let near = |cut: &Cut<'t>| {
+            let mut steps = Vec::new();
+            cut.motion.near(cut.body, origin.position, reach, &mut |step| steps.push(*step));
+            (steps, cut.body)
+        };
+        Around { patches, others, facets, cuts: self.cuts.iter().map(near).collect() }
     }
 
     /// Climbs from a start, on lattices of which the first has places `widest` mm apart.
@@ -285,19 +284,20 @@ impl Search<'_> {
         least: f64,
         widest: f64,
     ) -> (Start, f64) {
-        let Self { body, material, .. } = *self;
-        let mut steps = around.steps.clone();
+        let mut cuts = around.cuts.clone();
         let (mut best, mut score) = (start.of, start.score);
         let finest = self.spacing / FINEST;
         let mut apart = FINER * widest;
         while apart > 1.5 * finest {
             apart /= FINER;
             let top = best.sample.position + best.sample.normal * best.height;
-            steps.retain(|step: &Step| step.may_come_near(body, top, NEAR * apart));
+            for (steps, body) in &mut cuts {
+                steps.retain(|step| step.may_come_near(body, top, NEAR * apart));
+            }
             let places = self.lattice(sought, &best.sample, (HALF, apart), around);
-            for s in swept(places, &steps, body, material) {
+            for s in swept_in_order(places, &cuts, self.material) {
                 let outcome = excused.outcome(&s, self.options);
-                if s.by.is_some()
+                if s.is_cut()
                     && let Some(found) = sought.score(&outcome)
                     && found > score
                 {
@@ -310,7 +310,7 @@ impl Search<'_> {
         }
         // With every step, in case a steep slope hid one.
         let mut peak = start.peak;
-        for s in swept(vec![best.sample], &around.steps, body, material) {
+        for s in swept_in_order(vec![best.sample], &around.cuts, self.material) {
             let outcome = excused.outcome(&s, self.options);
             let found = sought.score(&outcome).unwrap_or(start.score);
             score = found.max(start.score);
@@ -330,8 +330,8 @@ struct Around<'a> {
     others: Vec<&'a Patch>,
     /// The same as facets, about a place of the rest.
     facets: Vec<Facet>,
-    /// Every step that reaches it.
-    steps: Vec<Step>,
+    /// Of every cut the steps that reach it.
+    cuts: Vec<(Vec<Step>, &'a Body)>,
 }
 
 /// Places on a lattice around a sample, on the patches.

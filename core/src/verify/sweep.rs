@@ -100,25 +100,64 @@ struct Sweep {
     bounds: Vec<Bounds<GROUPS>>,
 }
 
-/// Sweeps the samples of a tile.
-pub fn sweep(
-    tile: &Tile,
-    samples: Vec<Sample>,
-    motion: &Motion,
-    body: &Body,
-    material: Material,
-) -> SweptTile {
-    let mut sweep = Sweep::new(samples, body, material);
+/// A cut: the moves of a cutter.
+#[derive(Copy, Clone)]
+pub struct Cut<'a> {
+    /// The moves.
+    pub motion: &'a Motion,
+    /// The cutter.
+    pub body: &'a Body,
+}
+
+/// Sweeps the samples of a tile by cuts in their order; what is removed and touched is that of the last one.
+pub fn sweep(tile: &Tile, samples: Vec<Sample>, cuts: &[Cut], material: Material) -> SweptTile {
+    let start = cuts.first().map_or_else(Vec::new, |cut| uncut(samples, cut.body, material));
+    let mut out = SweptTile { samples: start, ..SweptTile::default() };
     let reach = tile.radius + material.height.max(material.deepest);
-    motion.near(body, tile.centre, reach, &mut |step| {
-        sweep.take(step, motion.moves()[step.of as usize].rapid, body, material);
-    });
-    sweep.out
+    for (i, Cut { motion, body }) in cuts.iter().enumerate() {
+        if i > 0 {
+            out.samples = for_next(out.samples, body, material);
+        }
+        let mut sweep = Sweep::new(out.samples, body, material);
+        motion.near(body, tile.centre, reach, &mut |step| {
+            sweep.take(step, motion.moves()[step.of as usize].rapid, body, material);
+        });
+        out = sweep.out;
+    }
+    out
+}
+
+/// The samples as a later cut meets them.
+fn for_next(samples: Vec<Swept>, body: &Body, material: Material) -> Vec<Swept> {
+    let walled = body.has_wall_below(material.height);
+    samples.into_iter().map(|s| s.for_next(walled, material)).collect()
+}
+
+/// Scattered samples after cuts in their order, of each some steps.
+pub fn swept_in_order(
+    samples: Vec<Sample>,
+    cuts: &[(Vec<Step>, &Body)],
+    material: Material,
+) -> Vec<Swept> {
+    let Some((_, first)) = cuts.first() else { return Vec::new() };
+    let mut samples = uncut(samples, first, material);
+    for (i, (steps, body)) in cuts.iter().enumerate() {
+        if i > 0 {
+            samples = for_next(samples, body, material);
+        }
+        sweep_scattered(&mut samples, steps, body, material);
+    }
+    samples
 }
 
 /// Sweeps scattered samples by some steps, in their order. Samples without area do not count for the volume.
 pub fn swept(samples: Vec<Sample>, steps: &[Step], body: &Body, material: Material) -> Vec<Swept> {
-    let mut samples = swept_by_nothing(samples, body, material);
+    let mut samples = uncut(samples, body, material);
+    sweep_scattered(&mut samples, steps, body, material);
+    samples
+}
+
+fn sweep_scattered(samples: &mut [Swept], steps: &[Step], body: &Body, material: Material) {
     for samples in samples.chunks_mut(BLOCK) {
         let mut bounds = Bounds::<1>::EMPTY;
         bounds.add(samples, material);
@@ -130,17 +169,15 @@ pub fn swept(samples: Vec<Sample>, steps: &[Step], body: &Body, material: Materi
             }
         }
     }
-    samples
 }
 
-fn swept_by_nothing(samples: Vec<Sample>, body: &Body, material: Material) -> Vec<Swept> {
+fn uncut(samples: Vec<Sample>, body: &Body, material: Material) -> Vec<Swept> {
     let walled = body.has_wall_below(material.height);
     samples.into_iter().map(|s| Swept::new(s, walled, material)).collect()
 }
 
 impl Sweep {
-    fn new(samples: Vec<Sample>, body: &Body, material: Material) -> Self {
-        let samples = swept_by_nothing(samples, body, material);
+    fn new(samples: Vec<Swept>, body: &Body, material: Material) -> Self {
         let out = SweptTile { samples, ..SweptTile::default() };
         let groups = out.samples.chunks(BLOCKS * BLOCK);
         let mut bounds: Vec<Bounds<GROUPS>> = Vec::new();

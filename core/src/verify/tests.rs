@@ -79,6 +79,7 @@ fn options(radius: f64, corner: f64) -> VerifyOptions {
         length: f64::INFINITY,
         depth: 0.5,
         tells_rate: true,
+        earlier: None,
         allowance: 0.0,
         scallop: None,
         tolerance: 0.002,
@@ -1218,4 +1219,69 @@ fn nothing_to_measure_is_no_clearance() {
     let plane = Part::plane(40.0, 20.0);
     let error = verify(&path, plane.facets(), nothing, &options, &mut |_| {}).unwrap_err();
     assert_eq!(error, VerifyError::NotMeasured { name: "clamp".into() });
+}
+
+/// A pass that follows another one: what both leave together, and a rate that is the difference. A ball of 4 mm after one of
+/// 10 mm between the same passes: the cusps of both.
+#[test]
+fn a_cut_meets_what_earlier_ones_left() {
+    let (width, step) = (20.0, 2.0);
+    let part = Part::plane(width, width);
+    let [first, second] = [5.0, 2.0];
+    let earlier = path(&raster(width, &evenly(0.0, step, 11)));
+    // The second goes half a step beside each pass of the first, over half of the plane alone.
+    let own = path(&raster(width, &evenly(0.5 * step, step, 5)));
+    let cut =
+        EarlierCut { path: earlier, tool: Tool::new(first, first).unwrap(), length: f64::INFINITY };
+    let earlier = Some(Earlier { top: 0.5, bridged: 0.0, cuts: vec![cut] });
+    let asked = VerifyOptions { earlier, spacing: 0.05, ..options(second, second) };
+    let v = judged(&own, &part, &asked);
+    let cusp = |r: f64, d: f64| r - (r * r - 0.25 * d * d).sqrt();
+    assert_eq!(v.figures.untouched.0, 0.0);
+    // Where the second does not go, the cusps of the first stay; where it goes, where its side meets the first's.
+    let largest = v.figures.largest.unwrap();
+    assert_close(largest.height, cusp(first, step), 0.01);
+    assert!(largest.of.is_none() && largest.is_cut && largest.place.y > 9.5, "{largest:?}");
+    let on_second = v.samples.iter().filter(|s| s.position[1] < 8.5 && s.area > 0.0);
+    let highest = on_second.map(|s| f64::from(s.residual)).fold(0.0, f64::max);
+    // y from the middle of the first, 1 - y from that of the second: the heights of both are the same there.
+    let meeting = (0..1000).map(|i| 1e-3 * f64::from(i));
+    let both = |y: f64| cusp(first, 2.0 * y).min(cusp(second, 2.0 * (0.5 * step - y)));
+    assert_close(highest, meeting.map(both).fold(0.0, f64::max), 0.02);
+    // It takes the cusps that stand under it, whose section is known, and not the whole layer.
+    let section = 2.0
+        * (0..1000)
+            .map(|i| 1e-3 * (f64::from(i) + 0.5))
+            .map(|y| 1e-3 * (cusp(first, 2.0 * y) - cusp(second, 2.0 * (1.0 - y))).max(0.0))
+            .sum::<f64>();
+    let peak = v.rate.peak.unwrap().measured;
+    assert_close(peak, section * FEED, 0.04);
+    // Without the first one half of the plane is untouched, and the layer is taken whole.
+    let alone = judged(&own, &part, &options(second, second));
+    assert!(alone.figures.untouched.0 > 0.4 * width * width, "{}", alone.figures.untouched.0);
+    assert!(alone.rate.peak.unwrap().measured > 5.0 * peak);
+    let many = judged(&own, &part, &VerifyOptions { threads: 3, ..asked });
+    assert_eq!(many.samples, v.samples);
+}
+
+/// A cutter that went over a place high above the surface has not cut it.
+#[test]
+fn what_bridges_a_place_is_no_cut_of_it() {
+    let part = Part::plane(20.0, 20.0);
+    let high = raster(20.0, &evenly(0.0, 1.0, 21));
+    let high: Vec<Vec<(DVec3, DVec3)>> = high
+        .into_iter()
+        .map(|pass| pass.into_iter().map(|(tip, a)| (tip + 3.0 * DVec3::Z, a)).collect())
+        .collect();
+    let own = path(&raster(20.0, &evenly(0.0, 1.0, 8)));
+    let cut = |path: &Toolpath| EarlierCut {
+        path: path.clone(),
+        tool: Tool::new(5.0, 5.0).unwrap(),
+        length: f64::INFINITY,
+    };
+    let earlier = Earlier { top: 0.5, bridged: 4.0, cuts: vec![cut(&path(&high))] };
+    let v = judged(&own, &part, &VerifyOptions { earlier: Some(earlier), ..options(5.0, 5.0) });
+    assert!(v.figures.untouched.0 > 100.0, "{}", v.figures.untouched.0);
+    // The first pass of the path takes the 3 mm that the earlier one left, and half of its own strip.
+    assert!(v.rate.peak.unwrap().measured > 5.0 * FEED);
 }

@@ -7,7 +7,7 @@ use std::cell::RefCell;
 
 use evencut_core::job::{self, SurfaceSource};
 use evencut_core::plan::Files;
-use evencut_service::results::{Input, OutputFile, ResultsOptions, results};
+use evencut_service::results::{Input, OutputFile, ResultsOptions, operations_results, results};
 
 thread_local! {
     static BLOCKS: RefCell<Vec<Vec<u8>>> = const { RefCell::new(Vec::new()) };
@@ -54,21 +54,21 @@ fn files(blocks: &[Vec<u8>]) -> Result<Vec<OutputFile>, String> {
         |pair: &[Vec<u8>]| (String::from_utf8_lossy(&pair[0]).into_owned(), pair[1].clone());
     let blades: Vec<(String, Vec<u8>)> = blades.chunks_exact(2).map(blade).collect();
     let name = std::str::from_utf8(name).map_err(|e| e.to_string())?;
-    let job = job::read(source).map_err(|faults| faults.render(name, source))?.job;
+    let resolved = job::read(source).map_err(|faults| faults.render(name, source))?;
+    let job = &resolved.job;
     let surface = match &job.surface.source {
         SurfaceSource::File(_) => Some(&surface[..]),
         SurfaceSource::Analytic(_) => None,
     };
     let job_file = Input { name, bytes: source };
-    let results = results(
-        &job,
-        job_file,
-        Files { blades: &blades, ..Files::of_surface(surface) },
-        ResultsOptions { threads: 1, verify: true },
-        &mut |_, _| {},
-    )
-    .map_err(|e| e.to_string())?;
-    Ok(results.files)
+    let files = Files { blades: &blades, ..Files::of_surface(surface) };
+    let options = ResultsOptions { threads: 1, verify: true };
+    if !resolved.operations.is_empty() {
+        let results = operations_results(&resolved, job_file, files, options, &mut |_, _, _| {});
+        return Ok(results.map_err(|e| e.error.to_string())?.files);
+    }
+    let results = results(job, job_file, files, options, &mut |_, _| {});
+    Ok(results.map_err(|e| e.to_string())?.files)
 }
 
 fn part(index: usize, of: fn(&OutputFile) -> &[u8]) -> (*const u8, usize) {

@@ -1,6 +1,6 @@
 //! What the page asks.
 
-use evencut_core::job::{self, Fault, Job, SurfaceSource};
+use evencut_core::job::{self, Fault, Job, Resolved, SurfaceSource};
 use evencut_core::plan::Files;
 use evencut_service::failure;
 use evencut_service::results::ResultsError;
@@ -87,7 +87,7 @@ impl JobFiles {
         let read = job::read_with(self.source.as_bytes(), &mut |file, name| {
             held_beside(&self.source, file, name, &self.beside)
         });
-        match read {
+        match read.and_then(Resolved::only) {
             Ok(resolved) => Ok(resolved.job),
             // A job that cannot be read has one fault at least.
             Err(faults) => Err(self.fault(&faults.0[0])),

@@ -9,7 +9,7 @@ use crate::results::texture::{Simulated, window_of};
 use core::fmt::Write;
 use evencut_core::job::{Job, TextureOptions};
 use evencut_core::machine::Axes;
-use evencut_core::plan::{Prepared, Stage, plan_on};
+use evencut_core::plan::{Prepared, Stage, plan_on, stock_of};
 use evencut_core::preview::{TexturePanel, texture_panels};
 use evencut_core::report::TextureFigures;
 use evencut_core::texture::export::Matrix;
@@ -117,7 +117,7 @@ impl Choice {
 /// As [`texture_results`](crate::results::texture::texture_results), and those of the verification.
 pub fn made(prepared: &Arc<Prepared>, job: &Job, threads: usize) -> Result<Made, ResultsError> {
     let options = window_of(job)?;
-    let planned = plan_on(prepared, job, threads, &mut |_: Stage, _| {})?;
+    let planned = plan_on(prepared, job, &stock_of(job), threads, &mut |_: Stage, _| {})?;
     let on = (&**prepared, &planned.toolpath);
     let simulated = Simulated::of(job, options, on, threads, &mut |_| {})?;
     let report = judged(job, &planned, threads)?.report;

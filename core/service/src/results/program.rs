@@ -7,6 +7,7 @@ use evencut_core::machine::Axes;
 use evencut_core::plan::Planned;
 use evencut_core::post::{Dialect, ProgramOptions, program};
 use evencut_core::report::{ProgramFigures, ReachFigures};
+use evencut_core::toolpath::Toolpath;
 
 /// A program as it was written and as it was read back.
 pub(super) struct WrittenProgram {
@@ -24,20 +25,13 @@ impl WrittenProgram {
     /// # Errors
     /// [`ResultsError`] if it cannot be written, or if one of a post that comes along cannot be read back.
     pub fn of(job: &Job, planned: &Planned, dialect: &Dialect) -> Result<Self, ResultsError> {
-        let options = ProgramOptions {
-            name: job.name.clone(),
-            machine: job.machine,
-            rapid_plane: planned.rapid_plane,
-            tool: job.tool,
-            setup: job.setup,
-            spindle: job.cut.spindle,
-            tolerance: job.cut.tolerance,
-        };
+        let options = Self::options(job, &job.name, planned.rapid_plane);
         let program = program(&planned.toolpath, &options, dialect)?;
         let (mut reach, mut findings, mut unread) = (Vec::new(), Vec::new(), None);
         match read_back(&program.text, job) {
             Ok(read) => {
-                findings = checked(&read, job, planned, dialect.rounding());
+                let plane = planned.rapid_plane;
+                findings = checked(&read, job, &planned.toolpath, plane, dialect.rounding());
                 reach = reach_of(&read);
             }
             // A post of one's own may write for a controller that is not known here.
@@ -55,9 +49,28 @@ impl WrittenProgram {
         let file = OutputFile { name, bytes: program.text.into_bytes() };
         Ok(Self { file, figures, reach, findings, unread })
     }
+
+    /// Gives its file a name.
+    pub fn rename(&mut self, name: String) {
+        self.figures.file.clone_from(&name);
+        self.file.name = name;
+    }
+
+    /// What a program of a job needs beside the path; `name`: for a comment.
+    pub fn options(job: &Job, name: &str, rapid_plane: f64) -> ProgramOptions {
+        ProgramOptions {
+            name: name.to_owned(),
+            machine: job.machine,
+            rapid_plane,
+            tool: job.tool,
+            setup: job.setup,
+            spindle: job.cut.spindle,
+            tolerance: job.cut.tolerance,
+        }
+    }
 }
 
-fn read_back(text: &str, job: &Job) -> Result<GcodeProgram, GcodeError> {
+pub(super) fn read_back(text: &str, job: &Job) -> Result<GcodeProgram, GcodeError> {
     let reading = gcode::ReadOptions {
         axes: job.machine.axes,
         rapid_feed: job.machine.max_feed,
@@ -66,15 +79,21 @@ fn read_back(text: &str, job: &Job) -> Result<GcodeProgram, GcodeError> {
     gcode::read(text, &reading)
 }
 
-/// Findings of the check of an emitted program.
-fn checked(read: &GcodeProgram, job: &Job, planned: &Planned, rounding: f64) -> Vec<String> {
+/// Findings of the check of an emitted program; `plane`: height of the rapids, mm.
+pub(super) fn checked(
+    read: &GcodeProgram,
+    job: &Job,
+    path: &Toolpath,
+    plane: f64,
+    rounding: f64,
+) -> Vec<String> {
     // Where the tip is programmed, rapids are chords of the way on which the machine stays above the plane.
     let off_plane = match job.machine.axes {
         Axes::ThreeAxis => 0.0,
         Axes::FiveAxis(_) => job.cut.tolerance,
     };
     let rules = gcode::CheckOptions {
-        clearance_plane: Some(planned.rapid_plane - off_plane),
+        clearance_plane: Some(plane - off_plane),
         travel: job.machine.travel,
         max_feed: Some(job.machine.max_feed),
     };
@@ -83,9 +102,9 @@ fn checked(read: &GcodeProgram, job: &Job, planned: &Planned, rounding: f64) -> 
         tolerance: job.cut.tolerance,
         rounding,
         radius: job.tool.radius(),
-        clearance_plane: planned.rapid_plane,
+        clearance_plane: plane,
     };
-    findings.extend(gcode::leaves(read, &planned.toolpath, following));
+    findings.extend(gcode::leaves(read, path, following));
     findings.iter().map(ToString::to_string).collect()
 }
 

@@ -43,7 +43,7 @@ pub(super) fn resolve(document: Document) -> Result<Resolved, Faults> {
     match job {
         Some(job) if faults.is_empty() => {
             warnings.sort();
-            Ok(Resolved { job, warnings, beside: Vec::new() })
+            Ok(Resolved { job, operations: Vec::new(), warnings, beside: Vec::new() })
         }
         _ => {
             faults.sort();
@@ -84,6 +84,7 @@ impl Resolver<'_> {
             flutes: file.tool.flutes.unwrap_or(4),
             helix: radians(file.tool.helix.unwrap_or(30.0)),
             regions,
+            rest: false,
             cut,
             path: self.path(),
             avoid: self.avoid(clearance),

@@ -1,0 +1,202 @@
+//! A job of several operations → the files of its results.
+//!
+//! Each operation is planned and judged like a job of its own, with the material that those before it left. Its files
+//! are those of a job with the number of the operation before their names; the job as it was planned, the program and
+//! the report of all are common.
+
+use super::program::{WrittenProgram, checked, read_back};
+use super::{Input, Inputs, OutputFile, Part, Results, ResultsError, ResultsOptions, Written};
+use evencut_core::job::{Job, Operation, Resolved};
+use evencut_core::plan::{Files, Prepared, Stage, SurfaceKeys, plan_on, stock_of};
+use evencut_core::post::{Dialect, OperationProgram, program_of_operations};
+use evencut_core::report::{
+    FORMAT, FileRecord, OperationFigures, OperationsReport, ProgramFigures, Versions,
+};
+use evencut_core::toolpath::Toolpath;
+
+/// The results of a job of several operations.
+#[derive(Clone, Debug)]
+pub struct OperationsResults {
+    /// All files, the report last.
+    pub files: Vec<OutputFile>,
+    /// The report of all.
+    pub report: OperationsReport,
+    /// The results of each operation, without its files.
+    pub operations: Vec<Results>,
+}
+
+/// Why there are none, and in which operation, from 1.
+#[derive(Debug)]
+pub struct OperationError {
+    /// Number of the operation.
+    pub operation: usize,
+    /// Why.
+    pub error: Box<ResultsError>,
+}
+
+impl OperationError {
+    fn of(number: usize) -> impl Fn(ResultsError) -> Self {
+        move |error| Self { operation: number, error: error.into() }
+    }
+}
+
+/// Plans the operations of a job and writes all files that it requests.
+///
+/// As [`results()`](super::results()); `progress` is also given the number of the operation.
+///
+/// # Errors
+/// [`OperationError`]; no partial results are returned.
+pub fn operations_results(
+    resolved: &Resolved,
+    job_file: Input,
+    files: Files,
+    options: ResultsOptions,
+    progress: &mut dyn FnMut(usize, Stage, f64),
+) -> Result<OperationsResults, OperationError> {
+    let mut all = All { job: &resolved.job, files: Vec::new(), done: Vec::new() };
+    all.add("job.resolved.toml", resolved.to_toml());
+    let mut stock = stock_of(&resolved.job);
+    let mut prepared = None;
+    let jobs: Vec<Job> = resolved.operations.iter().enumerate().map(of_operation).collect();
+    let mut inputs = Vec::new();
+    for (i, job) in jobs.iter().enumerate() {
+        let of = OperationError::of(i + 1);
+        inputs.push(Inputs::new(job, job_file, files).map_err(&of)?);
+    }
+    let is_common = inputs.iter().zip(&jobs).all(|(inputs, job)| {
+        inputs.dialect.as_ref().is_some_and(|dialect| dialect.changes_tools(&job.machine.axes))
+    });
+    for (i, inputs) in inputs.iter_mut().enumerate() {
+        let number = i + 1;
+        let of = OperationError::of(number);
+        let progress = &mut |stage, part| progress(number, stage, part);
+        inputs.part = Some(Part { number, has_own_program: !is_common });
+        let job = inputs.job;
+        let is_known = |prepared: &std::sync::Arc<Prepared>| prepared.is_of(job);
+        let ground = match prepared.take().filter(is_known) {
+            Some(prepared) => prepared,
+            None => Prepared::new(SurfaceKeys::of(job), files, options.threads, progress)
+                .map_err(|error| of(error.into()))?,
+        };
+        let planned = plan_on(&ground, job, &stock, options.threads, progress)
+            .map_err(|error| of(error.into()))?;
+        let written = Written::of(inputs, &planned).map_err(&of)?;
+        let judged =
+            inputs.judge(&planned, &stock, options, progress).map_err(|error| of(error.into()))?;
+        let mut results =
+            written.finish(inputs, &planned, judged.as_ref(), options.threads, progress);
+        all.files.append(&mut results.files);
+        let rapid_plane = planned.rapid_plane;
+        stock = stock.after(planned.earlier(job));
+        all.done.push(Done { results, path: planned.toolpath, rapid_plane });
+        prepared = Some(ground);
+    }
+    let of = OperationError::of(jobs.len());
+    let mut report = all.report(&resolved.operations, &inputs);
+    if let Some(dialect) = inputs[0].dialect.as_ref().filter(|_| is_common) {
+        let (program, findings) = all.program(&jobs, &resolved.operations, dialect).map_err(&of)?;
+        report.program = Some(ProgramFigures {
+            file: program.name.clone(),
+            post: dialect.name().to_owned(),
+            number: resolved.job.setup.program_number.into(),
+            blocks: program.bytes.iter().filter(|b| **b == b'\n').count() as u64,
+            bytes: program.bytes.len() as u64,
+        });
+        report.findings = findings;
+        all.files.push(program);
+    }
+    report.passed = report.passed.map(|passed| passed && report.findings.is_empty());
+    report.outputs = all.files.iter().map(|f| FileRecord::of(&f.name, &f.bytes)).collect();
+    all.add("report.html", report.to_html());
+    all.add("report.json", report.to_json());
+    let operations = all.done.into_iter().map(|done| done.results).collect();
+    Ok(OperationsResults { files: all.files, report, operations })
+}
+
+/// The job of an operation, with its name.
+fn of_operation((i, operation): (usize, &Operation)) -> Job {
+    let name = format!("{}, operation {}: {}", operation.job.name, i + 1, operation.name);
+    Job { name, ..operation.job.clone() }
+}
+
+/// An operation that is planned.
+struct Done {
+    results: Results,
+    path: Toolpath,
+    rapid_plane: f64,
+}
+
+/// The files so far.
+struct All<'a> {
+    job: &'a Job,
+    files: Vec<OutputFile>,
+    done: Vec<Done>,
+}
+
+impl All<'_> {
+    fn add(&mut self, name: &str, text: String) {
+        self.files.push(OutputFile { name: name.into(), bytes: text.into_bytes() });
+    }
+
+    /// The report of all, without program and outputs.
+    fn report(&self, operations: &[Operation], inputs: &[Inputs]) -> OperationsReport {
+        let figures = |((i, done), operation): ((usize, &Done), &Operation)| {
+            let file = format!("{}-report.json", i + 1);
+            let (name, rest) = (&operation.name, operation.job.rest);
+            OperationFigures::of(name, rest, &done.results.report, &file)
+        };
+        let figures: Vec<OperationFigures> =
+            self.done.iter().enumerate().zip(operations).map(figures).collect();
+        let tools: Vec<u64> = figures.iter().map(|f| f.tool).collect();
+        let passed = figures.iter().map(|f| f.passed).collect::<Option<Vec<bool>>>();
+        OperationsReport {
+            format: FORMAT,
+            job: self.job.name.clone(),
+            versions: Versions { evencut: env!("CARGO_PKG_VERSION").into(), job_file: 1 },
+            inputs: inputs[0].records(),
+            program: None,
+            length_mm: figures.iter().map(|f| f.length_mm).sum(),
+            machine_time_s: figures.iter().map(|f| f.machine_time_s).sum(),
+            tool_changes: tools.windows(2).filter(|w| w[0] != w[1]).count() as u64,
+            passed: passed.map(|all| all.into_iter().all(|passed| passed)),
+            findings: Vec::new(),
+            operations: figures,
+            outputs: Vec::new(),
+        }
+    }
+
+    /// The program of all operations, and what is wrong with it.
+    fn program(
+        &self,
+        jobs: &[Job],
+        operations: &[Operation],
+        dialect: &Dialect,
+    ) -> Result<(OutputFile, Vec<String>), ResultsError> {
+        let plane = self.done.iter().map(|done| done.rapid_plane).fold(f64::INFINITY, f64::min);
+        let mut sections = Vec::new();
+        for ((done, job), operation) in self.done.iter().zip(jobs).zip(operations) {
+            sections.push(OperationProgram {
+                name: operation.name.clone(),
+                path: &done.path,
+                options: WrittenProgram::options(job, &self.job.name, done.rapid_plane),
+            });
+        }
+        let program = program_of_operations(&sections, dialect)?;
+        let name = format!("program.{}", program.extension);
+        // Each operation was read back by itself; together they are, where the machine is the same for all.
+        let is_same = jobs.iter().all(|job| job.machine.axes == jobs[0].machine.axes);
+        let mut findings = Vec::new();
+        if is_same {
+            let points = self.done.iter().flat_map(|done| done.path.points.iter().copied());
+            let path = Toolpath { points: points.collect() };
+            match read_back(&program.text, self.job) {
+                Ok(read) => findings = checked(&read, self.job, &path, plane, dialect.rounding()),
+                Err(error) if self.job.post_file().is_some() => {
+                    findings.push(format!("the program cannot be read back: {error}"));
+                }
+                Err(error) => return Err(error.into()),
+            }
+        }
+        Ok((OutputFile { name, bytes: program.text.into_bytes() }, findings))
+    }
+}
