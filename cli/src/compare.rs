@@ -11,6 +11,7 @@ use evencut_service::compare::{
     RegionVariant, Row, Variant, control, judged, texture, to_csv, to_svg, to_text,
 };
 use evencut_service::failure;
+use evencut_service::faults::{fault, place};
 use evencut_service::results::ResultsError;
 use evencut_service::results::texture::TextureError;
 use evencut_service::stages::words;
@@ -189,6 +190,12 @@ impl Compare {
             .and_then(Resolved::only)
             .map_err(|faults| self.failed(Exit::BadJob, &faults, &source))?
             .job;
+        if job.hub.is_some() {
+            let message =
+                "of a hub there is one pattern, and no limit on the cut: nothing can be compared";
+            let fault = fault(message.to_owned(), place(&source, "path.pattern"));
+            return Err(self.failed(Exit::BadJob, &Faults(vec![fault]), &source));
+        }
         let contents = Contents::of_job(&self.job, &job, &source)
             .map_err(|fault| self.failed(Exit::BadSurface, &Faults(vec![fault]), &source))?;
         Ok((source, job, contents))

@@ -102,3 +102,18 @@ fn a_missing_file_and_a_face_without_a_step_file_are_named() {
     let directory = scratch("face", "blade = [\"surfaces/blisk-fillet.json\",", "blade = [3,");
     assert_refused(&directory, 2, &["3 is a face, but the hub is no STEP file"]);
 }
+
+#[test]
+fn of_a_hub_nothing_is_compared_and_its_resolved_job_is_one() {
+    let directory = scratch("resolved", "clearance = 0.1", "clearance = 0.11");
+    let output = evencut(&directory, &["compare", "blisk.toml"]);
+    let (code, _, messages) = streams(&output);
+    assert_eq!(code, 2, "{messages}");
+    assert!(messages.contains("of a hub there is one pattern"), "{messages}");
+    let output = evencut(&directory, &["check", "--resolved", "blisk.toml"]);
+    let (_, resolved, _) = streams(&output);
+    fs::write(directory.join("again.toml"), resolved).unwrap();
+    let output = evencut(&directory, &["check", "again.toml"]);
+    let (code, _, messages) = streams(&output);
+    assert_eq!((code, messages), (0, "again.toml: good\n"));
+}

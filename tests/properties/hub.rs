@@ -16,6 +16,7 @@ use evencut_core::post::{Dialect, ProgramOptions, program};
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
 use evencut_core::verify::{Facets, clearance};
 use evencut_service::compare::judged;
+use evencut_service::results::{Input, ResultsOptions, results};
 use evencut_tests::follow::{assert_follows, read_for};
 use evencut_tests::linuxcnc::{in_part, interpreted};
 use evencut_tests::{ledger, shared_data};
@@ -277,6 +278,25 @@ fn a_number_of_blades_that_is_not_that_of_the_file_is_refused() {
     for blade in ["[1, 2, 3]", "[1, 2, 3, 5, 7, 9]"] {
         assert_eq!(case(9, blade).planned(2).channels.unwrap().channels, 1);
     }
+}
+
+/// Faces of a blade or a splitter of the file that the job does not name would be cut into.
+#[test]
+fn faces_of_blades_that_are_not_named_are_refused() {
+    let Some(data) = shared_data() else { return };
+    let refusal = |blade: &str, splitter: &str| {
+        let text = of_step("hecc_one_main_one_splitter.step", 1, 15, [1, 0, 0], blade, 6);
+        let text = text.replace("channels =", &format!("{splitter}\nchannels ="));
+        let case = Case::new("hecc", &text, &data.join("step"));
+        let input = Input { name: "job.toml", bytes: text.as_bytes() };
+        let files = Files::of_surface(Some(&case.surface));
+        let options = ResultsOptions { threads: 1, verify: false };
+        results(&case.job, input, files, options, &mut |_, _| {}).err().map(|e| e.to_string())
+    };
+    let none = refusal("[4, 5, 6, 12]", "").unwrap();
+    assert!(none.contains("of a blade or splitter that is not named"), "{none}");
+    let part = refusal("[4, 5, 6]", "splitter = [7, 8, 9]").unwrap();
+    assert!(part.contains("face 12 of the file is of the same blade"), "{part}");
 }
 
 /// With the same centres, and axes along the normals of the hub or leaning over from them, the tool runs into blades, and the

@@ -63,6 +63,8 @@ pub struct Blisk {
     pub axis: Axis,
     /// Main blades, then splitters.
     pub kinds: Vec<Kind>,
+    /// Of each kind the faces of all such blades that are seen above the hub, from 0.
+    standing: Vec<Vec<Vec<usize>>>,
 }
 
 /// A group of faces.
@@ -184,6 +186,7 @@ impl Blisk {
         let (blades, hub) = hubs.max_by(by_blades).filter(|(blades, _)| !blades.is_empty())?;
         let surface = surfaces[hub].as_ref()?;
         let kinds = kinds(&blades);
+        let mut standing = Vec::new();
         let kinds = kinds.into_iter().filter_map(|alike| {
             let first = alike.first()?;
             let heights = first.corners.iter().map(|p| height(surface, *p).1);
@@ -195,14 +198,31 @@ impl Blisk {
                     m.mesh.soup.positions.iter().any(|p| height(surface, *p).1 * side > near)
                 })
             };
-            let faces: Vec<usize> = first.faces.iter().copied().filter(is_seen).collect();
+            let seen = |group: &&Group| group.faces.iter().copied().filter(is_seen).collect();
+            let faces: Vec<usize> = seen(first);
+            standing.extend((!faces.is_empty()).then(|| alike.iter().map(seen).collect()));
             let is_fillet = |i: &usize| mesh(*i).is_some_and(|m| continues(surface, m, near));
             let fillets = faces.iter().copied().filter(is_fillet).collect();
             let (count, around) = (alike.len(), around(&alike, &axis));
             (!faces.is_empty()).then_some(Kind { faces, fillets, count, around })
         });
         let kinds: Vec<Kind> = kinds.collect();
-        (!kinds.is_empty()).then(|| Self { hub, area: area(hub), axis, kinds })
+        let area = area(hub);
+        (!kinds.is_empty()).then_some(Self { hub, area, axis, kinds, standing })
+    }
+
+    /// Faces in the way of the channels, from 0, where only those `named` are known to be there: those of a blade or a
+    /// splitter of which none is named, or the others of one of which some are, and one of these.
+    pub fn unnamed(&self, named: &[usize]) -> Option<(Vec<usize>, Option<usize>)> {
+        let size = |faces: &[Vec<usize>]| faces.first().map_or(0, Vec::len);
+        self.standing.iter().filter(|alike| size(alike) > 0).find_map(|alike| {
+            let count = |blade: &&Vec<usize>| blade.iter().filter(|f| named.contains(f)).count();
+            let best = alike.iter().max_by_key(count)?;
+            let missing: Vec<usize> =
+                best.iter().copied().filter(|face| !named.contains(face)).collect();
+            let beside = best.iter().copied().find(|face| named.contains(face));
+            (!missing.is_empty()).then_some((missing, beside))
+        })
     }
 
     /// Number of main blades, if the file has more than one: as many as stand around as far apart as the nearest two.
@@ -221,7 +241,10 @@ impl Blisk {
         let numbers = |faces: &[usize]| {
             faces.iter().map(|f| (f + 1).to_string()).collect::<Vec<String>>().join(", ")
         };
-        let Axis { origin, way } = self.axis;
+        let origin = self.axis.origin + DVec3::ZERO;
+        // No -0.
+        let rounded = |x: f64| (x * 1e4).round() / 1e4 + 0.0;
+        let way = DVec3::from(self.axis.way.to_array().map(rounded));
         let mut text = format!(
             "looks like a blisk about the axis ({:.4}, {:.4}, {:.4}) through ({:.3}, {:.3}, {:.3})\n  hub       face {}, \
              {:.2} mm², of revolution\n",

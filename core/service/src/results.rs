@@ -218,6 +218,7 @@ impl<'a> Inputs<'a> {
     /// [`ResultsError::Post`] before the work if no program can be written after it.
     fn new(job: &'a Job, job_file: Input<'a>, files: Files<'a>) -> Result<Self, ResultsError> {
         let dialect = dialect(job, files.post)?;
+        hub::refuse_unnamed(job, files)?;
         Ok(Self { job, job_file, files, dialect, part: None })
     }
 

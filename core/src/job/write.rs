@@ -38,10 +38,10 @@ impl Job {
             version: Some(VERSION),
             name: Some(self.name.clone()),
             units: Some(Units::Mm),
-            surface: surface_table(&self.surface),
+            surface: self.surface_table(),
             flatten: FlattenTable { method: Some(self.flatten) },
             tool: self.tool_table(),
-            cut: cut_table(&self.cut, &self.setup),
+            cut: self.cut_table(),
             regions: regions_table(&self.regions),
             path: path_table(&self.path),
             avoid: (!self.avoid.is_empty()).then(|| self.avoid.iter().map(avoid_table).collect()),
@@ -58,6 +58,20 @@ impl Job {
             operation: None,
             output: self.output_table(),
         }
+    }
+
+    /// Of a hub without what says nothing about it.
+    fn surface_table(&self) -> SurfaceTable {
+        let table = surface_table(&self.surface);
+        match self.hub {
+            Some(_) => SurfaceTable { flip: None, select: None, ..table },
+            None => table,
+        }
+    }
+
+    fn cut_table(&self) -> CutTable {
+        let table = cut_table(&self.cut, &self.setup);
+        CutTable { lead: table.lead.filter(|_| self.hub.is_none()), ..table }
     }
 
     fn tool_table(&self) -> ToolTable {

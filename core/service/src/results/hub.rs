@@ -1,10 +1,12 @@
 //! The channels of a hub → their figures.
 
+use crate::blisk::Blisk;
 use evencut_core::hub::{ChannelFigures, ChannelLines, Shortened};
-use evencut_core::job::Job;
-use evencut_core::plan::{Planned, Prepared};
+use evencut_core::job::{BladeSurface, Job, SurfaceSource};
+use evencut_core::plan::{Files, PlanError, Planned, Prepared};
 use evencut_core::preview::{ChannelScene, Clearances, FlatLines};
 use evencut_core::report::{HubFigures, MeasuredClearance, Warning};
+use evencut_core::step::{SmoothFormat, StepFile};
 use evencut_core::surface::Part;
 use evencut_core::tool::AssemblyPart;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
@@ -26,6 +28,59 @@ pub fn simulated(planned: &Planned) -> Cow<'_, Toolpath> {
             Cow::Owned(Toolpath { points: points[..count].to_vec() })
         }
     }
+}
+
+/// Refuses a job of a hub whose STEP file has faces in the way of the channels that the job does not name: they would be
+/// cut into.
+///
+/// # Errors
+/// [`PlanError::Blade`] with the numbers of the faces.
+pub fn refuse_unnamed(job: &Job, files: Files) -> Result<(), PlanError> {
+    let (Some(hub), SurfaceSource::File(name), Some(bytes)) =
+        (&job.hub, &job.surface.source, files.surface)
+    else {
+        return Ok(());
+    };
+    if SmoothFormat::from_name(name) != Some(SmoothFormat::Step) {
+        return Ok(());
+    }
+    let named: Vec<usize> = hub.blade.iter().chain(&hub.splitter).filter_map(face).collect();
+    // A file that cannot be read is refused in its place.
+    let Ok(file) = StepFile::read(bytes) else { return Ok(()) };
+    let Ok(looked) = file.look() else { return Ok(()) };
+    let found = Blisk::find(&file, &looked).filter(|b| Some(b.hub) == hub_face(job, &file));
+    let Some((missing, beside)) = found.and_then(|blisk| blisk.unnamed(&named)) else {
+        return Ok(());
+    };
+    let numbers: Vec<String> = missing.iter().map(|face| (face + 1).to_string()).collect();
+    let (faces, are) = if missing.len() == 1 { ("face", "is") } else { ("faces", "are") };
+    let numbers = numbers.join(", ");
+    let is_splitter = |beside| hub.splitter.iter().filter_map(face).any(|face| face == beside);
+    let key = if beside.is_some_and(is_splitter) { "hub.splitter" } else { "hub.blade" };
+    let what = match beside {
+        Some(_) => format!(
+            "{faces} {numbers} of the file {are} of the same blade or splitter, but not named: it would be cut into; name all of \
+             its faces"
+        ),
+        None => format!(
+            "{faces} {numbers} of the file {are} of a blade or splitter that is not named: it would be cut into; name it in \
+             hub.splitter or hub.blade"
+        ),
+    };
+    Err(PlanError::Blade { key, what })
+}
+
+/// The index of a face that a blade names.
+fn face(item: &BladeSurface) -> Option<usize> {
+    match item {
+        BladeSurface::Face(number) => (*number as usize).checked_sub(1),
+        BladeSurface::File(_) => None,
+    }
+}
+
+/// The face that is the hub of a job.
+fn hub_face(job: &Job, file: &StepFile) -> Option<usize> {
+    file.choose(job.surface.face.number(), false).ok()
 }
 
 /// What is known of the channels before they are simulated.
