@@ -6,7 +6,7 @@
 
 use super::arc::Engagement;
 use super::capsule::{Capsule, circle_segment};
-use crate::geometry::DVec2;
+use crate::geometry::{DVec2, OrderBy};
 use crate::outline::Outline;
 
 /// A leaf that a capsule touches is split down to this fraction of the cutter radius. Larger: longer lists in each
@@ -327,7 +327,7 @@ impl Stock {
                 }
             });
         }
-        query.cuts.sort_unstable_by(f64::total_cmp);
+        query.cuts.order_total_by(f64::total_cmp);
         for i in 1..query.cuts.len() {
             let (from, to) = (query.cuts[i - 1], query.cuts[i]);
             if to > from {

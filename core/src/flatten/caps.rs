@@ -7,7 +7,7 @@
 use spade::handles::FixedFaceHandle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
-use crate::geometry::{DVec2, DVec3, any_perpendicular};
+use crate::geometry::{DVec2, DVec3, OrderBy, any_perpendicular};
 use crate::mesh::{Connectivity, VertexId};
 use crate::surface::Surface;
 
@@ -98,7 +98,7 @@ fn flood(
 fn doubles_an_edge(cap: &[[VertexId; 3]], cycle: &[VertexId], connectivity: &Connectivity) -> bool {
     let mut sides: Vec<(VertexId, VertexId)> =
         (0..cycle.len()).map(|i| (cycle[i], cycle[(i + 1) % cycle.len()])).collect();
-    sides.sort_unstable();
+    sides.order_total();
     let is_diagonal = |&(a, b): &(VertexId, VertexId)| sides.binary_search(&(a, b)).is_err();
     cap.iter()
         .flat_map(|f| [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])])

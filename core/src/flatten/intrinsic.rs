@@ -5,6 +5,7 @@
 
 use super::disk::Disk;
 use super::error::FlattenError;
+use crate::geometry::OrderBy;
 use crate::geometry::math::atan2;
 use crate::mesh::FaceId;
 
@@ -199,7 +200,7 @@ pub(super) fn weights_from_angles(disk: &Disk, angles: &[[f64; 3]]) -> Vec<(u32,
 /// # Source
 /// Kahan, "Miscalculating area and angles of a needle-like triangle", 2014.
 fn double_area(mut l: [f64; 3]) -> f64 {
-    l.sort_unstable_by(|a, b| b.total_cmp(a));
+    l.order_total_by(|a, b| b.total_cmp(a));
     let [a, b, c] = l;
     let product = (a + (b + c)) * (c - (a - b)) * (c + (a - b)) * (a + (b - c));
     if product > 0.0 { 0.5 * product.sqrt() } else { 0.0 }

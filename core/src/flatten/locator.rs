@@ -4,7 +4,7 @@
 //! bounding boxes. Along a path, walking from the previous point's face is faster still.
 
 use super::error::OutsideChart;
-use crate::geometry::{DVec2, cross2};
+use crate::geometry::{DVec2, OrderBy, cross2};
 use crate::mesh::{Connectivity, FaceId, HalfEdgeId};
 use crate::surface::SurfacePoint;
 use std::sync::Arc;
@@ -256,7 +256,7 @@ fn by_place(flat: Flat) -> Vec<u32> {
         spread(cell.x as u32) | spread(cell.y as u32) << 1
     };
     let mut keyed: Vec<(u64, u32)> = centres.iter().map(key).zip(0..).collect();
-    keyed.sort_unstable();
+    keyed.order_total();
     keyed.into_iter().map(|(_, f)| f).collect()
 }
 

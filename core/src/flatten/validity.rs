@@ -2,7 +2,7 @@
 
 use super::chart::Chart;
 use super::error::FlattenError;
-use crate::geometry::{DVec2, cross2};
+use crate::geometry::{DVec2, OrderBy, cross2};
 use crate::mesh::VertexId;
 use crate::surface::Surface;
 
@@ -69,7 +69,7 @@ fn first_crossing(sides: &[[VertexId; 2]], uv: &[DVec2]) -> Option<(usize, DVec2
             (a[axis].min(b[axis]), s)
         })
         .collect();
-    order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    order.order_total_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut open: Vec<u32> = Vec::new();
     for &(start, s) in &order {
         let [a, b] = ends(s);

@@ -23,7 +23,7 @@
 //! Regions of the profile and tests of triangles as in Ericson, "Real-Time Collision Detection", chapter 5; bounds by
 //! tangents are Kelley's, "The Cutting-Plane Method for Solving Convex Programs", 1960, in one variable.
 
-use crate::geometry::{DVec3, nearest_on_triangle};
+use crate::geometry::{DVec3, OrderBy, nearest_on_triangle};
 use crate::tool::{Assembly, AssemblyPart};
 
 /// Most triangles in a box that is not divided: fewer make the tree deeper than testing them costs.
@@ -426,7 +426,7 @@ impl Hindrance {
         while let Some((node, from, to)) = open.pop() {
             let part = &mut order[from..to];
             if part.len() <= LEAF {
-                part.sort_unstable();
+                part.order_total();
                 continue;
             }
             let half = part.len() / 2;

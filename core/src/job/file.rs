@@ -7,7 +7,7 @@
 //! default and `x-default` one that depends on other keys, both filled in by the resolution.
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::cut::{CutDirection, Inaccessible};
 use super::force::{FeedComponent, ForceControl, MaterialGroup};
@@ -88,16 +88,16 @@ pub struct JobFile {
     pub texture: TextureTable,
     /// Operations on the same surface, in their order: a table `[[operation]]` for each, with what differs from the
     /// tables above. Each meets the material that those before it left. Without any, the job is one operation.
-    #[schemars(extend("x-default" = "the job is one operation", "minItems" = 1, "maxItems" = 20))]
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub operation: Option<Vec<OperationTable>>,
+    #[schemars(with = "Vec<OperationTable>", extend("x-default" = "the job is one operation", "minItems" = 1, "maxItems" = 20))]
+    #[serde(default, skip_serializing, deserialize_with = "apart")]
+    pub operation: (),
     /// What to write besides the report, the path and the resolved job.
     #[serde(default)]
     pub output: OutputTable,
 }
 
 /// `[[operation]]`: what differs from the job's tables, key by key; `tool` replaces `[tool]` as a whole.
-#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Default, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OperationTable {
     /// Name of the operation, written into programs and reports, as the job's `name`.
@@ -135,6 +135,11 @@ pub struct OperationTable {
 /// The keys of a table of the job.
 #[derive(JsonSchema)]
 struct OwnKeys {}
+
+/// Operations are read and written apart from the job: each is a job with all tables.
+fn apart<'de, D: Deserializer<'de>>(_: D) -> Result<(), D::Error> {
+    Ok(())
+}
 
 /// Unit of length.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -6,9 +6,16 @@ use super::fault::{Fault, Faults};
 use super::file::{JobFile, OperationTable};
 use super::merged::Written;
 use super::path::Pattern;
+use serde::Serialize;
 
 /// How much an operation may leave more than one before it, mm: nothing, but for rounding.
 const MORE: f64 = 1e-9;
+
+/// The end of a job file.
+#[derive(Serialize)]
+struct Operations {
+    operation: Vec<OperationTable>,
+}
 
 /// Resolves the operations of a job, each by `resolve`.
 ///
@@ -168,8 +175,10 @@ impl Resolved {
                 trochoid,
             }
         };
-        let operation = Some(self.operations.iter().map(of).collect());
-        super::write::to_toml(&JobFile { operation, ..self.job.to_file() })
+        let list = Operations { operation: self.operations.iter().map(of).collect() };
+        // Only strings, numbers and tables, which TOML can all express.
+        let operations = toml::to_string(&list).unwrap_or_default();
+        format!("{}\n{operations}", self.job.to_toml())
     }
 }
 

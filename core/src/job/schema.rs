@@ -101,6 +101,7 @@ mod tests {
     fn tidy(schema: &mut Schema) {
         let Some(object) = schema.as_object_mut() else { return };
         object.remove("format");
+        object.remove("writeOnly");
         if object.get("default").is_some_and(|d| d.is_object() || d.is_null()) {
             object.remove("default");
         }

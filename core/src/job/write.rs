@@ -29,7 +29,10 @@ impl Job {
     ///
     /// Read again, it resolves to an equal job.
     pub fn to_toml(&self) -> String {
-        to_toml(&self.to_file())
+        let file = self.to_file();
+        // The file holds strings, numbers and tables only, which TOML can all express.
+        let body = toml::to_string(&file).unwrap_or_default();
+        format!("# The job as it was planned, with every default filled in.\n{body}")
     }
 
     /// The job as a job file, every key given.
@@ -55,7 +58,7 @@ impl Job {
             },
             machine: machine_table(&self.machine, &self.setup),
             texture: self.texture.as_ref().map(texture_table).unwrap_or_default(),
-            operation: None,
+            operation: (),
             output: self.output_table(),
         }
     }
@@ -146,13 +149,6 @@ impl Job {
             svg: Some(self.output.pictures.clone()),
         }
     }
-}
-
-/// A complete job file as text.
-pub(super) fn to_toml(file: &JobFile) -> String {
-    // The file holds strings, numbers and tables only, which TOML can all express.
-    let body = toml::to_string(file).unwrap_or_default();
-    format!("# The job as it was planned, with every default filled in.\n{body}")
 }
 
 fn post_key(post: Post) -> PostKey {

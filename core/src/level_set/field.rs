@@ -80,7 +80,7 @@ impl PassField {
                 sources.extend(face.iter().filter(|&&v| is_clear(v)));
             }
         }
-        sources.sort_unstable();
+        sources.order_total();
         sources.dedup();
         // Clear all over: the boundary is no nearer than the cutter comes.
         if sources.is_empty() {

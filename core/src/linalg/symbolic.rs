@@ -8,6 +8,7 @@
 //! without gaps; 3 column counts; 4 supernodes, small ones merged into their parents; 5 rows.
 
 use super::matrix::SymmetricMatrix;
+use crate::geometry::OrderBy;
 
 const NONE: u32 = u32::MAX;
 
@@ -106,7 +107,7 @@ impl Symbolic {
                 }
                 child = children.next(c);
             }
-            self.rows[from + columns.len()..].sort_unstable();
+            self.rows[from + columns.len()..].order_total();
             if let Some(&row) = self.rows.get(from + columns.len()) {
                 self.parent[s] = owner[row as usize];
                 children.add(owner[row as usize] as usize, s);

@@ -1,6 +1,6 @@
 //! Order of the rings: every ring after its neighbours on the cleared side.
 
-use crate::geometry::DVec2;
+use crate::geometry::{DVec2, OrderBy};
 use crate::job::RingOrder;
 use crate::level_set::Pass;
 
@@ -31,7 +31,7 @@ impl Precedence {
                 });
                 outer[i].extend(nearest);
             }
-            outer[i].sort_unstable();
+            outer[i].order_total();
             outer[i].dedup();
         }
         let mut inner = vec![Vec::new(); rings.len()];

@@ -1,5 +1,6 @@
 //! Half-edge connectivity of a manifold, consistently oriented triangle mesh; no positions.
 
+use crate::geometry::OrderBy;
 use thiserror::Error;
 
 /// Index of a vertex.
@@ -206,7 +207,7 @@ fn match_sides(vertex_count: usize, faces: &[[VertexId; 3]]) -> Result<Vec<u32>,
     let mut opposite = vec![NONE; sides];
     for v in 0..vertex_count {
         let group = &mut grouped[start[v] as usize..start[v + 1] as usize];
-        group.sort_unstable_by_key(|&h| {
+        group.order_total_by_key(|&h| {
             let (a, b) = ends(h as usize);
             (a.max(b), h)
         });

@@ -1,5 +1,7 @@
 //! Edges of any triangles, manifold or not, and what they join.
 
+use crate::geometry::OrderBy;
+
 /// A side of a face: `3 f + c` runs from corner `c` of face `f` to the next corner.
 pub(super) type Side = u32;
 
@@ -53,7 +55,7 @@ impl Edges {
         for v in 0..vertex_count {
             let from = bucket[v] as usize;
             let group = &mut sides[from..bucket[v + 1] as usize];
-            group.sort_unstable_by_key(|&side| (high(side), side));
+            group.order_total_by_key(|&side| (high(side), side));
             for i in 0..group.len() {
                 if i == 0 || high(group[i - 1]) != high(group[i]) {
                     start.push((from + i) as u32);

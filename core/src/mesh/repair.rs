@@ -7,7 +7,7 @@
 use super::edges::{Edges, Side, ends, fans};
 use super::soup::TriangleSoup;
 use super::weld::weld;
-use crate::geometry::DVec3;
+use crate::geometry::{DVec3, OrderBy};
 
 /// Welding tolerance as a part of the bounding box's diagonal.
 ///
@@ -147,11 +147,11 @@ fn drop_duplicates(mesh: &mut TriangleSoup, repairs: &mut Repairs) {
         .zip(0..)
         .map(|(face, f)| {
             let mut sorted = *face;
-            sorted.sort_unstable();
+            sorted.order_total();
             (sorted, f)
         })
         .collect();
-    order.sort_unstable();
+    order.order_total();
     let mut doubled = vec![false; mesh.faces.len()];
     for pair in order.windows(2) {
         doubled[pair[1].1 as usize] = pair[0].0 == pair[1].0;

@@ -665,7 +665,7 @@ fn across(faces: &[[u32; 3]]) -> Vec<u32> {
             sides.push((a.min(b), a.max(b), (3 * f + i) as u32));
         }
     }
-    sides.sort_unstable();
+    sides.order_total();
     let mut across = vec![NONE; sides.len()];
     let mut k = 0;
     while k + 1 < sides.len() {

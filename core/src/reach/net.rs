@@ -9,7 +9,7 @@ use super::lattice::{Key, Lattice, Triangle, halves, has_halves, middle};
 use super::options::ReachOptions;
 use super::terrain::{Height, Terrain};
 use crate::geometry::math::tan;
-use crate::geometry::{DVec2, DVec3};
+use crate::geometry::{DVec2, DVec3, OrderBy};
 use crate::parallel;
 use std::collections::{HashMap, HashSet};
 
@@ -159,7 +159,7 @@ impl<'a> Net<'a> {
     /// Asks for heights.
     fn ask(&mut self, places: impl Iterator<Item = Key>) {
         let mut new: Vec<Key> = places.filter(|k| !self.heights.contains_key(k)).collect();
-        new.sort_unstable();
+        new.order_total();
         new.dedup();
         let of = |key: &Key| {
             let around: Vec<Height> = match self.lattice.is_given(*key) {

@@ -1,6 +1,6 @@
 //! Closed bodies whose faces look inward.
 
-use crate::geometry::DVec3;
+use crate::geometry::{DVec3, OrderBy};
 use crate::mesh::{component_of, judge};
 use crate::surface::Part;
 use rstar::RTree;
@@ -39,7 +39,7 @@ pub fn turn_outward(part: &mut Part) -> usize {
             sides.push(([a.min(b), a.max(b)], if a < b { 1 } else { -1 }, of));
         }
     }
-    sides.sort_unstable();
+    sides.order_total();
     for edge in sides.chunk_by(|a, b| a.0 == b.0) {
         if edge.iter().map(|side| side.1).sum::<i32>() != 0 {
             edge.iter().for_each(|side| bodies[side.2 as usize].is_closed = false);

@@ -8,7 +8,7 @@
 
 use super::split_mesh::{SplitMesh, next, previous};
 use crate::flatten::Locator;
-use crate::geometry::{DVec2, cross2};
+use crate::geometry::{DVec2, OrderBy, cross2};
 use crate::mesh::FaceId;
 
 /// Fraction of an edge, or of a face's height, by which a line is moved at most to meet a vertex or an edge. Larger:
@@ -36,7 +36,7 @@ impl SplitMesh {
         let mut ends: Vec<(u32, u32)> =
             sides.iter().map(|&h| self.ends(h)).filter(|&e| crossed(&value, e)).collect();
         ends.iter_mut().for_each(|e| *e = (e.0.min(e.1), e.0.max(e.1)));
-        ends.sort_unstable();
+        ends.order_total();
         ends.dedup();
         for (a, b) in ends {
             let Some(side) = self.around(a).into_iter().find(|&h| self.ends(h).1 == b) else {

@@ -6,7 +6,7 @@
 
 use super::body::{Body, Cutter, Layer, Pose, Stroke};
 use super::columns::{Block, Bound, Columns};
-use crate::geometry::{DVec3, math};
+use crate::geometry::{DVec3, OrderBy, math};
 use crate::machine_time::feed_length;
 use crate::parallel;
 use crate::tool::Tool;
@@ -209,7 +209,7 @@ impl Runs {
                 }
             }
         }
-        near.sort_unstable();
+        near.order_total();
         near
     }
 }

@@ -8,7 +8,7 @@
 
 use crate::flatten::{Chart, Locator};
 use crate::geometry::math::{cos, sin};
-use crate::geometry::{DVec2, DVec3};
+use crate::geometry::{DVec2, DVec3, OrderBy};
 use crate::link::Delivered;
 use crate::mesh::{FaceId, HalfEdgeId, VertexId};
 use crate::surface::{Surface, SurfacePoint};
@@ -151,7 +151,7 @@ impl Places<'_> {
         };
         let faces = self.surface.connectivity().faces().iter().enumerate();
         let mut keyed: Vec<(u32, u32)> = faces.map(|(f, face)| (key(face), f as u32)).collect();
-        keyed.sort_unstable();
+        keyed.order_total();
         keyed.into_iter().map(|(_, f)| FaceId(f)).collect()
     }
 

@@ -31,7 +31,7 @@ pub(super) fn faces(instances: &[Instance]) -> Result<Vec<StepFace>, StepError> 
         }
     }
     let mut listed = ids.clone();
-    listed.sort_unstable();
+    listed.order_total();
     let is_face = |i: &&Instance| i.record("ADVANCED_FACE").or(i.record("FACE_SURFACE")).is_some();
     let loose = instances.iter().filter(is_face).map(|i| i.id);
     ids.extend(loose.filter(|id| listed.binary_search(id).is_err()));

@@ -55,7 +55,7 @@ fn turned(line: TrimLoop) -> TrimLoop {
     let TrimLoop { mut points, corners, winding } = line;
     points.reverse();
     let mut corners: Vec<usize> = corners.iter().map(|c| n - 1 - c).collect();
-    corners.sort_unstable();
+    corners.order_total();
     TrimLoop { points, corners, winding: winding.map(|w| -w) }
 }
 

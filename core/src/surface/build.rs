@@ -11,7 +11,7 @@ use super::parametrisation::Parametrisation;
 use super::select::{Picked, pick};
 use super::warning::{self, Warning};
 use crate::geometry::math::{cos, sin};
-use crate::geometry::{DMat3, DVec2, DVec3};
+use crate::geometry::{DMat3, DVec2, DVec3, OrderBy};
 use crate::job::SurfaceOptions;
 use crate::mesh::repair::{is_flat, turn_faces};
 use crate::mesh::{Connectivity, TriangleSoup, VertexId, repair};
@@ -81,12 +81,12 @@ impl Part {
         }
         let key = |corners: [DVec3; 3]| {
             let mut bits = corners.map(|p| p.to_array().map(f64::to_bits));
-            bits.sort_unstable();
+            bits.order_total();
             bits
         };
         let keys = |part: &Self, f: &[u32; 3]| key(f.map(|v| part.positions[v as usize]));
         let mut machined: Vec<_> = picked.faces.iter().map(|f| keys(picked, f)).collect();
-        machined.sort_unstable();
+        machined.order_total();
         let rest = |f: &&[u32; 3]| machined.binary_search(&keys(self, f)).is_err();
         let faces = self.faces.iter().filter(rest).copied().collect();
         Self { positions: self.positions.clone(), faces }

@@ -7,7 +7,7 @@ use super::error::SurfaceError;
 use super::fault::{Fault, several_pieces, topology_faults};
 use super::manifold::Surface;
 use super::message::{Spot, short};
-use crate::geometry::{DVec3, math};
+use crate::geometry::{DVec3, OrderBy, math};
 use crate::mesh::repair::{bounding_box, face_area, split_pinches};
 use crate::mesh::{
     Connectivity, Judgement, Repairs, TriangleSoup, VertexId, component_of, judge, repair,
@@ -157,7 +157,7 @@ fn off_smooth(mesh: &TriangleSoup) -> f64 {
     for (f, &[a, b, c]) in mesh.faces.iter().enumerate() {
         sides.extend([[a, b], [b, c], [c, a]].map(|[a, b]| ([a.min(b), a.max(b)], f)));
     }
-    sides.sort_unstable();
+    sides.order_total();
     let normal = |f: usize| doubled_normal(mesh, &mesh.faces[f]);
     let off = |group: &[([u32; 2], usize)]| match group {
         [([a, b], f), (_, g)] => {

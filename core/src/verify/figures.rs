@@ -461,7 +461,7 @@ fn worst<'a>(
 /// The residuals below which half and 99 % of the area stay.
 fn percentiles(samples: &[&Outcome]) -> [f64; 2] {
     let mut sorted: Vec<(f32, f32)> = samples.iter().map(|s| (s.residual, s.area)).collect();
-    sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    sorted.order_total_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let total: f64 = sorted.iter().map(|s| f64::from(s.1)).sum();
     let at = |share: f64| {
         let mut left = share * total;

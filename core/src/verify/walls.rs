@@ -95,7 +95,7 @@ impl Outline {
                 false => out.open.push(edge.side),
             }
         }
-        out.open.sort_unstable();
+        out.open.order_total();
         out
     }
 }
@@ -247,7 +247,7 @@ fn key(p: DVec3) -> Key {
 
 fn undirected(edge: &Edge) -> [Key; 2] {
     let mut keys = edge.ends.map(key);
-    keys.sort_unstable();
+    keys.order_total();
     keys
 }
 
@@ -261,7 +261,7 @@ fn boundary(design: Facets) -> Vec<Edge> {
             halves.push(([a.min(b), a.max(b)], a, side));
         }
     }
-    halves.sort_unstable();
+    halves.order_total();
     let single = halves.chunk_by(|a, b| a.0 == b.0).filter(|halves| halves.len() == 1);
     let mut edges: Vec<Edge> = single
         .filter_map(|half| {
@@ -283,7 +283,7 @@ fn boundary(design: Facets) -> Vec<Edge> {
 fn own_walls(edges: &[Edge], rest: Facets) -> Vec<bool> {
     let keys: Vec<[Key; 2]> = edges.iter().map(undirected).collect();
     let mut ends: Vec<Key> = keys.iter().flatten().copied().collect();
-    ends.sort_unstable();
+    ends.order_total();
     ends.dedup();
     let is_end = |p: &DVec3| ends.binary_search(&key(*p)).is_ok();
     let at_boundary: Vec<bool> = rest.positions.iter().map(is_end).collect();
@@ -296,7 +296,7 @@ fn own_walls(edges: &[Edge], rest: Facets) -> Vec<bool> {
         for i in 0..3 {
             let [a, b, c] = [corners[i], corners[(i + 1) % 3], corners[(i + 2) % 3]];
             let mut wanted = [key(a), key(b)];
-            wanted.sort_unstable();
+            wanted.order_total();
             let Ok(found) = keys.binary_search(&wanted) else { continue };
             let along = (b - a).normalize_or_zero();
             let away = (c - a).reject_from_normalized(along).normalize_or_zero();

@@ -7,6 +7,7 @@ use super::{judged, quoted};
 use crate::results::ResultsError;
 use crate::results::texture::{Simulated, window_of};
 use core::fmt::Write;
+use evencut_core::geometry::OrderBy;
 use evencut_core::job::{Job, TextureOptions};
 use evencut_core::machine::Axes;
 use evencut_core::plan::{Prepared, Stage, plan_on, stock_of};
@@ -178,7 +179,7 @@ pub fn to_text(rows: &[Row]) -> String {
         // Most say the same of all.
         notes.extend(made.figures.notes.iter());
     }
-    notes.sort_unstable();
+    notes.order_total();
     notes.dedup();
     notes.iter().for_each(|note| {
         let _ = writeln!(out, "note: {note}");

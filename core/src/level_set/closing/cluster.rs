@@ -1,7 +1,7 @@
 //! Places that belong together, and their middle line.
 
 use super::gaps::{LIMIT, Place, RASTER};
-use crate::geometry::DVec2;
+use crate::geometry::{DVec2, OrderBy};
 use crate::level_set::strip_metric::FlatMetric;
 use crate::parallel;
 use std::cmp::Reverse;
@@ -39,7 +39,7 @@ impl Nearness {
                     links.push((id, distance));
                 }
             });
-            links[first..].sort_unstable_by_key(|(id, _)| *id);
+            links[first..].order_total_by_key(|(id, _)| *id);
             links.len()
         };
         let parts = parallel::map(threads, &chunks, |chunk| {
