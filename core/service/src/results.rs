@@ -306,7 +306,10 @@ impl Written {
         if let Some(program) = program.as_mut().filter(|_| has_own_program) {
             program.rename(inputs.named(&program.file.name));
         }
-        let setup = setup::figures(job, planned, program.as_ref());
+        let setup = {
+            let is_first = inputs.part.is_none_or(|part| part.number == 1);
+            setup::figures(job, planned, program.as_ref(), is_first)
+        };
         let (mut findings, mut unread) = (Vec::new(), None);
         if let Some(program) = program {
             files.extend(Some(program.file).filter(|_| has_own_program));
@@ -921,7 +924,7 @@ fn warnings(
             "choose a smaller cut.stepover or cut.scallop",
         ));
     }
-    if c.inaccessible > 0.0 {
+    if c.inaccessible >= NOTEWORTHY {
         let message = format!(
             "{:.2} mm² are inaccessible: in corners, or beside walls and faces that the cutter must not touch",
             c.inaccessible

@@ -179,7 +179,10 @@ fn of_operations(job: &DeTable<'_>, operations: &Spanned<DeValue<'_>>, walk: Wal
         };
         let is_rest =
             matches!(table.get("rest").map(Spanned::get_ref), Some(DeValue::Boolean(true)));
-        documents.operations.push(Written { name, is_rest, span: value.span() });
+        // All tables of a list have the place of the first.
+        let keys = table.iter().map(|(key, _)| key.span());
+        let span = keys.min_by_key(|span| span.start).unwrap_or(value.span());
+        documents.operations.push(Written { name, is_rest, span });
         documents.list.push(walk.clone().document(&merged(job, table)));
     }
     documents

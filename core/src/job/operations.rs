@@ -3,9 +3,13 @@
 use super::complete::{Job, Operation, Resolved};
 use super::document::{Document, Documents};
 use super::fault::{Fault, Faults};
-use super::file::{JobFile, OperationTable};
+use super::file::{
+    CutTable, ForceTable, JobFile, OperationTable, PathTable, RegionsTable, ToolTable,
+    TrochoidTable,
+};
 use super::merged::Written;
 use super::path::Pattern;
+use super::write::text;
 use serde::Serialize;
 
 /// How much an operation may leave more than one before it, mm: nothing, but for rounding.
@@ -108,14 +112,22 @@ fn contradictions(all: &[Resolved], operations: &[Written]) -> Vec<Fault> {
             faults.push(at(i, message, "write a job of the last operation alone for it"));
         }
         for (k, before) in all[..i].iter().enumerate() {
-            let is_other = before.job.tool != job.tool;
-            if is_other && before.job.setup.tool_number == job.setup.tool_number {
+            let [one, other] = [&before.job, job].map(|job| &job.setup);
+            let same = [
+                ("tool number", one.tool_number, other.tool_number),
+                ("length offset", one.length_offset, other.length_offset),
+            ];
+            let same = same.into_iter().find(|(_, one, other)| one == other);
+            if let Some((what, value, _)) = same.filter(|_| before.job.tool != job.tool) {
                 let message = format!(
-                    "operations {} and {number} have different cutters, but the same tool number {}",
-                    k + 1,
-                    job.setup.tool_number
+                    "operations {} and {number} have different cutters, but the same {what} {value}",
+                    k + 1
                 );
-                faults.push(at(i, message, "give each `tool` its `number`"));
+                faults.push(at(
+                    i,
+                    message,
+                    "give each `tool` its `number`, which its offsets follow",
+                ));
                 break;
             }
             if job.cut.allowance > before.job.cut.allowance + MORE {
@@ -178,7 +190,17 @@ impl Resolved {
         let list = Operations { operation: self.operations.iter().map(of).collect() };
         // Only strings, numbers and tables, which TOML can all express.
         let operations = toml::to_string(&list).unwrap_or_default();
-        format!("{}\n{operations}", self.job.to_toml())
+        // Each operation says all of these itself.
+        let common = JobFile {
+            tool: ToolTable::default(),
+            cut: CutTable::default(),
+            regions: RegionsTable::default(),
+            path: PathTable::default(),
+            force: ForceTable::default(),
+            trochoid: TrochoidTable::default(),
+            ..self.job.to_file()
+        };
+        format!("{}\n{operations}", text(&common))
     }
 }
 
@@ -222,6 +244,10 @@ mod tests {
         // Written out and read again it is the same.
         let again = crate::job::read(read.to_toml().as_bytes()).unwrap();
         assert_eq!(again.operations, read.operations);
+        // Also where operations have patterns whose keys exclude each other.
+        let read = job("[[operation]]\npath = { pattern = \"iso-scallop\", start = \"widest\" }\n[[operation]]\n").unwrap();
+        let again = crate::job::read(read.to_toml().as_bytes()).unwrap();
+        assert_eq!(again.operations, read.operations);
     }
 
     #[test]
@@ -244,6 +270,12 @@ mod tests {
         assert!(text.contains("there is none before it"), "{text}");
         let text = faults("[[operation]]\n[[operation]]\ntool = { diameter = 4.0 }\n");
         assert!(text.contains("different cutters, but the same tool number 1"), "{text}");
+        let same = "tool = { diameter = 4.0, number = 2, length_offset = 1 }\n";
+        let text = faults(&format!("[[operation]]\n[[operation]]\n{same}"));
+        assert!(
+            text.contains("the same length offset 1") && text.contains("job.toml:13"),
+            "{text}"
+        );
         let text = faults("[[operation]]\n[[operation]]\ncut = { allowance = 0.1 }\n");
         assert!(text.contains("operation 2 leaves an allowance of 0.1 mm"), "{text}");
         let text = faults("[operation]\nname = \"a\"\n");

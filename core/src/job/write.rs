@@ -29,10 +29,7 @@ impl Job {
     ///
     /// Read again, it resolves to an equal job.
     pub fn to_toml(&self) -> String {
-        let file = self.to_file();
-        // The file holds strings, numbers and tables only, which TOML can all express.
-        let body = toml::to_string(&file).unwrap_or_default();
-        format!("# The job as it was planned, with every default filled in.\n{body}")
+        text(&self.to_file())
     }
 
     /// The job as a job file, every key given.
@@ -149,6 +146,13 @@ impl Job {
             svg: Some(self.output.pictures.clone()),
         }
     }
+}
+
+/// A complete job file as text.
+pub(super) fn text(file: &JobFile) -> String {
+    // The file holds strings, numbers and tables only, which TOML can all express.
+    let body = toml::to_string(file).unwrap_or_default();
+    format!("# The job as it was planned, with every default filled in.\n{body}")
 }
 
 fn post_key(post: Post) -> PostKey {

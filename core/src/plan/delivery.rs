@@ -71,14 +71,14 @@ impl Delivery<'_> {
     /// The material as it lies over the surface.
     fn layer(&self) -> Layer {
         let allowance = self.job.cut.allowance;
-        Layer { allowance, depth: self.top - allowance }
+        Layer { allowance, depth: self.top - allowance, falls: false }
     }
 
     /// The material with what earlier cutters bridged, of which rates are computed. On slopes so thick a layer says
     /// nothing of the cusps.
     fn whole_layer(&self) -> Layer {
         let layer = self.layer();
-        Layer { depth: layer.depth + self.bridged, ..layer }
+        Layer { depth: layer.depth + self.bridged, falls: self.bridged > 0.0, ..layer }
     }
 
     /// The plain passes with their true removal rates, for comparison with the path; `None` where the rates are not

@@ -76,7 +76,7 @@ pub enum PlanError {
     /// Nothing is left for rest finishing.
     #[error(
         "rest: the operations before leave less than {:.1} µm above the allowance everywhere, which is what cusps may have: \
-         there is no rest; remove this operation, or its `rest`",
+         there is no rest, and nothing is cut",
         1e3 * limit
     )]
     NoRest {

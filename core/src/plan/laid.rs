@@ -129,8 +129,19 @@ impl<'a> Ground<'a> {
             false => division(prepared, locator, job, &metrics, threads)?,
         };
         let undivided = regions.as_ref().map(|r| Undivided::of(r, surface, chart, &metrics));
-        let region_meshes =
+        let mut regions = regions;
+        let mut region_meshes =
             regions::region_meshes(regions.as_ref(), surface, chart, metrics, threads)?;
+        if let (true, Some(regions)) = (job.rest, &mut regions) {
+            // Single spots get rest passes.
+            let is_wide: Vec<bool> = region_meshes.iter().map(RegionMesh::holds_rings).collect();
+            regions.retain(&is_wide);
+            let mut wide = is_wide.into_iter();
+            region_meshes.retain(|_| wide.next() == Some(true));
+            if region_meshes.is_empty() {
+                return Err(PlanError::NoRest { limit: cusps.too_high() });
+            }
+        }
         let floor = region_meshes.iter().map(RegionMesh::length_floor).sum::<f64>() / creases;
         let walls = walls(job, prepared);
         let plane = rapid_plane(&prepared.part, &walls, job, stock.top);
@@ -170,6 +181,11 @@ impl<'a> Ground<'a> {
             before,
             columns: OnceCell::new(),
         })
+    }
+
+    /// Whether earlier operations have cut the material.
+    pub fn is_cut_before(&self) -> bool {
+        self.before.stages().next().is_some()
     }
 
     /// Calls `work` with what lays paths over the passes and what delivers them.

@@ -111,6 +111,8 @@ impl Laid<'_> {
         fill_time(&mut toolpath, &job.tool, &job.machine);
         let planar = match job.force.control {
             ForceControl::Off => Vec::new(),
+            // The plane knows nothing of what was cut before.
+            _ if ground.is_cut_before() => Vec::new(),
             _ => ground.on(|plane, _| plane.predicted(&toolpath)),
         };
         for (p, planar) in toolpath.points.iter_mut().zip(&planar) {

@@ -74,7 +74,7 @@ impl Uncut<'_> {
         let (vertices, lines): (Vec<usize>, Vec<(Line, DVec2)>) =
             mesh.uv().iter().enumerate().filter_map(line).unzip();
         let allowance = self.job.cut.allowance;
-        let layer = Layer { allowance, depth: self.stock.top - allowance };
+        let layer = Layer { allowance, depth: self.stock.top - allowance, falls: false };
         let (columns, ids) = Columns::on(&lines, layer.top());
         let stages: Vec<Stage> = self.before.stages().collect();
         let left = columns.remains(&stages, layer, allowance + enough, self.threads);

@@ -12,6 +12,9 @@ use crate::surface::Surface;
 /// Longest side of a triangle that an isoline crosses, side steps.
 const FINEST: f64 = 0.5;
 
+/// The function of a region where it is largest, at least.
+const WIDE: f64 = 0.25;
+
 /// A divided surface.
 #[derive(Clone, Debug)]
 pub struct Regions {
@@ -141,7 +144,13 @@ impl Regions {
             corners.iter().map(|&v| values[v as usize]).sum::<f64>() > 0.0
         };
         let groups = split_mesh.groups(&all, |f| u32::from(is_positive(f)), 0.0);
-        let groups: Vec<Vec<u32>> = groups.into_iter().filter(|g| is_positive(g[0])).collect();
+        // Splinters hold no pass.
+        let is_wide = |group: &Vec<u32>| {
+            let corners = group.iter().flat_map(|&f| split_mesh.faces()[f as usize]);
+            corners.map(|v| values[v as usize]).fold(0.0, f64::max) > WIDE
+        };
+        let is_kept = |group: &Vec<u32>| is_positive(group[0]) && is_wide(group);
+        let groups: Vec<Vec<u32>> = groups.into_iter().filter(is_kept).collect();
         split_mesh.set_label(&all, groups.len() as u32);
         for (label, faces) in (0..).zip(&groups) {
             split_mesh.set_label(faces, label);
@@ -158,6 +167,12 @@ impl Regions {
 }
 
 impl Regions {
+    /// Leaves out some regions.
+    pub fn retain(&mut self, is_kept: &[bool]) {
+        let mut kept = is_kept.iter();
+        self.list.retain(|_| kept.next() == Some(&true));
+    }
+
     /// Gives every region the flat curve that runs longest through it, if any does.
     pub fn with_starts(mut self, curves: &[Vec<DVec2>]) -> Self {
         for region in &mut self.list {

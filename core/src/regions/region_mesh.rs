@@ -13,6 +13,8 @@ use crate::surface::Surface;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+/// A region in which no ring is farther than this inside holds none, passes.
+const LEAST_RING: f64 = 1e-2;
 /// Inner vertices of the mesh on which patterns are compared. Fewer: the shortest may be missed; more: slower.
 const SKETCH: usize = 5000;
 
@@ -150,6 +152,12 @@ impl RegionMesh {
             (v, (INSIDE - inside).min(0.0))
         });
         PassField::from_values(&self.fine, &sources.collect::<Vec<_>>())
+    }
+
+    /// Whether rings from its boundary have a place inside.
+    pub fn holds_rings(&self) -> bool {
+        let (low, high) = self.rings(0.0, 0.0).range();
+        high - low.min(0.0) > LEAST_RING
     }
 
     /// Vertices of the refined boundary, and whether they lie on an inner border.

@@ -83,6 +83,9 @@ pub struct Layer {
     pub allowance: f64,
     /// Axial depth `H`.
     pub depth: f64,
+    /// Whether what stands above the cutter on a column falls with what is cut: so thick a layer, where earlier cutters
+    /// bridged the part, reaches across to other slopes.
+    pub falls: bool,
 }
 
 impl Layer {
@@ -453,7 +456,7 @@ impl Body {
         if entry.height > self.highest(known) || last <= entry.height.max(floor) {
             return None;
         }
-        let left_above = (top - last).max(0.0);
+        let left_above = if self.layer.falls { 0.0 } else { (top - last).max(0.0) };
         Some(Meeting {
             height: entry.height.max(floor) + left_above,
             slope: slope(&entry, pose, stroke, line),

@@ -77,7 +77,7 @@ fn passes(plate: &Plate, tool: &Tool, allowance: f64, ends: &[(DVec2, DVec2)]) -
     path
 }
 
-const LAYER: Layer = Layer { allowance: 0.2, depth: 0.8 };
+const LAYER: Layer = Layer { allowance: 0.2, depth: 0.8, falls: false };
 
 /// Rates of all windows of 0.2 R on the last move, mm³/s, without its first and last `margin` mm.
 fn last_rates(
@@ -319,7 +319,8 @@ fn a_cutter_cuts_as_far_up_as_it_is_long() {
 fn a_turning_cutter_takes_in_a_move_what_it_takes_on_the_way() {
     for corner in [1.0, 2.5, R] {
         let tool = Tool::new(R, corner).unwrap();
-        let body = body::Body::new(endless(tool), Layer { allowance: 0.0, depth: 0.3 }, 0.0);
+        let body =
+            body::Body::new(endless(tool), Layer { allowance: 0.0, depth: 0.3, falls: false }, 0.0);
         for turn in [-0.02, 0.0, 0.02] {
             let pose = |t: f64| {
                 let lean = 0.09 + turn * t;

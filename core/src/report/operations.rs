@@ -33,6 +33,8 @@ pub struct OperationsReport {
     pub passed: Option<bool>,
     /// What is wrong with the program of all, in words.
     pub findings: Vec<String>,
+    /// Operations that cut nothing because nothing was left for them, in words.
+    pub skipped: Vec<String>,
     /// Files that were written.
     pub outputs: Vec<FileRecord>,
 }
@@ -40,6 +42,8 @@ pub struct OperationsReport {
 /// An operation in figures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OperationFigures {
+    /// Its number, from 1.
+    pub number: u64,
     /// Its name.
     pub name: String,
     /// Whether it only cuts what those before it left.
@@ -72,7 +76,7 @@ pub struct OperationFigures {
 
 impl OperationFigures {
     /// Those of a report of its own in the file `file`.
-    pub fn of(name: &str, rest: bool, report: &Report, file: &str) -> Self {
+    pub fn of((name, number): (&str, u64), rest: bool, report: &Report, file: &str) -> Self {
         let measured = report.verification.as_ref();
         let tool = report.setup.as_ref().map(|setup| &setup.tool);
         let cutter = |t: &super::setup::SetupTool| {
@@ -80,9 +84,12 @@ impl OperationFigures {
                 "bull" => format!(", corner {}", t.corner_radius_mm),
                 _ => String::new(),
             };
-            format!("{} end, {} mm{corner}", t.kind, t.diameter_mm)
+            // As many decimals as a drawing has.
+            let short = |mm: f64| (1e4 * mm).round() / 1e4;
+            format!("{} end, {} mm{corner}", t.kind, short(t.diameter_mm))
         };
         Self {
+            number,
             name: name.to_owned(),
             rest,
             tool: tool.map_or(0, |t| t.number),
@@ -133,7 +140,11 @@ impl OperationsReport {
             let _ = writeln!(text, "{}", line.trim_end());
         }
         let _ = writeln!(text, "\n  {}", self.sum());
-        for (operation, number) in self.operations.iter().zip(1..) {
+        for sentence in &self.skipped {
+            let _ = writeln!(text, "  {sentence}");
+        }
+        for operation in &self.operations {
+            let number = operation.number;
             for w in &operation.warnings {
                 let remedy = match w.remedy.as_str() {
                     "" => String::new(),
@@ -181,7 +192,11 @@ impl OperationsReport {
             let _ = writeln!(html, "<td><a href=\"{page}\">{page}</a></td></tr>");
         }
         html.push_str("</table>\n</div>\n");
-        for (operation, number) in self.operations.iter().zip(1..) {
+        for sentence in &self.skipped {
+            let _ = writeln!(html, "<p class=\"warning\">{}</p>", escaped(sentence));
+        }
+        for operation in &self.operations {
+            let number = operation.number;
             for w in &operation.warnings {
                 let (stage, message) = (escaped(&w.stage), escaped(&w.message));
                 let _ = writeln!(
@@ -197,19 +212,22 @@ impl OperationsReport {
 
     /// The limits that are broken, and what is wrong with the program, each with its operation.
     pub fn broken(&self) -> Vec<String> {
-        let of = |(operation, number): (&OperationFigures, usize)| {
-            let sentence =
-                move |broken: &String| format!("operation {number} ({}): {broken}", operation.name);
+        let of = |operation: &OperationFigures| {
+            let OperationFigures { name, number, .. } = operation;
+            let sentence = |broken: &String| {
+                format!("operation {number} ({name}, lines of {number}-toolpath.csv): {broken}")
+            };
             operation.broken.iter().map(sentence).collect::<Vec<_>>()
         };
-        let operations = self.operations.iter().zip(1..).flat_map(of);
+        let operations = self.operations.iter().flat_map(of);
         operations.chain(self.findings.iter().cloned()).collect()
     }
 
     /// The table of operations.
     fn rows(&self) -> Vec<[String; 7]> {
         let micro = |mm: f64| format!("{:.1}", 1e3 * mm);
-        let row = |(o, number): (&OperationFigures, usize)| {
+        let row = |o: &OperationFigures| {
+            let number = o.number;
             let left = match o.largest_mm {
                 Some(largest) => format!("{} ({})", micro(largest), micro(o.limit_mm)),
                 None => format!("- ({})", micro(o.limit_mm)),
@@ -224,7 +242,7 @@ impl OperationsReport {
                 o.rest_mm2.map_or_else(|| "-".to_owned(), |area| format!("{area:.2}")),
             ]
         };
-        self.operations.iter().zip(1..).map(row).collect()
+        self.operations.iter().map(row).collect()
     }
 
     fn sum(&self) -> String {

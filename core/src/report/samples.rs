@@ -100,7 +100,7 @@ fn setup() -> SetupFigures {
         spindle_direction: "clockwise".to_owned(),
         coolant: "flood".to_owned(),
         feed_mm_per_min: 1200.0,
-        axial_depth_mm: 0.5,
+        axial_depth_mm: Some(0.5),
         allowance_mm: 0.1,
         work_offset: Some("G54".to_owned()),
         rotary_axes: vec!["table C at (0.000, 0.000, 0.000)".to_owned()],

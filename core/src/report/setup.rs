@@ -18,8 +18,9 @@ pub struct SetupFigures {
     pub coolant: String,
     /// Nominal feed, mm/min.
     pub feed_mm_per_min: f64,
-    /// Stock that is left over the surface before this cut, along its normal, mm.
-    pub axial_depth_mm: f64,
+    /// Stock that is left over the surface before this cut, along its normal, mm; null where it is what earlier operations
+    /// left.
+    pub axial_depth_mm: Option<f64>,
     /// Stock that is left on the surface after it, mm.
     pub allowance_mm: f64,
     /// Work offset that the program calls; null where it is the one in force.
@@ -107,11 +108,11 @@ impl SetupFigures {
         lines.push(("spindle", turning));
         lines.push(("coolant", self.coolant.clone()));
         lines.push(("feed", format!("{:.0} mm/min", self.feed_mm_per_min)));
-        let stock = format!(
-            "{:.3} mm over the surface before, {:.3} mm after",
-            self.axial_depth_mm + self.allowance_mm,
-            self.allowance_mm
-        );
+        let before = match self.axial_depth_mm {
+            Some(depth) => format!("{:.3} mm over the surface before", depth + self.allowance_mm),
+            None => "what the operations before left".to_owned(),
+        };
+        let stock = format!("{before}, {:.3} mm after", self.allowance_mm);
         lines.push(("stock", stock));
         let offset = self.work_offset.as_deref().unwrap_or("the one in force");
         lines.push((

@@ -187,7 +187,8 @@ impl Rest<'_> {
     /// elsewhere.
     pub(super) fn heights(&self, samples: &[Sample], path: &Strokes, enough: f64) -> Vec<f64> {
         let pass = &self.deliverer.options.pass;
-        let layer = Layer { allowance: pass.allowance, depth: CLAMP * self.options.limit };
+        let layer =
+            Layer { allowance: pass.allowance, depth: CLAMP * self.options.limit, falls: false };
         let line = |s: &Sample| (Line { foot: s.at, normal: s.normal }, s.flat);
         let lines: Vec<(Line, DVec2)> = samples.iter().map(line).collect();
         let (columns, ids) = Columns::on(&lines, layer.top());

@@ -9,6 +9,8 @@ pub struct Material {
     pub height: f64,
     /// Height above which no cut has reached the surface, mm: what bridged it is no cut of it.
     pub layer: f64,
+    /// Allowance left where it is machined, mm.
+    pub allowance: f64,
     /// Gouges deeper than this are reported with this depth, mm.
     pub deepest: f64,
 }
@@ -65,13 +67,16 @@ impl Swept {
     }
 
     /// The sample for a later cut. Where this one has left less than the whole stock, the volume is measured on the
-    /// sample's line.
+    /// sample's line. What it has cut into the part was said of it, and is no cut of the later one.
     pub fn for_next(self, walled: bool, material: Material) -> Self {
         if self.by.is_none() && !self.cut_before && self.height >= material.height {
             return Self::new(self.sample, walled, material);
         }
+        let floor = if self.sample.machined { material.allowance } else { 0.0 };
+        let height = self.height.max(floor);
         Self {
-            left: self.height,
+            height,
+            left: height,
             cell: Cell::Line,
             by: None,
             cut_before: self.height < material.layer,

@@ -173,7 +173,12 @@ pub fn verify(
     let before = earlier.iter().map(|(motion, body)| Cut { motion, body });
     let cuts: Vec<Cut> = before.chain([cut]).collect();
     let [layer, height] = options.tops();
-    let material = Material { height, layer, deepest: DEEPEST * options.tool.radius() };
+    let material = Material {
+        height,
+        layer,
+        allowance: options.allowance,
+        deepest: DEEPEST * options.tool.radius(),
+    };
     let inset = BESIDE_RIM * options.tool.radius();
     let outline = Outline::of(design, rest, options.walls.is_some());
     let tiles = samples::tiles(design, rest, spacing, &outline.open, &options.bridges);
@@ -266,7 +271,7 @@ fn on_walls(
     let missing = 0.5 * options.tolerance.max(0.0);
     let wide = (8.0 * radius * missing).sqrt().min(radius / WALL_SAMPLES_PER_RADIUS);
     let spacing = wide.max(spacing).max((sheet.facets().area() / MOST_ON_WALLS).sqrt());
-    let material = Material { height: 0.0, layer: 0.0, deepest };
+    let material = Material { height: 0.0, layer: 0.0, allowance: 0.0, deepest };
     let nothing = Facets { positions: &[], faces: &[] };
     let tiles = samples::tiles(nothing, sheet.facets(), spacing, &[], &[]);
     parallel::map(options.threads, &tiles, |tile: &samples::Tile| {

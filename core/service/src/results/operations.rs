@@ -7,7 +7,7 @@
 use super::program::{WrittenProgram, checked, read_back};
 use super::{Input, Inputs, OutputFile, Part, Results, ResultsError, ResultsOptions, Written};
 use evencut_core::job::{Job, Operation, Resolved};
-use evencut_core::plan::{Files, Prepared, Stage, SurfaceKeys, plan_on, stock_of};
+use evencut_core::plan::{Files, PlanError, Prepared, Stage, SurfaceKeys, plan_on, stock_of};
 use evencut_core::post::{Dialect, OperationProgram, program_of_operations};
 use evencut_core::report::{
     FORMAT, FileRecord, OperationFigures, OperationsReport, ProgramFigures, Versions,
@@ -53,7 +53,8 @@ pub fn operations_results(
     options: ResultsOptions,
     progress: &mut dyn FnMut(usize, Stage, f64),
 ) -> Result<OperationsResults, OperationError> {
-    let mut all = All { job: &resolved.job, files: Vec::new(), done: Vec::new() };
+    let mut all =
+        All { job: &resolved.job, files: Vec::new(), done: Vec::new(), skipped: Vec::new() };
     all.add("job.resolved.toml", resolved.to_toml());
     let mut stock = stock_of(&resolved.job);
     let mut prepared = None;
@@ -78,8 +79,16 @@ pub fn operations_results(
             None => Prepared::new(SurfaceKeys::of(job), files, options.threads, progress)
                 .map_err(|error| of(error.into()))?,
         };
-        let planned = plan_on(&ground, job, &stock, options.threads, progress)
-            .map_err(|error| of(error.into()))?;
+        let planned = match plan_on(&ground, job, &stock, options.threads, progress) {
+            Ok(planned) => planned,
+            // Nothing is left for it to cut: all else is as it was to be.
+            Err(error @ PlanError::NoRest { .. }) if !all.done.is_empty() => {
+                all.skipped.push(format!("operation {number}: {error}"));
+                prepared = Some(ground);
+                continue;
+            }
+            Err(error) => return Err(of(error.into())),
+        };
         let written = Written::of(inputs, &planned).map_err(&of)?;
         let judged =
             inputs.judge(&planned, &stock, options, progress).map_err(|error| of(error.into()))?;
@@ -88,7 +97,7 @@ pub fn operations_results(
         all.files.append(&mut results.files);
         let rapid_plane = planned.rapid_plane;
         stock = stock.after(planned.earlier(job));
-        all.done.push(Done { results, path: planned.toolpath, rapid_plane });
+        all.done.push(Done { index: i, results, path: planned.toolpath, rapid_plane });
         prepared = Some(ground);
     }
     let of = OperationError::of(jobs.len());
@@ -121,6 +130,8 @@ fn of_operation((i, operation): (usize, &Operation)) -> Job {
 
 /// An operation that is planned.
 struct Done {
+    /// Index of the operation.
+    index: usize,
     results: Results,
     path: Toolpath,
     rapid_plane: f64,
@@ -131,6 +142,8 @@ struct All<'a> {
     job: &'a Job,
     files: Vec<OutputFile>,
     done: Vec<Done>,
+    /// Operations that cut nothing, and why.
+    skipped: Vec<String>,
 }
 
 impl All<'_> {
@@ -140,13 +153,13 @@ impl All<'_> {
 
     /// The report of all, without program and outputs.
     fn report(&self, operations: &[Operation], inputs: &[Inputs]) -> OperationsReport {
-        let figures = |((i, done), operation): ((usize, &Done), &Operation)| {
-            let file = format!("{}-report.json", i + 1);
-            let (name, rest) = (&operation.name, operation.job.rest);
-            OperationFigures::of(name, rest, &done.results.report, &file)
+        let figures = |done: &Done| {
+            let (operation, number) = (&operations[done.index], done.index + 1);
+            let name = (&operation.name[..], number as u64);
+            let file = format!("{number}-report.json");
+            OperationFigures::of(name, operation.job.rest, &done.results.report, &file)
         };
-        let figures: Vec<OperationFigures> =
-            self.done.iter().enumerate().zip(operations).map(figures).collect();
+        let figures: Vec<OperationFigures> = self.done.iter().map(figures).collect();
         let tools: Vec<u64> = figures.iter().map(|f| f.tool).collect();
         let passed = figures.iter().map(|f| f.passed).collect::<Option<Vec<bool>>>();
         OperationsReport {
@@ -160,6 +173,7 @@ impl All<'_> {
             tool_changes: tools.windows(2).filter(|w| w[0] != w[1]).count() as u64,
             passed: passed.map(|all| all.into_iter().all(|passed| passed)),
             findings: Vec::new(),
+            skipped: self.skipped.clone(),
             operations: figures,
             outputs: Vec::new(),
         }
@@ -174,12 +188,10 @@ impl All<'_> {
     ) -> Result<(OutputFile, Vec<String>), ResultsError> {
         let plane = self.done.iter().map(|done| done.rapid_plane).fold(f64::INFINITY, f64::min);
         let mut sections = Vec::new();
-        for ((done, job), operation) in self.done.iter().zip(jobs).zip(operations) {
-            sections.push(OperationProgram {
-                name: operation.name.clone(),
-                path: &done.path,
-                options: WrittenProgram::options(job, &self.job.name, done.rapid_plane),
-            });
+        for done in &self.done {
+            let (job, name) = (&jobs[done.index], operations[done.index].name.clone());
+            let options = WrittenProgram::options(job, &self.job.name, done.rapid_plane);
+            sections.push(OperationProgram { name, path: &done.path, options });
         }
         let program = program_of_operations(&sections, dialect)?;
         let name = format!("program.{}", program.extension);

@@ -8,10 +8,12 @@ use evencut_core::report::{SetupFigures, SetupTool};
 use evencut_core::tool::AssemblyPart;
 use evencut_core::units::per_minute;
 
+/// `is_first`: whether no operation has cut before.
 pub(super) fn figures(
     job: &Job,
     planned: &Planned,
     program: Option<&WrittenProgram>,
+    is_first: bool,
 ) -> SetupFigures {
     let rotary = |axis: &RotaryAxis| {
         let (what, from) = match axis.carries {
@@ -43,7 +45,7 @@ pub(super) fn figures(
         },
         coolant: job.setup.coolant.name().to_owned(),
         feed_mm_per_min: per_minute(job.cut.feed),
-        axial_depth_mm: job.cut.axial_depth,
+        axial_depth_mm: is_first.then_some(job.cut.axial_depth),
         allowance_mm: job.cut.allowance,
         work_offset: job.setup.work_offset.map(WorkOffset::name).map(str::to_owned),
         rotary_axes: chain.into_iter().flat_map(Chain::axes).map(rotary).collect(),
