@@ -153,7 +153,7 @@ fn rates(c: &mut Criterion) {
             predicted(&planned.toolpath, simulation).len()
         });
     });
-    let layer = Layer { allowance: 0.0, depth };
+    let layer = Layer { allowance: 0.0, depth, falls: false };
     let columns = Columns::new(surface, chart, 0.6, layer.top());
     let cutter = Cutter { tool: job.tool, length: 10.0 * radius };
     group.bench_function("in the material", |b| {
