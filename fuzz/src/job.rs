@@ -19,10 +19,10 @@ pub fn job(bytes: &[u8]) -> Outcome {
     };
     let warnings = &resolved.warnings;
     warnings.render_as(job::Severity::Warning, "job.toml", bytes);
-    let text = resolved.job.to_toml();
+    let text = resolved.to_toml();
     let again = job::read(text.as_bytes());
     let again = again.unwrap_or_else(|f| panic!("{}\n{text}", f.render("job", text.as_bytes())));
-    assert_eq!(text, again.job.to_toml());
+    assert_eq!(text, again.to_toml());
     if let SurfaceSource::Analytic(formula) = &resolved.job.surface.source
         && formula.parameters.size < FINEST * formula.parameters.resolution
         && let Err(error) = Design::new(&SurfaceKeys::of(&resolved.job), Files::default(), 1)

@@ -110,7 +110,7 @@ pub fn explain(error: &ResultsError, job_source: &[u8], surface: Option<&str>) -
 
 fn of_plan(error: &PlanError) -> Failure {
     match error {
-        PlanError::NoRest { .. } => limit(&["operation"]),
+        PlanError::NoRest { .. } | PlanError::RestTooNarrow { .. } => limit(&["operation"]),
         PlanError::NoFile(_) => BUG,
         PlanError::UnknownFormat(_) | PlanError::Read(_) => bad_surface(SOURCE, Hint::None),
         PlanError::Avoided { .. } => bad_surface(&["avoid"], Hint::None),

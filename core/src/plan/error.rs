@@ -83,6 +83,16 @@ pub enum PlanError {
         /// Height from which on it is rest, mm.
         limit: f64,
     },
+    /// What is left for rest finishing holds no pass.
+    #[error(
+        "rest: what the operations before leave higher than {:.1} µm above the allowance stands in spots too narrow for a \
+         pass: it stays; choose a smaller cut.stepover or cut.scallop, or plan an operation without `rest`",
+        1e3 * limit
+    )]
+    RestTooNarrow {
+        /// Height from which on it is rest, mm.
+        limit: f64,
+    },
     /// The surface cannot be flattened.
     #[error(transparent)]
     Flatten(#[from] FlattenError),

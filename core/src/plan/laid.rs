@@ -119,7 +119,7 @@ impl<'a> Ground<'a> {
         let mut cusps = CuspBudget::of(job, surface, curvature);
         let Strips { metrics, creases, spacing } =
             Strips::of(job, &cusps, surface, chart, curvature);
-        let (regions, topology) = match job.rest {
+        let (mut regions, topology) = match job.rest {
             true => {
                 // What earlier operations were allowed to leave is none.
                 cusps.limit = stock.allowed(job.cut.allowance).max(cusps.limit);
@@ -129,7 +129,6 @@ impl<'a> Ground<'a> {
             false => division(prepared, locator, job, &metrics, threads)?,
         };
         let undivided = regions.as_ref().map(|r| Undivided::of(r, surface, chart, &metrics));
-        let mut regions = regions;
         let mut region_meshes =
             regions::region_meshes(regions.as_ref(), surface, chart, metrics, threads)?;
         if let (true, Some(regions)) = (job.rest, &mut regions) {
@@ -139,7 +138,7 @@ impl<'a> Ground<'a> {
             let mut wide = is_wide.into_iter();
             region_meshes.retain(|_| wide.next() == Some(true));
             if region_meshes.is_empty() {
-                return Err(PlanError::NoRest { limit: cusps.too_high() });
+                return Err(PlanError::RestTooNarrow { limit: cusps.too_high() });
             }
         }
         let floor = region_meshes.iter().map(RegionMesh::length_floor).sum::<f64>() / creases;

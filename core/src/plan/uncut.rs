@@ -54,7 +54,8 @@ impl Uncut<'_> {
         let closed = (!far.is_empty()).then(|| PassField::from_values(&mesh, &far));
         let locator = Locator::new(mesh.connectivity(), mesh.uv());
         let inside = |at: DVec2| {
-            let (Some(closed), Ok(place)) = (&closed, locator.locate(at)) else { return 1.0 };
+            let Some(closed) = &closed else { return 1.0 };
+            let Ok(place) = locator.locate(at) else { return -1.0 };
             let corners = mesh.connectivity().face(place.face);
             let value = |i: usize| closed.values()[corners[i].index()] * place.weights[i];
             (0..3).map(value).sum::<f64>() - (CLOSED - BORDER)

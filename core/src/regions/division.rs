@@ -109,15 +109,23 @@ impl Regions {
         split_mesh.improve();
         let all: Vec<u32> = (0..split_mesh.faces().len() as u32).collect();
         let groups = split_mesh.groups(&all, |_| 0, least);
-        for (label, faces) in (0..).zip(&groups) {
+        Self::of_groups(split_mesh, &groups, Stretch::of(surface, chart))
+    }
+
+    /// The regions that groups of faces are, each with a label; `stretch`: of the undivided surface's map.
+    fn of_groups(
+        mut split_mesh: SplitMesh,
+        groups: &[Vec<u32>],
+        stretch: Stretch,
+    ) -> Result<Self, FlattenError> {
+        for (label, faces) in (0..).zip(groups) {
             split_mesh.set_label(faces, label);
         }
         let mut list = Vec::new();
-        for faces in &groups {
+        for faces in groups {
             let flattened = Flattened::of(&split_mesh, faces)?;
             list.extend(flattened.map(|f| Region::of(f, Compensation::Exact)));
         }
-        let stretch = Stretch::of(surface, chart);
         Ok(Self { split_mesh, list, whole: stretch.evenness(), stretch })
     }
 }
@@ -152,17 +160,9 @@ impl Regions {
         let is_kept = |group: &Vec<u32>| is_positive(group[0]) && is_wide(group);
         let groups: Vec<Vec<u32>> = groups.into_iter().filter(is_kept).collect();
         split_mesh.set_label(&all, groups.len() as u32);
-        for (label, faces) in (0..).zip(&groups) {
-            split_mesh.set_label(faces, label);
-        }
-        let mut list = Vec::new();
-        for faces in &groups {
-            let flattened = Flattened::of(&split_mesh, faces)?;
-            list.extend(flattened.map(|f| Region::of(f, Compensation::Exact)));
-        }
-        list.iter_mut().for_each(|region| region.piece.inner_border.clear());
-        let stretch = Stretch::of(surface, chart);
-        Ok(Self { split_mesh, list, whole: stretch.evenness(), stretch })
+        let mut regions = Self::of_groups(split_mesh, &groups, Stretch::of(surface, chart))?;
+        regions.list.iter_mut().for_each(|region| region.piece.inner_border.clear());
+        Ok(regions)
     }
 }
 

@@ -47,7 +47,7 @@ impl Stock {
 
     /// What is left after a further path.
     pub fn after(mut self, path: Earlier) -> Self {
-        self.bridged += path.bridged;
+        self.bridged = self.bridged.max(path.bridged);
         self.earlier.push(path.into());
         self
     }

@@ -1,6 +1,7 @@
-//! Holds the table of keys in docs/results.md equal to the types.
+//! Holds the tables of keys in docs/results.md and docs/operations.md equal to the types.
 
-use super::{Report, samples};
+use super::{OperationsReport, Report, samples};
+use schemars::JsonSchema;
 use serde_json::Value;
 use std::fmt::Write;
 
@@ -55,13 +56,16 @@ fn kind(schema: &Value) -> String {
     }
 }
 
-fn table() -> String {
+fn schema_of<T: JsonSchema>() -> Value {
     let settings =
         schemars::generate::SchemaSettings::default().with(|s| s.inline_subschemas = true);
-    let schema = settings.into_generator().into_root_schema_for::<Report>();
-    let schema = serde_json::to_value(schema).unwrap();
+    serde_json::to_value(settings.into_generator().into_root_schema_for::<T>()).unwrap()
+}
+
+fn table<T: JsonSchema>(json: &str) -> String {
+    let schema = schema_of::<T>();
     let mut table = String::from("| key | type | meaning |\n|---|---|---|\n");
-    for path in key_paths(&samples::report().to_json()) {
+    for path in key_paths(json) {
         let value = schema_at(&schema, &path);
         let meaning = value["description"].as_str().unwrap().replace('\n', " ");
         writeln!(table, "| `{path}` | {} | {meaning} |", kind(value)).unwrap();
@@ -71,18 +75,26 @@ fn table() -> String {
 
 #[test]
 fn results_page_lists_the_keys() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/results.md");
-    let page = std::fs::read_to_string(path).unwrap();
+    assert_lists("results.md", &table::<Report>(&samples::report().to_json()));
+}
+
+#[test]
+fn operations_page_lists_the_keys() {
+    assert_lists("operations.md", &table::<OperationsReport>(&samples::operations().to_json()));
+}
+
+fn assert_lists(name: &str, wanted: &str) {
+    let path = format!("{}/../docs/{name}", env!("CARGO_MANIFEST_DIR"));
+    let page = std::fs::read_to_string(&path).unwrap();
     let (before, rest) = page.split_once(START).unwrap();
     let (listed, after) = rest.split_once(END).unwrap();
-    let wanted = table();
     if std::env::var_os("UPDATE_GOLDEN").is_some() {
-        std::fs::write(path, [before, START, &wanted, END, after].concat()).unwrap();
+        std::fs::write(path, [before, START, wanted, END, after].concat()).unwrap();
         return;
     }
     assert!(
         listed == wanted,
-        "docs/results.md must list the report's keys; run with UPDATE_GOLDEN=1 and read the difference:\n{wanted}"
+        "docs/{name} must list the report's keys; run with UPDATE_GOLDEN=1 and read the difference:\n{wanted}"
     );
 }
 
@@ -94,8 +106,7 @@ fn every_key_of_the_types_is_in_the_sample() {
             .map_or(0, |p| p.len() + p.values().map(count).sum::<usize>());
         own + if schema["items"].is_object() { count(&schema["items"]) } else { 0 }
     }
-    let settings =
-        schemars::generate::SchemaSettings::default().with(|s| s.inline_subschemas = true);
-    let schema = serde_json::to_value(settings.into_generator().into_root_schema_for::<Report>());
-    assert_eq!(key_paths(&samples::report().to_json()).len(), count(&schema.unwrap()));
+    let count_in = |json: &str| key_paths(json).len();
+    assert_eq!(count_in(&samples::report().to_json()), count(&schema_of::<Report>()));
+    assert_eq!(count_in(&samples::operations().to_json()), count(&schema_of::<OperationsReport>()));
 }

@@ -10,6 +10,7 @@ use std::fmt::Write;
 
 /// A planned job of several operations.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct OperationsReport {
     /// Version of these keys.
     pub format: u32,
@@ -33,7 +34,7 @@ pub struct OperationsReport {
     pub passed: Option<bool>,
     /// What is wrong with the program of all, in words.
     pub findings: Vec<String>,
-    /// Operations that cut nothing because nothing was left for them, in words.
+    /// Operations that cut nothing, because nothing was left for them or nothing that a pass fits into, in words.
     pub skipped: Vec<String>,
     /// Files that were written.
     pub outputs: Vec<FileRecord>,
@@ -41,6 +42,7 @@ pub struct OperationsReport {
 
 /// An operation in figures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct OperationFigures {
     /// Its number, from 1.
     pub number: u64,

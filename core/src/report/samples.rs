@@ -221,6 +221,26 @@ pub(super) fn report() -> Report {
     }
 }
 
+/// A report of several operations with every key.
+pub fn operations() -> OperationsReport {
+    let report = report();
+    OperationsReport {
+        format: FORMAT,
+        job: "mould".to_owned(),
+        versions: report.versions.clone(),
+        inputs: report.inputs.clone(),
+        operations: vec![OperationFigures::of(("rest", 2), true, &report, "2-report.json")],
+        program: report.setup.and_then(|setup| setup.program),
+        length_mm: 8_400.0,
+        machine_time_s: 390.0,
+        tool_changes: 1,
+        passed: Some(true),
+        findings: vec!["a finding".to_owned()],
+        skipped: vec!["operation 3: nothing is left".to_owned()],
+        outputs: report.outputs,
+    }
+}
+
 fn hub() -> HubFigures {
     HubFigures {
         channels: 20,

@@ -69,7 +69,8 @@ impl Swept {
     /// The sample for a later cut. Where this one has left less than the whole stock, the volume is measured on the
     /// sample's line. What it has cut into the part was said of it, and is no cut of the later one.
     pub fn for_next(self, walled: bool, material: Material) -> Self {
-        if self.by.is_none() && !self.cut_before && self.height >= material.height {
+        let is_whole = !self.sample.machined || self.height >= material.height;
+        if !self.is_cut() && is_whole {
             return Self::new(self.sample, walled, material);
         }
         let floor = if self.sample.machined { material.allowance } else { 0.0 };
@@ -79,7 +80,7 @@ impl Swept {
             left: height,
             cell: Cell::Line,
             by: None,
-            cut_before: self.height < material.layer,
+            cut_before: self.is_cut() && self.height < material.layer,
             opened_by: None,
             rapid: None,
             ..self

@@ -81,8 +81,10 @@ pub fn operations_results(
         };
         let planned = match plan_on(&ground, job, &stock, options.threads, progress) {
             Ok(planned) => planned,
-            // Nothing is left for it to cut: all else is as it was to be.
-            Err(error @ PlanError::NoRest { .. }) if !all.done.is_empty() => {
+            // It has nothing to cut, or no way to: all else is as it was to be.
+            Err(error @ (PlanError::NoRest { .. } | PlanError::RestTooNarrow { .. }))
+                if !all.done.is_empty() =>
+            {
                 all.skipped.push(format!("operation {number}: {error}"));
                 prepared = Some(ground);
                 continue;
@@ -102,7 +104,8 @@ pub fn operations_results(
     }
     let of = OperationError::of(jobs.len());
     let mut report = all.report(&resolved.operations, &inputs);
-    if let Some(dialect) = inputs[0].dialect.as_ref().filter(|_| is_common) {
+    let dialect = inputs.first().and_then(|inputs| inputs.dialect.as_ref());
+    if let Some(dialect) = dialect.filter(|_| is_common) {
         let (program, findings) = all.program(&jobs, &resolved.operations, dialect).map_err(&of)?;
         report.program = Some(ProgramFigures {
             file: program.name.clone(),
@@ -120,6 +123,18 @@ pub fn operations_results(
     all.add("report.json", report.to_json());
     let operations = all.done.into_iter().map(|done| done.results).collect();
     Ok(OperationsResults { files: all.files, report, operations })
+}
+
+/// A job with the largest tolerance and the largest cutter of all operations: by its own each of them was checked alone.
+fn loosest(job: &Job, jobs: &[Job]) -> Job {
+    let mut loosest = job.clone();
+    for job in jobs {
+        loosest.cut.tolerance = loosest.cut.tolerance.max(job.cut.tolerance);
+        if job.tool.radius() > loosest.tool.radius() {
+            loosest.tool = job.tool;
+        }
+    }
+    loosest
 }
 
 /// The job of an operation, with its name.
@@ -166,7 +181,7 @@ impl All<'_> {
             format: FORMAT,
             job: self.job.name.clone(),
             versions: Versions { evencut: env!("CARGO_PKG_VERSION").into(), job_file: 1 },
-            inputs: inputs[0].records(),
+            inputs: inputs.first().map_or_else(Vec::new, Inputs::records),
             program: None,
             length_mm: figures.iter().map(|f| f.length_mm).sum(),
             machine_time_s: figures.iter().map(|f| f.machine_time_s).sum(),
@@ -196,16 +211,18 @@ impl All<'_> {
         let program = program_of_operations(&sections, dialect)?;
         let name = format!("program.{}", program.extension);
         // Each operation was read back by itself; together they are, where the machine is the same for all.
-        let is_same = jobs.iter().all(|job| job.machine.axes == jobs[0].machine.axes);
+        let is_same = jobs.iter().all(|job| job.machine.axes == self.job.machine.axes);
         let mut findings = Vec::new();
         if is_same {
             let points = self.done.iter().flat_map(|done| done.path.points.iter().copied());
             let path = Toolpath { points: points.collect() };
             match read_back(&program.text, self.job) {
-                Ok(read) => findings = checked(&read, self.job, &path, plane, dialect.rounding()),
-                Err(error) if self.job.post_file().is_some() => {
-                    findings.push(format!("the program cannot be read back: {error}"));
+                Ok(read) => {
+                    let loosest = loosest(self.job, jobs);
+                    findings = checked(&read, &loosest, &path, plane, dialect.rounding());
                 }
+                // Each operation has the warning that it is not checked.
+                Err(_) if self.job.post_file().is_some() => {}
                 Err(error) => return Err(error.into()),
             }
         }
