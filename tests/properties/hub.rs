@@ -261,6 +261,25 @@ fn extensions_give_way_to_blades() {
     assert!(case.clearance(&planned, &planned.toolpath.points) >= case.wanted());
 }
 
+/// Beside the nose of a splitter, and in the corner of an oblique end, passes a strip apart leave more than the limit and the
+/// tolerance; what is measured there is cut again.
+#[test]
+fn what_strips_leave_is_cut_again() {
+    let Some(data) = shared_data() else { return };
+    let files = [
+        ("hecc_one_main_one_splitter.step", "[4, 5, 6, 12]", "splitter = [7, 8, 9]"),
+        ("hecc_one_blade_fillet1mm.step", "[2, 3, 4, 5, 6, 9, 10, 11, 14]", ""),
+    ];
+    for (file, blade, splitter) in files {
+        let text = of_step(file, 1, 10, [1, 0, 0], blade, 6);
+        let text = text.replace("channels =", &format!("{splitter}\nchannels ="));
+        let case = Case::new("hecc", &text, &data.join("step"));
+        let figures = judged(&case.job, &case.planned(2), 2).unwrap();
+        let v = figures.report.verification.as_ref().unwrap();
+        assert!(v.passed, "{file}: {:?}", v.broken);
+    }
+}
+
 /// A file with nine blades, and jobs with other numbers. Faces of the blade's body that are not its foot do no harm.
 #[test]
 fn a_number_of_blades_that_is_not_that_of_the_file_is_refused() {

@@ -24,6 +24,7 @@ mod layout;
 mod offset;
 mod passage;
 mod path;
+mod rest;
 mod sampling;
 #[cfg(test)]
 mod shapes;

@@ -7,6 +7,7 @@ use super::edge::{edge_along, edge_on_hub};
 use super::error::HubError;
 use super::layout::{ALIKE, Edges, Layout, Part};
 use super::path::{Leg, Order, Route, Shortened, Station};
+use super::rest::{Gauge, TooHigh, gaps, with_rest};
 use super::sides::Flanks;
 use super::spline::ParameterCurve;
 use super::strips::{Line, Measured, Strip, ways};
@@ -15,6 +16,7 @@ use crate::footprint::Footprint;
 use crate::geometry::{DVec2, DVec3, OrderBy};
 use crate::job::{HubChannels, HubOptions, HubPasses};
 use crate::nurbs::{NurbsSurface, TrimLoop};
+use crate::removal::Cutter;
 use crate::surface::Part as Facets;
 use crate::tool::Assembly;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
@@ -39,6 +41,8 @@ const EVERY: usize = 16;
 const AIMED: f64 = 1.15;
 const KEPT: f64 = 1.05;
 const CLEAR: f64 = 1.1;
+/// How often passes are made longer, and added, where they leave too much.
+const ROUNDS: usize = 4;
 /// Longest way between two places at which a link is tested, cutter radii, and turn of its axis, rad.
 const TESTED: f64 = 0.2;
 const TESTED_TURN: f64 = 0.02;
@@ -252,6 +256,8 @@ pub struct ChannelOptions<'a> {
     pub footprint: Footprint,
     /// Height of cusps that is aimed at, mm.
     pub cusp: f64,
+    /// Height above which no place should be left, mm.
+    pub limit: f64,
     /// Allowance left on the hub, mm.
     pub allowance: f64,
     /// Tolerance of the path, mm.
@@ -302,6 +308,8 @@ pub struct ChannelFigures {
     pub shortened: Shortened,
     /// Times that the cutter is lifted off within a channel.
     pub retracts: usize,
+    /// Area in a channel that the path leaves too high, mm², and the highest place of it.
+    pub left: (f64, Option<DVec3>),
 }
 
 impl Passage {
@@ -318,25 +326,25 @@ impl Passage {
         let parts = &self.layout.parts;
         let measured: Vec<Measured> =
             parts.iter().map(|part| Measured::new(&self.wheel, &part.channel, &strip)).collect();
-        let strips = measured.iter().zip(parts).map(|(m, p)| m.strips(&self.wheel, &p.channel));
-        let strips: Vec<Vec<Line>> = strips.collect();
+        let laid = |measured: &[Measured]| -> Vec<Vec<Line>> {
+            let of_part = |(m, p): (&Measured, &Part)| m.strips(&self.wheel, &p.channel);
+            measured.iter().zip(parts).map(of_part).collect()
+        };
+        let strips = laid(&measured);
         let of_part = |(i, m): (usize, &Measured)| parts[i].own(m.equal_parts(), i == 0);
         let equal: Vec<Vec<Line>> = measured.iter().enumerate().map(of_part).collect();
-        let mut lengths = [0.0; 2];
-        for (length, of_parts) in lengths.iter_mut().zip([&strips, &equal]) {
-            for (lines, part) in of_parts.iter().zip(parts) {
-                *length += lines.iter().map(|l| l.length(&self.wheel, &part.channel)).sum::<f64>();
-            }
-        }
+        let length = |of_parts: &[Vec<Line>]| -> f64 {
+            let of_part = |(lines, part): (&Vec<Line>, &Part)| {
+                lines.iter().map(|l| l.length(&self.wheel, &part.channel)).sum::<f64>()
+            };
+            of_parts.iter().zip(parts).map(of_part).sum()
+        };
+        let mut lengths = [&strips, &equal].map(|lines| length(lines));
         let spacing = match options.hub.passes {
             HubPasses::Shortest if lengths[0] <= lengths[1] => HubPasses::Strips,
             HubPasses::Shortest => HubPasses::EqualParameter,
             chosen => chosen,
         };
-        let lines = if spacing == HubPasses::Strips { strips } else { equal };
-        let area: f64 = measured.iter().map(|m| m.area).sum();
-        let even = measured.iter().zip(&lines).map(|(m, lines)| m.area * m.even_share(lines));
-        let even_share = even.sum::<f64>() / area.max(f64::MIN_POSITIVE);
         let (least_jacobian, is_harmonic) = self.map_quality();
         let clear = |way: &[Station]| self.is_clear(way, (&hindrance, &all), options);
         let axes = parts.iter().map(|part| self.axes(&part.channel, &all, options));
@@ -352,8 +360,31 @@ impl Passage {
             clear: &clear,
         });
         let routes: Vec<Route> = routes.collect();
+        let mut best = match spacing {
+            HubPasses::EqualParameter => self.gone_over(&routes, &measured, equal, options),
+            _ => self.gone_over(&routes, &measured, strips, options),
+        };
+        if spacing == HubPasses::Strips {
+            for _ in 0..ROUNDS {
+                if best.highest() == 0.0 {
+                    break;
+                }
+                let longer = measured.iter().zip(best.lines.clone()).zip(&best.left);
+                let longer = longer.map(|((m, lines), left)| with_rest(m, lines, left));
+                let again = self.gone_over(&routes, &measured, longer.collect(), options);
+                if again.highest() >= best.highest() {
+                    break;
+                }
+                best = again;
+            }
+            lengths[0] = length(&best.lines);
+        }
+        let left = best.left_on(&routes);
+        let Run { lines, gone: Gone { stations, shortened }, .. } = best;
         let passes = lines.iter().map(Vec::len).sum();
-        let Gone { stations, shortened } = gone_over(&routes, &lines);
+        let area: f64 = measured.iter().map(|m| m.area).sum();
+        let even = measured.iter().zip(&lines).map(|(m, lines)| m.area * m.even_share(lines));
+        let even_share = even.sum::<f64>() / area.max(f64::MIN_POSITIVE);
         self.refuse_collision(&stations, (&hindrance, &all), options)?;
         let channels = match options.hub.channels {
             HubChannels::One => 1,
@@ -376,8 +407,32 @@ impl Passage {
                 edge_deviation: self.edge_deviation(),
                 shortened,
                 retracts: stations.len().saturating_sub(1),
+                left,
             },
         })
+    }
+
+    /// The path over passes, and what it leaves too high.
+    fn gone_over(
+        &self,
+        routes: &[Route],
+        measured: &[Measured],
+        lines: Vec<Vec<Line>>,
+        options: &ChannelOptions,
+    ) -> Run {
+        let gone = gone_over(routes, &lines);
+        let (path, contacts) = self.toolpath(&gone.stations, 1, options);
+        let gauge = Gauge {
+            wheel: &self.wheel,
+            cutter: Cutter { tool: options.assembly.tool, length: f64::INFINITY },
+            allowance: options.allowance,
+            limit: options.limit,
+            threads: options.threads,
+        };
+        let parts = routes.iter().zip(measured).zip(&lines);
+        let parts = parts.map(|((route, m), lines)| (route.channel, gaps(m, lines)));
+        let left = gauge.too_high(path, &contacts, &parts.collect::<Vec<_>>());
+        Run { lines, gone, left }
     }
 
     /// Whether the tool is clear of blades and hub between stations, too.
@@ -539,6 +594,29 @@ impl Passage {
             normal: last.axis,
             ..last
         });
+    }
+}
+
+/// Passes of the parts of a channel, the path over them, and what it leaves too high of each part.
+struct Run {
+    lines: Vec<Vec<Line>>,
+    gone: Gone,
+    left: Vec<Vec<TooHigh>>,
+}
+
+impl Run {
+    /// The highest place that is too high, mm; 0 where none is.
+    fn highest(&self) -> f64 {
+        self.left.iter().flatten().map(|left| left.height).fold(0.0, f64::max)
+    }
+
+    /// Area that is too high, mm², and the highest place of it.
+    fn left_on(&self, routes: &[Route]) -> (f64, Option<DVec3>) {
+        let all =
+            || routes.iter().zip(&self.left).flat_map(|(r, left)| left.iter().map(move |l| (r, l)));
+        let area = all().map(|(_, left)| left.gap.area).sum();
+        let highest = all().max_by(|a, b| a.1.height.total_cmp(&b.1.height));
+        (area, highest.map(|(r, l)| r.channel.place(r.wheel, l.gap.s, l.gap.t)))
     }
 }
 

@@ -9,7 +9,7 @@
 
 use super::axes::AxisField;
 use super::channel::Channel;
-use super::strips::{Line, ways};
+use super::strips::Line;
 use super::wheel::Wheel;
 use crate::geometry::{DVec2, DVec3};
 use crate::surface::ShapeOperator;
@@ -102,6 +102,8 @@ pub struct Order {
 struct Port {
     s: f64,
     t: f64,
+    /// Growth of `t` with `s` along the pass.
+    slope: f64,
 }
 
 impl Port {
@@ -128,7 +130,7 @@ impl Route<'_> {
             let (index, forward) = self.next(&left, last).unwrap_or((0, order.forward));
             let line = left.remove(index);
             let (from, to) = if forward { (line.from, line.to) } else { (line.to, line.from) };
-            let port = |s: f64| Port { s, t: line.at(s) };
+            let port = |s: f64| Port { s, t: line.at(s), slope: line.slope(s) };
             let curve = |x: f64| {
                 let s = from + (to - from) * x;
                 (s, line.at(s))
@@ -362,8 +364,7 @@ impl Route<'_> {
         if share <= 0.0 {
             return Vec::new();
         }
-        let [along, _] = self.centre_ways(port);
-        let out = along.normalize_or_zero() * if end { 1.0 } else { -1.0 };
+        let out = self.tangent(port) * if end { 1.0 } else { -1.0 };
         let turned = self.turned_out(first.centre, out);
         let piece = 0.5 * share * self.extension;
         let control = [
@@ -387,13 +388,15 @@ impl Route<'_> {
         straight.chain(bent).map(&mut beyond).collect()
     }
 
-    /// Direction of the ball's centre along the channel and across it.
-    fn centre_ways(&self, port: Port) -> [DVec3; 2] {
+    /// Direction in which the ball's centre runs at an end of a pass, toward larger `s`.
+    fn tangent(&self, port: Port) -> DVec3 {
         const STEP: f64 = 1e-4;
-        let centre = |s: f64| self.station((s, port.t), MoveKind::Cut, 0).centre;
+        let centre = |s: f64| {
+            let t = (port.t + port.slope * (s - port.s)).clamp(0.0, 1.0);
+            self.station((s, t), MoveKind::Cut, 0).centre
+        };
         let (a, b) = ((port.s - STEP).max(0.0), (port.s + STEP).min(1.0));
-        let [_, across] = ways(self.wheel, self.channel, port.s, port.t);
-        [(centre(b) - centre(a)) / (b - a), across]
+        (centre(b) - centre(a)).normalize_or_zero()
     }
 
     /// The direction in which an extension turns: along the axis, or the meridian.

@@ -74,6 +74,18 @@ impl Line {
         (1..=pieces).map(|i| place(i).distance(place(i - 1))).sum()
     }
 
+    /// A pass through a `t` at every row.
+    pub fn new(t: Vec<f64>, level: usize, (from, to): (f64, f64)) -> Self {
+        Self { t, level, from, to }
+    }
+
+    /// Growth of its `t` with `s`.
+    pub fn slope(&self, s: f64) -> f64 {
+        const STEP: f64 = 1e-5;
+        let (a, b) = ((s - STEP).max(0.0), (s + STEP).min(1.0));
+        (self.at(b) - self.at(a)) / (b - a)
+    }
+
     /// Its `t` at `s`.
     pub fn at(&self, s: f64) -> f64 {
         let (r, f) = cell(s, ROWS);
@@ -144,7 +156,7 @@ impl Measured {
     }
 
     /// First fundamental form and width at a row, between columns.
-    fn at(&self, row: usize, t: f64) -> [f64; 4] {
+    pub fn at(&self, row: usize, t: f64) -> [f64; 4] {
         let (c, f) = cell(t, MEASURED);
         let [a, b] = [c, c + 1].map(|c| self.nodes[c * ROWS + row]);
         core::array::from_fn(|i| a[i] + (b[i] - a[i]) * f)

@@ -15,6 +15,10 @@ use crate::strips::CuspBudget;
 use crate::surface::{CurvatureField, Part, Surface};
 use std::sync::Arc;
 
+/// Share of the tolerance above the limit from which on a place in a channel is too high: the judge's samples lie between
+/// those that are looked at, and at sides beyond them.
+const TOO_HIGH: f64 = 0.4;
+
 /// Plans the path through the channels of a hub.
 pub(super) fn planned(
     prepared: &Arc<Prepared>,
@@ -38,6 +42,7 @@ pub(super) fn planned(
         assembly: &job.assembly,
         footprint: job.footprint(),
         cusp: cusps.aimed,
+        limit: cusps.limit + TOO_HIGH * cusps.tolerance,
         allowance: job.cut.allowance,
         tolerance: job.cut.tolerance,
         feeds: [
@@ -62,7 +67,12 @@ pub(super) fn planned(
         plain: None,
         rapid_plane,
         lifted: Vec::new(),
-        coverage: Coverage { area: surface.area(), ..Coverage::default() },
+        coverage: Coverage {
+            area: surface.area(),
+            never_covered: figures.left.0,
+            never_covered_at: figures.left.1,
+            ..Coverage::default()
+        },
         cusps,
         planar: Vec::new(),
         channels: Some(figures),

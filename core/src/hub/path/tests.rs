@@ -4,7 +4,7 @@ use super::super::axes::AxisOptions;
 use super::super::axes::Stand;
 use super::super::clearance::Hindrance;
 use super::super::shapes::{Cylinder, options};
-use super::super::strips::{Measured, Strip};
+use super::super::strips::{Measured, Strip, ways};
 use super::*;
 use crate::footprint::Footprint;
 use crate::geometry::math::{atan2, cos};
@@ -171,6 +171,24 @@ fn extensions_begin_along_the_tangent_and_end_along_the_axis() {
         assert!(found.distance(end) < 0.01, "{found} is not {end}");
     }
     assert!(angles[1] < 0.5 * angles[0], "{angles:?}");
+}
+
+/// A pass that crosses its channel goes on as it runs, not as the channel does.
+#[test]
+fn a_slanted_pass_goes_on_along_its_own_tangent() {
+    let case = Case::helix(HUB, 0.0, (20.0, 60.0), 30.0);
+    let tolerance = TOLERANCE / 16.0;
+    let route = case.route(tolerance);
+    let rows = super::super::channel::ROWS;
+    let t = (0..rows).map(|r| 0.2 + 0.5 * r as f64 / (rows - 1) as f64).collect();
+    let path = route.path(&[Line::new(t, 0, (0.0, 1.0))], 0, FORWARD).stations;
+    let way = |i: usize| path[i + 1].centre - path[i].centre;
+    let first = path.iter().position(|s| s.kind == MoveKind::Cut).unwrap();
+    let last = path.iter().rposition(|s| s.kind == MoveKind::Cut).unwrap();
+    for cut in [first, last] {
+        let turn = angle(way(cut - 1), way(cut));
+        assert!(turn < 2.0 * (2.0 * tolerance / HUB.radius).sqrt(), "{turn}");
+    }
 }
 
 /// On a flat ring a channel leaves radially, and so does the cutter.
