@@ -422,7 +422,7 @@ impl Verify {
         if self.json {
             streams.data(&verdict.report.to_json());
         } else {
-            streams.data(&format!("{}\n{}", input::shown(file), figures.to_text()));
+            streams.data(&format!("{}\n{}", input::shown(file), verdict.report.to_text()));
         }
         if let Some(target) = &self.output {
             let write = || {

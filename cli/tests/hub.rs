@@ -117,3 +117,28 @@ fn of_a_hub_nothing_is_compared_and_its_resolved_job_is_one() {
     let (code, _, messages) = streams(&output);
     assert_eq!((code, messages), (0, "again.toml: good\n"));
 }
+
+/// Shank and holder are measured, too: with a shorter stickout the holder of the same path meets the blades.
+#[test]
+fn a_path_is_verified_with_the_tool_of_another_job() {
+    let directory = scratch("verified", "[path]", "[path]\n# One channel.");
+    let text = fs::read_to_string(directory.join("blisk.toml")).unwrap();
+    let text = text.replace("clearance = 0.1", "clearance = 0.1\nchannels = \"one\"");
+    fs::write(directory.join("blisk.toml"), &text).unwrap();
+    fs::write(directory.join("short.toml"), text.replace("stickout = 50.0", "stickout = 14.0"))
+        .unwrap();
+    let output = evencut(&directory, &["plan", "blisk.toml", "-o", "path"]);
+    assert_eq!(streams(&output).0, 0, "{output:?}");
+    for path in ["path", "path/program.ngc"] {
+        let output = evencut(&directory, &["verify", path, "--job", "blisk.toml"]);
+        let (code, data, messages) = streams(&output);
+        assert_eq!(code, 0, "{messages}");
+        assert!(data.contains("cutter at least 1.52"), "{data}");
+        let output = evencut(&directory, &["verify", path, "--job", "short.toml", "--json"]);
+        let (code, data, messages) = streams(&output);
+        assert_eq!(code, 5, "{messages}");
+        assert!(messages.contains("the holder cuts into what stands beside"), "{messages}");
+        let report: Value = serde_json::from_str(data).unwrap();
+        assert!(report["hub"]["measured"]["holder_mm"].as_f64().unwrap() < 0.0, "{data}");
+    }
+}

@@ -3,7 +3,7 @@
 mod division;
 mod error;
 mod files;
-mod hub;
+pub(crate) mod hub;
 mod operations;
 mod program;
 mod setup;

@@ -1,5 +1,6 @@
 //! A path from a file → report and pictures of its verification, for paths made here and elsewhere.
 
+use crate::results::hub::{Beside, measured_on};
 use crate::results::{self, Input, OutputFile};
 use evencut_core::gcode::{self, CheckOptions, Finding, GcodeError};
 use evencut_core::geometry::{DVec3, math};
@@ -9,7 +10,7 @@ use evencut_core::mesh::{MeshFormat, ReadError, Repaired, Repairs, read, repair}
 use evencut_core::plan::{CuspBudget, Design, Files, PlanError, SurfaceKeys};
 use evencut_core::preview::{rate_map, residual_map};
 use evencut_core::report::{
-    FORMAT, FileRecord, Lines, VerificationFigures, VerificationReport, Versions,
+    FORMAT, FileRecord, HubVerdict, Lines, VerificationFigures, VerificationReport, Versions,
 };
 use evencut_core::surface::{Part, Warning};
 use evencut_core::toolpath::{CsvError, MoveKind, Toolpath};
@@ -75,6 +76,8 @@ pub struct Workpiece {
     pub bridges: Vec<bool>,
     /// What the whole tool must stay away from.
     pub avoided: Vec<Avoided>,
+    /// What stands beside the first channel of a hub.
+    pub beside: Option<Beside>,
     /// Repairs of a mesh file; `None` where there is nothing worth mentioning.
     pub mended: Option<Warning>,
 }
@@ -159,14 +162,15 @@ impl Workpiece {
     pub fn of_job(job: &Job, files: Files, threads: usize) -> Result<(Self, f64), VerdictError> {
         let failed = |error| VerdictError::Surface(Box::new(error));
         let keys = SurfaceKeys::of(job);
-        let Design { surface, guarded, bridges, avoided, .. } =
-            Design::new(&keys, files, threads).map_err(failed)?;
+        let designed = Design::new(&keys, files, threads).map_err(failed)?;
+        let beside = designed.passage().and_then(|p| Beside::of(job, p, &designed.guarded));
+        let Design { surface, guarded, bridges, avoided, .. } = designed;
         let (positions, faces) = surface.triangles();
         let design = Part { positions: positions.to_vec(), faces };
         let curvature = surface.curvature(job.surface.curvature_radius);
         let cusps = CuspBudget::of(job, &surface, &curvature).limit;
         let avoided = results::avoided(&avoided);
-        Ok((Self { rest: guarded, design, bridges, avoided, mended: None }, cusps))
+        Ok((Self { rest: guarded, design, bridges, avoided, beside, mended: None }, cusps))
     }
 
     /// The part in a mesh file, its lengths multiplied by `scale`: faces whose normals lie within `within` rad of +Z
@@ -308,12 +312,18 @@ pub fn verdict(
         ..options.clone()
     };
     let verification = verify(&read.path, design, rest, options, progress)?;
-    let findings = read.findings.iter().map(ToString::to_string).collect();
+    let clear = workpiece.beside.as_ref().and_then(|beside| {
+        let (measured, _) = measured_on(&read.path, beside, options.threads)?;
+        Some(HubVerdict { clearance_mm: beside.wanted, measured })
+    });
+    let mut findings: Vec<String> = read.findings.iter().map(ToString::to_string).collect();
+    findings.extend(clear.as_ref().and_then(HubVerdict::broken));
     let report = VerificationReport {
         format: FORMAT,
         versions: Versions { evencut: env!("CARGO_PKG_VERSION").into(), job_file: 1 },
         inputs: inputs.iter().map(|f| FileRecord::of(f.name, f.bytes)).collect(),
         verification: VerificationFigures::of(&verification, options, read.lines(), findings),
+        hub: clear,
     };
     let scallop = residual_map(design, rest, &verification, options.scallop, options.tolerance);
     let file =

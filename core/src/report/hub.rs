@@ -63,6 +63,25 @@ impl MeasuredClearance {
         let others = [self.shank_mm, self.holder_mm];
         others.into_iter().flatten().fold(self.cutter_mm, f64::min)
     }
+
+    fn line(&self, wanted: f64) -> String {
+        let ([x, y, z], part, smallest) = (self.at_mm, &self.part, self.smallest());
+        format!(
+            "{part} at least {smallest:.3} mm off the blades (wanted {wanted:.3} mm), at ({x:.2}, {y:.2}, {z:.2})"
+        )
+    }
+
+    /// The sentence about a clearance that is less than wanted.
+    fn broken(&self, wanted: f64) -> Option<String> {
+        let ([x, y, z], part, smallest) = (self.at_mm, &self.part, self.smallest());
+        let way = if smallest < 0.0 { "cuts into" } else { "comes too near to" };
+        (smallest < wanted).then(|| {
+            format!(
+                "the {part} {way} what stands beside the channel, at ({x:.2}, {y:.2}, {z:.2}): clearance {smallest:.4} mm, \
+                 hub.clearance is {wanted:.4} mm"
+            )
+        })
+    }
 }
 
 impl HubFigures {
@@ -94,7 +113,7 @@ impl HubFigures {
             ),
         ];
         if let Some(measured) = &self.measured {
-            lines.push(("clearance", self.clearance_line(measured)));
+            lines.push(("clearance", measured.line(self.clearance_mm)));
         }
         lines
     }
@@ -108,27 +127,30 @@ impl HubFigures {
         format!("{} channels{}", self.channels, clearance.unwrap_or_default())
     }
 
-    fn clearance_line(&self, measured: &MeasuredClearance) -> String {
-        let [x, y, z] = measured.at_mm;
-        format!(
-            "{} at least {:.3} mm off the blades (wanted {:.3} mm), at ({x:.2}, {y:.2}, {z:.2})",
-            measured.part,
-            measured.smallest(),
-            self.clearance_mm
-        )
+    /// The sentence about a clearance that is not kept.
+    pub fn broken(&self) -> Option<String> {
+        self.measured.as_ref()?.broken(self.clearance_mm)
+    }
+}
+
+/// Distances between the tool and what stands beside it in a channel, measured on a path that was judged by itself.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct HubVerdict {
+    /// Distance that the job wants between the tool and the blades, mm.
+    pub clearance_mm: f64,
+    /// What was measured.
+    pub measured: MeasuredClearance,
+}
+
+impl HubVerdict {
+    /// The line about it.
+    pub fn line(&self) -> String {
+        self.measured.line(self.clearance_mm)
     }
 
     /// The sentence about a clearance that is not kept.
     pub fn broken(&self) -> Option<String> {
-        let measured = self.measured.as_ref()?;
-        let smallest = measured.smallest();
-        let [x, y, z] = measured.at_mm;
-        (smallest < self.clearance_mm).then(|| {
-            format!(
-                "the {} comes within {smallest:.3} mm of what stands beside the channel, at ({x:.2}, {y:.2}, {z:.2}); \
-                 hub.clearance is {:.3} mm",
-                measured.part, self.clearance_mm
-            )
-        })
+        self.measured.broken(self.clearance_mm)
     }
 }

@@ -18,7 +18,7 @@ mod tensor;
 mod texture;
 mod verification;
 
-pub use hub::{HubFigures, MeasuredClearance};
+pub use hub::{HubFigures, HubVerdict, MeasuredClearance};
 pub use operations::{OperationFigures, OperationsReport};
 pub(crate) use page::escaped;
 pub use path::{ByKind, PathFigures, PlaneFigures, RateFigures};

@@ -1,5 +1,6 @@
 //! What the judge found, as numbers with stable keys and as text.
 
+use super::hub::HubVerdict;
 use super::json;
 use super::record::{FileRecord, Versions};
 use crate::geometry::DVec3;
@@ -942,9 +943,17 @@ pub struct VerificationReport {
     pub inputs: Vec<FileRecord>,
     /// What was found.
     pub verification: VerificationFigures,
+    /// Distances from the blades of a hub; null for other paths.
+    pub hub: Option<HubVerdict>,
 }
 
 impl VerificationReport {
+    /// What was found, as text.
+    pub fn to_text(&self) -> String {
+        let hub = self.hub.as_ref().map(|hub| format!("  {:<10}{}\n", "hub", hub.line()));
+        hub.unwrap_or_default() + &self.verification.to_text()
+    }
+
     /// The report as JSON, six significant digits.
     pub fn to_json(&self) -> String {
         json::pretty(self)

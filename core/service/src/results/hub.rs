@@ -1,14 +1,14 @@
 //! The channels of a hub → their figures.
 
 use crate::blisk::Blisk;
-use evencut_core::hub::{ChannelFigures, ChannelLines, Shortened};
+use evencut_core::hub::{ChannelFigures, ChannelLines, Passage, Shortened};
 use evencut_core::job::{BladeSurface, Job, SurfaceSource};
 use evencut_core::plan::{Files, PlanError, Planned, Prepared};
 use evencut_core::preview::{ChannelScene, Clearances, FlatLines};
 use evencut_core::report::{HubFigures, MeasuredClearance, Warning};
 use evencut_core::step::{SmoothFormat, StepFile};
 use evencut_core::surface::Part;
-use evencut_core::tool::AssemblyPart;
+use evencut_core::tool::{Assembly, AssemblyPart};
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
 use evencut_core::verify::{Facets, clearance};
 use std::borrow::Cow;
@@ -177,20 +177,51 @@ fn facets(part: &Part) -> Facets<'_> {
     Facets { positions: &part.positions, faces: &part.faces }
 }
 
-/// Distances of the tool from what stands beside the channel, measured on the path: in short, and along it.
+/// What stands beside a channel, and the tool that must stay away from it.
+#[derive(Clone, Debug)]
+pub struct Beside {
+    /// The blades.
+    pub blades: Part,
+    /// The blades and the hub about the channel.
+    pub all: Part,
+    /// The tool.
+    pub assembly: Assembly,
+    /// The distance that is wanted, mm.
+    pub wanted: f64,
+}
+
+impl Beside {
+    /// That of a job of a hub.
+    pub fn of(job: &Job, passage: &Passage, all: &Part) -> Option<Self> {
+        let wanted = job.hub.as_ref()?.clearance;
+        let (blades, assembly) = (passage.blades().clone(), job.assembly.clone());
+        Some(Self { blades, all: all.clone(), assembly, wanted })
+    }
+}
+
+/// Distances of the tool from what stands beside the channel, measured on the path of a plan: in short, and along it.
 pub fn measured(
     job: &Job,
     planned: &Planned,
     threads: usize,
 ) -> Option<(MeasuredClearance, Clearances)> {
-    let wanted = job.hub.as_ref()?.clearance;
-    let passage = planned.prepared.passage()?;
-    let path = simulated(planned);
-    let beyond = (FAR * wanted).max(job.tool.radius());
+    let beside = Beside::of(job, planned.prepared.passage()?, &planned.prepared.rest)?;
+    measured_on(&simulated(planned), &beside, threads)
+}
+
+/// The same of any path.
+pub fn measured_on(
+    path: &Toolpath,
+    beside: &Beside,
+    threads: usize,
+) -> Option<(MeasuredClearance, Clearances)> {
+    let Beside { blades, all, assembly, wanted } = beside;
+    let wanted = *wanted;
+    let beyond = (FAR * wanted).max(assembly.tool.radius());
     let accuracy = ACCURACY * wanted;
-    let of = |part: &Part| clearance(&path, facets(part), &job.assembly, beyond, accuracy, threads);
+    let of = |part: &Part| clearance(path, facets(part), assembly, beyond, accuracy, threads);
     // The cutter touches the hub; what is above it must not.
-    let (blades, all) = (of(passage.blades())?, of(&planned.prepared.rest)?);
+    let (blades, all) = (of(blades)?, of(all)?);
     let [cutter, _, _] = blades.by_part;
     let [_, shank, holder] = all.by_part;
     let cutter_mm = cutter.unwrap_or(beyond);
