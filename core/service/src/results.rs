@@ -1085,7 +1085,9 @@ fn warn_of_tables(out: &mut Vec<Warning>, job: &Job, planned: &Planned, delivere
         let message = format!(
             "the rotary axes make the path slower: {on_machine:.0} s on the machine, {without:.0} s without them"
         );
-        let remedy = if job.path.pattern.uses("traverse") {
+        let remedy = if job.hub.is_some() {
+            "use faster rotary axes (machine.max_rotary_speed)"
+        } else if job.path.pattern.uses("traverse") {
             "reduce cut.lead, set path.traverse = \"one-way\", or use faster rotary axes (machine.max_rotary_speed)"
         } else {
             "reduce cut.lead, or use faster rotary axes (machine.max_rotary_speed)"

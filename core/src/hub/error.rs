@@ -47,7 +47,7 @@ pub enum HubError {
     },
     /// The hub differs from pitch to pitch.
     #[error(
-        "hub: turned by a pitch, ({:.3}, {:.3}, {:.3}) mm lies {off:.4} mm off the hub, more than {tolerance:.4} mm; \
+        "hub: turned by a pitch, ({:.3}, {:.3}, {:.3}) mm lies {off:.6} mm off the hub; at most {tolerance:.6} mm may be; \
          correct hub.blades, hub.axis or hub.origin",
         at.x, at.y, at.z
     )]

@@ -94,7 +94,8 @@ impl Design {
             bridges: Vec::new(),
             guarded: rest.clone(),
             rest,
-            warnings: built.warnings,
+            // The side from which a channel is machined is known.
+            warnings: built.warnings.into_iter().filter(|w| !w.is_of_side()).collect(),
             part,
             avoided: Vec::new(),
             passage: Some((passage, about)),

@@ -157,6 +157,11 @@ impl std::fmt::Display for Repairs {
 }
 
 impl Warning {
+    /// Whether it doubts the side from which the surface is machined.
+    pub(crate) fn is_of_side(&self) -> bool {
+        matches!(self, Self::LooksDown { .. })
+    }
+
     /// What was mended, in words, when that is what the warning is about.
     pub fn repair(&self) -> Option<String> {
         match self {
