@@ -276,6 +276,24 @@ mod tests {
         assert!(square < stop && square > stop - 0.01);
     }
 
+    /// Ten moves of 10 mm around right angles, 50 mm/s, 1000 mm/s², 0.01 mm. A corner is run at the root of
+    /// 1000 * 0.01 * c / (1 - c) = 24.142, c = cos 45 degrees: 4.9135 mm/s. The first and the last move have ramps of 0.05 s and
+    /// 1.25 mm at rest and of 0.0450865 s and 1.237929 mm at the corner, the others two of those; the rest is run at 50 mm/s.
+    #[test]
+    fn ten_moves_take_the_time_of_trapezoids_by_hand() {
+        let mut at = DVec3::ZERO;
+        let mut points = vec![(MoveKind::Cut, at)];
+        for i in 0..10 {
+            at += if i % 2 == 0 { DVec3::X } else { DVec3::Y } * 10.0;
+            points.push((MoveKind::Cut, at));
+        }
+        let slow = Machine { max_acceleration: 1000.0, ..machine() };
+        let time = machine_time(&path(points, 50.0), &ball(), &slow, 0.01).limited.total();
+        let ends = 0.05 + 0.0450865 + (10.0 - 1.25 - 1.237929) / 50.0;
+        let middle = 2.0 * 0.0450865 + (10.0 - 2.0 * 1.237929) / 50.0;
+        assert!((time - (2.0 * ends + 8.0 * middle)).abs() < 1e-5, "{time}");
+    }
+
     #[test]
     fn kinds_are_told_apart_and_rapids_run_at_the_fastest_feed() {
         let points = [

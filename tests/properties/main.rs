@@ -12,4 +12,5 @@ mod regions;
 mod steady_load;
 mod tensor;
 mod texture;
+mod time;
 mod walls;
