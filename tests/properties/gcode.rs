@@ -229,7 +229,7 @@ fn a_program_that_is_not_the_path_is_found_out() {
 
 fn following(rounding: f64) -> Following {
     let clearance_plane = RAPID_PLANE;
-    Following { tolerance: TOLERANCE, rounding, radius: RADIUS, clearance_plane }
+    Following { tolerance: TOLERANCE, rounding, radius: RADIUS, clearance_plane, has_runs: false }
 }
 
 fn both_axes() -> [Axes; 2] {
@@ -245,6 +245,92 @@ fn ac() -> Axes {
 fn limited(axes: Axes, limit: impl Fn(RotaryAxis) -> RotaryAxis) -> Axes {
     let Axes::FiveAxis(chain) = axes else { return axes };
     Axes::FiveAxis(Chain::new(chain.axes().map(limit), chain.gauge_length()).unwrap())
+}
+
+/// Level rings of chords within a tenth of the tolerance, one inside the other, joined by links.
+fn level_rings() -> Toolpath {
+    let mut points = vec![point(MoveKind::Rapid, 0, DVec3::new(10.0, 0.0, 65.0), DVec3::Z, 0.0)];
+    for ring in 0..5 {
+        let r = 10.0 - f64::from(ring);
+        for i in 0..=500 {
+            let t = std::f64::consts::TAU * f64::from(i) / 500.0;
+            let (kind, tip) = (if i == 0 { MoveKind::Link } else { MoveKind::Cut }, t.sin_cos());
+            points.push(point(
+                kind,
+                ring as u32,
+                DVec3::new(r * tip.1, r * tip.0, 0.0),
+                DVec3::Z,
+                20.0,
+            ));
+        }
+    }
+    Toolpath { points }
+}
+
+/// The largest distance of the points of one line from another line, each looked for from where the last one was found
+/// on; the witness is not the product's.
+fn farthest(points: &[DVec3], line: &[DVec3]) -> f64 {
+    let to_segment = |p: DVec3, w: &[DVec3]| {
+        let way = w[1] - w[0];
+        let u = (p - w[0]).dot(way) / way.length_squared().max(f64::MIN_POSITIVE);
+        p.distance(w[0] + way * u.clamp(0.0, 1.0))
+    };
+    let mut at = 0;
+    let off = |p: &DVec3| {
+        let near = &line[at.min(line.len() - 2)..(at + 600).min(line.len())];
+        let all = near.windows(2).enumerate().map(|(i, w)| (i, to_segment(*p, w)));
+        let (i, off) = all.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+        at += i;
+        off
+    };
+    points.iter().map(off).fold(0.0, f64::max)
+}
+
+/// Blocks along lines and arcs are the path within half the tolerance, and so read the controllers' own parsers.
+#[test]
+fn runs_of_points_are_lines_and_arcs() {
+    let plain = options(Axes::ThreeAxis);
+    let arcs = Setup { arcs: true, ..plain.setup };
+    let options = ProgramOptions { setup: arcs, ..plain.clone() };
+    for (name, path) in [("level", level_rings()), ("wavy", rings(Axes::ThreeAxis, 9, 1000))] {
+        let points = program(&path, &plain).unwrap().text.lines().count();
+        for post in [Post::LinuxCnc, Post::Fanuc, Post::Haas, Post::Siemens, Post::Grbl] {
+            let text = program_of(post, &path, &options).unwrap().text;
+            let read = read_for(&options.machine, &text);
+            let following = Following { has_runs: true, ..following(1e-4) };
+            assert_eq!(leaves(&read, &path, following), None, "{post:?}, {name}");
+            // From the first point at feed on: before it rapids go their own way.
+            let cuts = |all: &[PathPoint]| -> Vec<DVec3> {
+                let cuts = all.iter().filter(|p| p.kind != MoveKind::Rapid && p.tip.z < 20.0);
+                cuts.map(|p| p.tip).collect()
+            };
+            let (planned, found) = (cuts(&path.points), cuts(&read.path.points));
+            let first = found.iter().position(|p| p.distance(planned[0]) < 0.001).unwrap();
+            let last = found.iter().rposition(|p| p.distance(planned[planned.len() - 1]) < 0.001);
+            let found = &found[first..=last.unwrap()];
+            let off = farthest(&planned, found).max(farthest(found, &planned));
+            assert!(off <= 0.5 * TOLERANCE + 0.0012, "{post:?}, {name}: {off}");
+            let blocks = text.lines().count();
+            println!("{name}, {post:?}: {blocks} blocks for {points}");
+            // A quarter on level ground, two thirds on slopes.
+            let most = if name == "level" { points / 4 } else { 2 * points / 3 };
+            assert!(blocks <= most, "{post:?}, {name}: {blocks} of {points}");
+            // The other way round it is another path.
+            let turned = text.replacen("G3 ", "G2 ", 1);
+            assert!(turned != text);
+            let read = read_for(&options.machine, &turned);
+            assert!(leaves(&read, &path, following).is_some(), "{post:?}, {name}");
+            match post {
+                Post::LinuxCnc => {
+                    assert!(interpreted(&text, name).is_none_or(|moves| moves.is_ok()));
+                }
+                Post::Grbl => assert!(accepted(&text, name).is_none_or(|ok| ok == Ok(()))),
+                _ => {}
+            }
+        }
+    }
+    let refused = program_of(Post::Heidenhain, &level_rings(), &options).unwrap_err().to_string();
+    assert!(refused.starts_with("post: heidenhain has no words for arcs"), "{refused}");
 }
 
 /// Points closer together than the tolerance, at a turn, are no leave of it.
@@ -309,6 +395,7 @@ fn numbers_coolant_and_offsets_come_into_every_program() {
         work_offset: Some(WorkOffset::G55),
         coolant: Coolant::Flood,
         spindle: SpindleDirection::CounterClockwise,
+        arcs: false,
     };
     let options = ProgramOptions { setup, ..options(Axes::ThreeAxis) };
     let path = rings(Axes::ThreeAxis, 2, 50);

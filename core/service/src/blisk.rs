@@ -25,6 +25,8 @@ const EVEN: f64 = 0.02;
 const SPLINTER: f64 = 0.1;
 /// Distance of the middle of a flat face from the axis, as a part of its radius, below which it lies around the axis.
 const CENTRED: f64 = 0.05;
+/// Widest gap between places, rad, seen along the axis, below which they stand all around it: blades leave more.
+const GAP: f64 = 0.25 * TAU;
 /// Places of a group, at most, whose heights over a hub are looked at.
 const PLACES: usize = 200;
 /// Cosine between normals of hub and fillet above which one continues the other, and the part of triangles on the hub.
@@ -136,6 +138,17 @@ fn axis_about(surface: &NurbsSurface, around: usize) -> Option<Axis> {
     Some(Axis { origin: first - way * first.dot(way), way })
 }
 
+/// Whether places stand all around an axis, such as the sides of a nut.
+fn encloses(places: &[DVec3], axis: &Axis) -> bool {
+    let across = any_perpendicular(axis.way);
+    let along = axis.way.cross(across);
+    let angle = |p: &DVec3| atan2((*p - axis.origin).dot(along), (*p - axis.origin).dot(across));
+    let mut angles: Vec<f64> = places.iter().map(angle).collect();
+    angles.order_by(f64::total_cmp);
+    let ends = angles.first().zip(angles.last()).map_or(TAU, |(a, b)| a + TAU - b);
+    angles.windows(2).map(|w| w[1] - w[0]).fold(ends, f64::max) < GAP
+}
+
 impl Blisk {
     /// The blisk in a file, `looked` at with [`StepFile::look`]; `None` if there is none.
     pub fn find(file: &StepFile, looked: &[Result<FaceMesh, StepError>]) -> Option<Self> {
@@ -177,7 +190,8 @@ impl Blisk {
                 let step = (all().count() / PLACES).max(1);
                 group.corners.iter().copied().chain(all().step_by(step)).collect::<Vec<DVec3>>()
             };
-            groups.iter().filter(|g| meets(surface, &places(g))).collect::<Vec<&Group>>()
+            let is_blade = |places: &[DVec3]| meets(surface, places) && !encloses(places, &axis);
+            groups.iter().filter(|g| is_blade(&places(g))).collect::<Vec<&Group>>()
         };
         let hubs = (0..count).filter(|i| is_round[*i]).map(|i| (of_hub(i), i));
         let by_blades = |a: &(Vec<&Group>, usize), b: &(Vec<&Group>, usize)| {

@@ -794,6 +794,10 @@ pub struct GcodeTable {
     /// Number of the program, where its post writes one.
     #[schemars(extend("default" = 1, "minimum" = 1, "maximum" = 9999))]
     pub program_number: Option<u32>,
+    /// Whether runs of points are written as one block where they lie along a line or an arc (G2, G3) within half of
+    /// `cut.tolerance`; three axes.
+    #[schemars(extend("default" = false))]
+    pub arcs: Option<bool>,
 }
 
 /// Post-processor, or none.

@@ -140,9 +140,10 @@ impl Job {
             Some(PostSource::Named(post)) => (Some(post_key(*post)), None),
             None => (Some(PostKey::None), None),
         };
-        let program_number = Some(self.setup.program_number);
+        let Setup { program_number, arcs, .. } = self.setup;
+        let (program_number, arcs) = (Some(program_number), Some(arcs));
         OutputTable {
-            gcode: Some(GcodeTable { post, post_file, program_number }),
+            gcode: Some(GcodeTable { post, post_file, program_number, arcs }),
             svg: Some(self.output.pictures.clone()),
         }
     }

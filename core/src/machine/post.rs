@@ -149,6 +149,8 @@ pub struct Setup {
     pub coolant: Coolant,
     /// Direction of the spindle.
     pub spindle: SpindleDirection,
+    /// Whether runs of points are one block where they lie along a line or an arc (G2, G3).
+    pub arcs: bool,
 }
 
 impl Default for Setup {
@@ -161,6 +163,7 @@ impl Default for Setup {
             work_offset: None,
             coolant: Coolant::Off,
             spindle: SpindleDirection::Clockwise,
+            arcs: false,
         }
     }
 }

@@ -1,9 +1,9 @@
 //! Lines of a program: names filled in, numbers formatted, unchanged words left out.
 
-use super::dialect::{Decimals, Dialect, Motion, Program};
+use super::dialect::{ArcWords, Decimals, Dialect, Motion, Program};
 use super::error::DialectError;
 use super::program::ProgramOptions;
-use crate::geometry::DVec3;
+use crate::geometry::{DVec2, DVec3};
 use crate::machine::{Axes, Carries, RotaryAxis, SpindleDirection};
 use crate::toolpath::push_fixed;
 use crate::units::per_minute;
@@ -56,7 +56,7 @@ pub(super) struct Written {
 /// What the controller remembers, as written.
 #[derive(Default)]
 struct Modal {
-    rapid: Option<bool>,
+    motion: String,
     words: [String; 9],
     feed: String,
 }
@@ -176,19 +176,10 @@ impl<'a> Blocks<'a> {
         let own = if feed.is_some() { &self.program.feed } else { &self.program.rapid };
         let common = if feed.is_some() { &self.dialect.feed } else { &self.dialect.rapid };
         let motion = own.as_ref().unwrap_or(common);
-        let is_new = self.modal.rapid.replace(feed.is_none()) != Some(feed.is_none());
+        let is_new = core::mem::replace(&mut self.modal.motion, motion.clone()) != *motion;
         let feed = match feed {
             None => self.dialect.rapid_feed.clone(),
-            Some((feed, always)) => {
-                let places = self.dialect.decimals.feed;
-                // No feed is written as 0, which no controller moves at.
-                let least = 1.0 / 10_u64.pow(places) as f64;
-                let value = number(feed.max(least), places, &unsigned(self.dialect));
-                let word = self.dialect.words.feed.replace("{}", &value);
-                let changes = self.modal.feed != word;
-                self.modal.feed = word;
-                if always || changes { self.modal.feed.clone() } else { String::new() }
-            }
+            Some((feed, always)) => self.feed_word(feed, always),
         };
         let separator = &self.dialect.separator;
         let position = format!("{}{}", self.dialect.position, moved.join(separator));
@@ -202,6 +193,44 @@ impl<'a> Blocks<'a> {
         }
         let words: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();
         self.line(&words.join(separator), true);
+    }
+
+    /// The feed word, if it changes, or `always`.
+    fn feed_word(&mut self, feed: f64, always: bool) -> String {
+        let places = self.dialect.decimals.feed;
+        // No feed is written as 0, which no controller moves at.
+        let least = 1.0 / 10_u64.pow(places) as f64;
+        let value = number(feed.max(least), places, &unsigned(self.dialect));
+        let word = self.dialect.words.feed.replace("{}", &value);
+        let changes = self.modal.feed != word;
+        self.modal.feed = word;
+        if always || changes { self.modal.feed.clone() } else { String::new() }
+    }
+
+    /// Writes a move along an arc to a place; `centre`: as seen from where it begins, mm; `feed`: as its word gives it.
+    pub fn go_along(
+        &mut self,
+        words: &ArcWords,
+        feed: f64,
+        to: DVec3,
+        (centre, counter_clockwise): (DVec2, bool),
+    ) {
+        let z = self.moved(&[(Letter::Z, to.z)]);
+        self.moved(&[(Letter::X, to.x), (Letter::Y, to.y)]);
+        let word = |letter: Letter| self.modal.words[letter as usize].clone();
+        let mut position = vec![word(Letter::X), word(Letter::Y)];
+        position.extend(z);
+        for (word, value) in [(&words.i, centre.x), (&words.j, centre.y)] {
+            position.push(word.replace("{}", &self.number(value, Quantity::Length)));
+        }
+        let motion = if counter_clockwise { &words.counter_clockwise } else { &words.clockwise };
+        self.modal.motion.clone_from(motion);
+        let feed = self.feed_word(feed, false);
+        let separator = &self.dialect.separator;
+        let position = format!("{}{}", self.dialect.position, position.join(separator));
+        let parts = [motion.as_str(), &position, &feed];
+        let parts: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();
+        self.line(&parts.join(separator), true);
     }
 
     /// The words of coordinates that change.

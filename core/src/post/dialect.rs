@@ -57,6 +57,8 @@ pub struct Dialect {
     pub(super) decimals: Decimals,
     pub(super) words: Words,
     pub(super) spindle: Spindle,
+    /// Blocks along arcs in the plane XY; `None` where there are none.
+    pub(super) arc: Option<ArcWords>,
     /// The word for each kind of coolant, and for `off`; `air-off` and its like where that has a word of its own.
     pub(super) coolant: BTreeMap<String, String>,
     /// The word for each work offset, G54 to G59.3.
@@ -119,6 +121,16 @@ pub(super) struct Words {
     pub j: Option<String>,
     pub k: Option<String>,
     pub feed: String,
+}
+
+/// Words of a block along an arc.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct ArcWords {
+    pub clockwise: String,
+    pub counter_clockwise: String,
+    /// Of the way from the beginning to the centre.
+    pub i: String,
+    pub j: String,
 }
 
 /// Words for the direction of the spindle.
@@ -241,6 +253,7 @@ impl Dialect {
             decimals: keys.required("decimals", Decimals::of_table)?,
             words: keys.required("words", Words::of_table)?,
             spindle: keys.required("spindle", Spindle::of_table)?,
+            arc: keys.table("arc", ArcWords::of_table)?,
             coolant: keys.table("coolant", |texts| texts.all_texts())?.unwrap_or_default(),
             work_offset: keys.table("work_offset", |texts| texts.all_texts())?.unwrap_or_default(),
             three_axis: program(keys, "three_axis")?,
@@ -263,6 +276,22 @@ impl Dialect {
     /// Whether a program may change tools on such a machine.
     pub fn changes_tools(&self, axes: &Axes) -> bool {
         self.program(axes).is_ok_and(|program| !program.change.is_empty())
+    }
+
+    /// The words of arcs, if such a machine is to have any.
+    ///
+    /// # Errors
+    /// [`DialectError::Arcs`] if there are none.
+    pub(super) fn arcs(
+        &self,
+        axes: &Axes,
+        wanted: bool,
+    ) -> Result<Option<&ArcWords>, DialectError> {
+        if !wanted || *axes != Axes::ThreeAxis {
+            return Ok(None);
+        }
+        let missing = || DialectError::Arcs { post: self.name.clone() };
+        self.arc.as_ref().map(Some).ok_or_else(missing)
     }
 
     /// Of angles in degrees.
@@ -379,10 +408,12 @@ impl Dialect {
     }
 
     fn validate_words(&self) -> Result<(), DialectError> {
-        for (key, word) in self.words.all() {
+        let of_arc = self.arc.iter().flat_map(|arc| [("i", &arc.i), ("j", &arc.j)]);
+        let all = self.words.all().map(|(key, word)| ("words", key, word));
+        for (table, key, word) in all.chain(of_arc.map(|(key, word)| ("arc", key, word))) {
             if word.matches("{}").count() != 1 || word.matches(['{', '}']).count() != 2 {
                 let rule = "a text with {} once, for the number".to_string();
-                return Err(value(&format!("words.{key}"), format!("{word:?}"), rule));
+                return Err(value(&format!("{table}.{key}"), format!("{word:?}"), rule));
             }
         }
         Ok(())
@@ -423,6 +454,10 @@ impl Dialect {
         all.extend(self.last.iter().map(|text| ("last", text)));
         all.extend(self.line_numbers.iter().map(|n| ("line_numbers.prefix", &n.prefix)));
         all.extend(self.words.all());
+        if let Some(arc) = &self.arc {
+            let ArcWords { clockwise, counter_clockwise, i, j } = arc;
+            all.extend([clockwise, counter_clockwise, i, j].map(|text| ("arc", text)));
+        }
         all.extend(self.coolant.values().map(|text| ("coolant", text)));
         all.extend(self.work_offset.values().map(|text| ("work_offset", text)));
         for (key, program) in [("three_axis", &self.three_axis), ("five_axis", &self.five_axis)] {
@@ -469,6 +504,16 @@ impl Spindle {
         let spindle = Self { clockwise, counter_clockwise: keys.text("counter-clockwise")? };
         keys.nothing_left()?;
         Ok(spindle)
+    }
+}
+
+impl ArcWords {
+    fn of_table(keys: &mut Keys) -> Result<Self, KeysError> {
+        let (clockwise, counter_clockwise) =
+            (keys.text("clockwise")?, keys.text("counter-clockwise")?);
+        let arc = Self { clockwise, counter_clockwise, i: keys.text("i")?, j: keys.text("j")? };
+        keys.nothing_left()?;
+        Ok(arc)
     }
 }
 

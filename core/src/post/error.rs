@@ -67,6 +67,14 @@ pub enum DialectError {
         /// Those that it has.
         known: String,
     },
+    /// It has no words for arcs.
+    #[error(
+        "post: {post} has no words for arcs; add [arc] to a copy of it, or leave output.gcode.arcs out"
+    )]
+    Arcs {
+        /// Its name.
+        post: String,
+    },
     /// It has no word for a work offset.
     #[error("post: {post} has no work offset {offset}; it has {known}")]
     WorkOffset {

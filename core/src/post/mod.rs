@@ -13,6 +13,7 @@ mod error;
 mod keys;
 mod program;
 mod render;
+mod runs;
 
 pub use dialect::Dialect;
 pub use error::{DialectError, PostError};
@@ -64,5 +65,6 @@ pub fn check(dialect: &Dialect, axes: &Axes, setup: &Setup) -> Result<(), Dialec
     dialect.rotary_words(axes)?;
     dialect.coolant(setup.coolant)?;
     dialect.work_offset(setup.work_offset)?;
+    dialect.arcs(axes, setup.arcs)?;
     Ok(())
 }

@@ -1,9 +1,10 @@
 //! The renderer: points → blocks.
 
 use super::blocks::{Blocks, Letter, Written, cutter, notes};
-use super::dialect::{Dialect, FeedMode, Orientation, Position};
+use super::dialect::{ArcWords, Dialect, FeedMode, Orientation, Position};
 use super::error::PostError;
 use super::program::{OperationProgram, Program, ProgramOptions};
+use super::runs::{MOST, Shape, longest};
 use crate::geometry::{DVec3, math};
 use crate::machine::{Angles, Axes, Chain, Leg, Tables};
 use crate::machine_time::commanded_time;
@@ -18,6 +19,10 @@ const LOW: f64 = 1e-3;
 const STILL: f64 = 1e-3;
 /// How far rounded positions may be beyond the range of a rotary axis, rad.
 const TURN_ROUNDING: f64 = 1e-7;
+/// Share of the tolerance by which a block may leave the points of its run.
+const RUNS: f64 = 0.5;
+/// By how much feeds may differ in a run, which has the slowest of them.
+const ALIKE: f64 = 0.01;
 /// Shortest time of a block, s.
 const SHORTEST: f64 = 1e-4;
 
@@ -91,8 +96,17 @@ fn written<'a>(
     let turned = [Turned::default(); 2];
     let mut writer = Writer { blocks, options, form, feed_mode, tables, reach, turned, legs };
     writer.start(&path.points);
-    for i in 1..path.points.len() {
-        writer.step(&path.points[i - 1], &path.points[i..])?;
+    let arcs = dialect.arcs(axes, options.setup.arcs)?;
+    let mut i = 1;
+    while i < path.points.len() {
+        let run = arcs.and_then(|words| writer.run(&path.points[i - 1..], words));
+        match run {
+            Some(moves) => i += moves,
+            None => {
+                writer.step(&path.points[i - 1], &path.points[i..])?;
+                i += 1;
+            }
+        }
     }
     writer.finish(&path.points[path.points.len() - 1], last_feed(&path.points));
     check_travel(&writer.reach, options)?;
@@ -336,6 +350,34 @@ impl Writer<'_> {
             _ => Speed::Time { time: travel / feed, travel, turn: 0.0 },
         };
         self.block(speed, to);
+    }
+
+    /// Writes the longest run of moves from the first point that one block will do for; how many they are.
+    fn run(&mut self, points: &[PathPoint], words: &ArcWords) -> Option<usize> {
+        let (mut least, mut most) = (f64::INFINITY, 0.0f64);
+        let is_alike = |p: &&PathPoint| {
+            (least, most) = (least.min(p.feed), most.max(p.feed));
+            p.kind != MoveKind::Rapid && most - least <= ALIKE * most
+        };
+        let alike = points[1..].iter().take(MOST).take_while(is_alike).count();
+        let tips: Vec<DVec3> = points[..=alike].iter().map(|p| p.tip).collect();
+        let (moves, shape) = longest(&tips, RUNS * self.options.tolerance)?;
+        let run = &points[1..=moves];
+        let feed = run.iter().map(|p| p.feed).fold(f64::INFINITY, f64::min);
+        run.iter().for_each(|p| self.extend(p.tip));
+        let end = &run[moves - 1];
+        match shape {
+            Shape::Line => self.block(
+                Speed::Feed(feed),
+                Place { tip: end.tip, axis: end.axis, rotary: self.rotary() },
+            ),
+            Shape::Arc { centre, counter_clockwise } => {
+                let centre = centre - points[0].tip.truncate();
+                let circle = (centre, counter_clockwise);
+                self.blocks.go_along(words, per_minute(feed), end.tip, circle);
+            }
+        }
+        Some(moves)
     }
 
     /// The move from a point of the path to the first of those that follow.

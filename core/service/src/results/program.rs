@@ -103,6 +103,7 @@ pub(super) fn checked(
         rounding,
         radius: job.tool.radius(),
         clearance_plane: plane,
+        has_runs: job.setup.arcs,
     };
     findings.extend(gcode::leaves(read, path, following));
     findings.iter().map(ToString::to_string).collect()

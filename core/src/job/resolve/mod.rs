@@ -64,6 +64,7 @@ impl Resolver<'_> {
         let name = self.name();
         let tool = self.tool();
         let machine = self.machine();
+        self.check_arcs(&machine.axes);
         let cut = self.cut(tool, &machine);
         let trochoid = self.trochoid(tool, &machine);
         let force = self.force(tool, cut.as_ref());

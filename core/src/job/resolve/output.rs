@@ -4,7 +4,7 @@ use super::resolver::Resolver;
 use crate::job::file::{JobFile, PostKey};
 use crate::job::output::{OutputOptions, Picture, Post, PostSource};
 use crate::job::regions::RegionMethod;
-use crate::machine::Setup;
+use crate::machine::{Axes, Setup};
 
 impl Resolver<'_> {
     pub(super) fn output(&mut self) -> OutputOptions {
@@ -50,6 +50,15 @@ impl Resolver<'_> {
         Some(PostSource::Named(post))
     }
 
+    /// Arcs are of three axes.
+    pub(super) fn check_arcs(&mut self, axes: &Axes) {
+        let asked = self.file.output.gcode.as_ref().and_then(|gcode| gcode.arcs);
+        if asked == Some(true) && *axes != Axes::ThreeAxis {
+            let message = format!("says nothing about five axes ({})", self.named("machine.axes"));
+            self.fault("output.gcode.arcs", message, "leave it out");
+        }
+    }
+
     /// What the program sets up before the first move.
     pub(super) fn setup(&self) -> Setup {
         let JobFile { tool, cut, machine, output, .. } = self.file;
@@ -64,6 +73,7 @@ impl Resolver<'_> {
             work_offset: machine.work_offset,
             coolant: cut.coolant.unwrap_or_default(),
             spindle: cut.spindle_direction.unwrap_or_default(),
+            arcs: gcode.and_then(|gcode| gcode.arcs).unwrap_or_default(),
         }
     }
 }
