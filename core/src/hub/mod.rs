@@ -8,7 +8,7 @@
 //! ball (`beside`);
 //! sides of the channel, between one blade's curve and the next one's (`sides`, `layout`); its map to the unit square
 //! (`channel`); passes (`strips`); tool axes between the blades (`axes`, `clearance`); points, extensions and links
-//! (`path`). One channel is planned; the others are turned.
+//! (`path`); what the path leaves too high, and passes over that (`rest`). One channel is planned; the others are turned.
 //!
 //! Source: S-HUB, spec of the project, with its corrections: neighbours are turned in space, and passes leave a radial
 //! channel along the meridian.

@@ -326,11 +326,8 @@ impl Passage {
         let parts = &self.layout.parts;
         let measured: Vec<Measured> =
             parts.iter().map(|part| Measured::new(&self.wheel, &part.channel, &strip)).collect();
-        let laid = |measured: &[Measured]| -> Vec<Vec<Line>> {
-            let of_part = |(m, p): (&Measured, &Part)| m.strips(&self.wheel, &p.channel);
-            measured.iter().zip(parts).map(of_part).collect()
-        };
-        let strips = laid(&measured);
+        let strips = measured.iter().zip(parts).map(|(m, p)| m.strips(&self.wheel, &p.channel));
+        let strips: Vec<Vec<Line>> = strips.collect();
         let of_part = |(i, m): (usize, &Measured)| parts[i].own(m.equal_parts(), i == 0);
         let equal: Vec<Vec<Line>> = measured.iter().enumerate().map(of_part).collect();
         let length = |of_parts: &[Vec<Line>]| -> f64 {
@@ -360,10 +357,8 @@ impl Passage {
             clear: &clear,
         });
         let routes: Vec<Route> = routes.collect();
-        let mut best = match spacing {
-            HubPasses::EqualParameter => self.gone_over(&routes, &measured, equal, options),
-            _ => self.gone_over(&routes, &measured, strips, options),
-        };
+        let lines = if spacing == HubPasses::Strips { strips } else { equal };
+        let mut best = self.gone_over(&routes, &measured, lines, options);
         if spacing == HubPasses::Strips {
             for _ in 0..ROUNDS {
                 if best.highest() == 0.0 {

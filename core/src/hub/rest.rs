@@ -20,6 +20,8 @@ const CLAMP: f64 = 10.0;
 /// Rows for each strip's width at which gaps between passes are looked at, and at most.
 const LOOKED_AT: f64 = 3.0;
 const MOST_ROWS: f64 = 8192.0;
+/// Places that are looked at, at most: with many passes rows lie farther apart.
+const MOST_PLACES: f64 = 3e6;
 /// How far beside the middle of a gap heights are looked at, too, parts of the gap: crests may lie beside it.
 const BESIDE: f64 = 0.06;
 /// How far from what is too high a pass may end that is made longer, and how far passes run beyond it, strips.
@@ -50,8 +52,9 @@ pub fn gaps(measured: &Measured, lines: &[Line]) -> Vec<Gap> {
     let along = |row: usize| measured.at(row, 0.5)[0].sqrt();
     let long: f64 = (1..ROWS).map(|row| 0.5 * (along(row - 1) + along(row))).sum();
     let long = long * part(1, ROWS);
-    let rows = (LOOKED_AT * long / measured.narrowest).clamp((ROWS - 1) as f64, MOST_ROWS);
-    let rows = rows.ceil() as usize + 1;
+    let fewest = (ROWS - 1) as f64;
+    let most = (MOST_PLACES / (3.0 * (lines.len() + 1) as f64)).clamp(fewest, MOST_ROWS);
+    let rows = (LOOKED_AT * long / measured.narrowest).clamp(fewest, most).ceil() as usize + 1;
     let mut gaps = Vec::new();
     for s in (0..rows).map(|row| part(row, rows)) {
         let here = lines.iter().enumerate().filter(|(_, l)| (l.from..=l.to).contains(&s));
