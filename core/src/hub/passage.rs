@@ -609,7 +609,7 @@ impl Run {
     fn left_on(&self, routes: &[Route]) -> (f64, Option<DVec3>) {
         let all =
             || routes.iter().zip(&self.left).flat_map(|(r, left)| left.iter().map(move |l| (r, l)));
-        let area = all().map(|(_, left)| left.gap.area).sum();
+        let area = all().fold(0.0, |area, (_, left)| area + left.gap.area);
         let highest = all().max_by(|a, b| a.1.height.total_cmp(&b.1.height));
         (area, highest.map(|(r, l)| r.channel.place(r.wheel, l.gap.s, l.gap.t)))
     }
