@@ -31,7 +31,7 @@ use crate::geometry::DVec2;
 use crate::mesh::FaceId;
 use branch::{AnchoredBranch, closed};
 use chooser::Chooser;
-use cluster::Nearness;
+use cluster::Clusters;
 pub use gaps::Place as Gap;
 use gaps::{Place, gaps};
 pub use options::ClosingOptions;
@@ -104,7 +104,6 @@ pub fn close(
     if places.len() > MOST_PLACES {
         return report(&passes, &places, found.widest_kept, terrain);
     }
-    let mut near = Nearness::of(&places, options.threads);
     for _ in 0..ROUNDS {
         let chooser = Chooser {
             passes: &passes,
@@ -112,13 +111,13 @@ pub fn close(
             order: options.order,
             lags: options.footprint.lags(),
         };
-        let clusters = cluster::clusters(&places, &near);
+        let clusters = Clusters::of(&places);
         let wide = clusters.iter().filter(|b| b.deepest().gap > ACCEPTED);
-        let branches: Vec<AnchoredBranch> = wide.filter_map(|b| chooser.branch(b)).collect();
+        let branches: Vec<AnchoredBranch> = wide.filter_map(|b| chooser.branch(&b)).collect();
         if branches.is_empty() {
             break;
         }
-        near = near.among(&lower(&mut places, passes.add(branches)));
+        lower(&mut places, passes.add(branches));
     }
     passes.attach(rings);
     report(&passes, &places, found.widest_kept, terrain)
@@ -138,16 +137,14 @@ fn mean_pass(mesh: &PassMesh) -> f64 {
     if passes > 0.0 { (flat / passes).sqrt() } else { 1.0 }
 }
 
-/// Lowers the gaps by new branches and drops the places that are within the limit; returns which were kept.
-fn lower(places: &mut Vec<Place>, branches: &Tree) -> Vec<bool> {
+/// Lowers the gaps by new branches and drops the places that are within the limit.
+fn lower(places: &mut Vec<Place>, branches: &Tree) {
     for place in places.iter_mut() {
         if let Some(hit) = branches.nearest(&place.metric, place.at, place.gap, |_| true) {
             place.gap = hit.distance;
         }
     }
-    let kept = places.iter().map(|p| p.gap > gaps::LIMIT).collect();
     places.retain(|p| p.gap > gaps::LIMIT);
-    kept
 }
 
 fn report(

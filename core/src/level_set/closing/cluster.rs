@@ -3,78 +3,81 @@
 use super::gaps::{LIMIT, Place, RASTER};
 use crate::geometry::{DVec2, OrderBy};
 use crate::level_set::strip_metric::FlatMetric;
-use crate::parallel;
+use core::cell::OnceCell;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// Places this close are neighbours, passes.
 const LINK: f64 = 1.2 * RASTER;
-/// Places handed to a thread at a time.
-const CHUNK: usize = 2048;
-/// Cells of the search for neighbours along the longer side of all places, at most.
-const MOST_CELLS: f64 = 1024.0;
 /// Excess over the limit that counts as small when the middle line is sought, passes. Smaller: the line keeps closer
 /// to the middle; larger: it is shorter.
 const SHALLOW: f64 = 0.02;
+/// Fraction by which places are searched a little farther than [`LINK`], because of rounding.
+const ROUNDING: f64 = 1e-9;
 
-/// The neighbours of every place.
-pub struct Nearness {
-    /// Where the neighbours of every place begin, and where the last ones end.
-    begins: Vec<usize>,
-    /// Neighbours and their distances, passes, by index.
-    links: Vec<(u32, f64)>,
+/// Places in rows of the plane, each row from left to right.
+struct Rows {
+    low: f64,
+    height: f64,
+    /// Where every row begins, and where the last one ends.
+    begins: Vec<u32>,
+    /// Horizontal coordinates and indices of the places.
+    entries: Vec<(f64, u32)>,
 }
 
-impl Nearness {
-    /// Of all places.
-    pub fn of(places: &[Place], threads: usize) -> Self {
-        let grid = Grid::of(places);
-        let numbered: Vec<u32> = (0..places.len() as u32).collect();
-        let chunks: Vec<&[u32]> = numbered.chunks(CHUNK).collect();
-        let near = |&&own: &&u32, links: &mut Vec<(u32, f64)>| {
-            let (place, first) = (&places[own as usize], links.len());
-            grid.visit(place, |id| {
-                let distance = place.metric.length(place.at - places[id as usize].at);
-                if distance <= LINK {
-                    links.push((id, distance));
-                }
-            });
-            links[first..].order_total_by_key(|(id, _)| *id);
-            links.len()
+impl Rows {
+    fn of(places: &[Place]) -> Self {
+        let heights = || places.iter().map(|p| p.at.y);
+        let low = heights().fold(f64::INFINITY, f64::min);
+        let extent = heights().fold(f64::NEG_INFINITY, f64::max) - low;
+        let mut reaches: Vec<f64> = places.iter().map(reach).collect();
+        let middle = reaches.len() / 2;
+        let typical = match reaches.is_empty() {
+            true => 1.0,
+            false => *reaches.select_nth_unstable_by(middle, f64::total_cmp).1,
         };
-        let parts = parallel::map(threads, &chunks, |chunk| {
-            let mut links = Vec::new();
-            let ends: Vec<usize> = chunk.iter().map(|own| near(&own, &mut links)).collect();
-            (ends, links)
-        });
-        let mut all = Self { begins: vec![0], links: Vec::new() };
-        for (ends, links) in parts {
-            let first = all.links.len();
-            all.begins.extend(ends.into_iter().map(|end| first + end));
-            all.links.extend(links);
-        }
-        all
+        // No more rows than a few times the places.
+        let least = (extent / (2.0 * places.len() as f64 + 1.0)).max(f64::MIN_POSITIVE);
+        let height = if typical.is_finite() { typical.max(least) } else { least };
+        let mut rows = Self { low, height, begins: Vec::new(), entries: Vec::new() };
+        let mut keyed: Vec<(usize, f64, u32)> =
+            (0..).zip(places).map(|(id, p)| (rows.row_of(p.at.y), p.at.x, id)).collect();
+        keyed.order_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        let count = keyed.last().map_or(0, |last| last.0 + 1);
+        let begin = |row: usize| keyed.partition_point(|k| k.0 < row) as u32;
+        rows.begins = (0..=count).map(begin).collect();
+        rows.entries = keyed.into_iter().map(|(_, x, id)| (x, id)).collect();
+        rows
     }
 
-    /// The neighbours among the places that are kept, which are renumbered.
-    pub fn among(&self, kept: &[bool]) -> Self {
-        let mut count = 0;
-        let number = |is_kept: &bool| {
-            count += u32::from(*is_kept);
-            count.wrapping_sub(1)
-        };
-        let numbers: Vec<u32> = kept.iter().map(number).collect();
-        let mut out = Self { begins: vec![0], links: Vec::new() };
-        for place in (0..kept.len()).filter(|&place| kept[place]) {
-            let links = self.links(place).iter().filter(|(id, _)| kept[*id as usize]);
-            out.links.extend(links.map(|&(id, distance)| (numbers[id as usize], distance)));
-            out.begins.push(out.links.len());
-        }
-        out
+    /// The row of a height; what is below the first one belongs to it.
+    fn row_of(&self, y: f64) -> usize {
+        ((y - self.low) / self.height) as usize
     }
 
-    fn links(&self, place: usize) -> &[(u32, f64)] {
-        &self.links[self.begins[place]..self.begins[place + 1]]
+    /// Calls `found` for all places within [`LINK`] of one, and for some others: in every row those that the ellipse
+    /// of that metric covers.
+    fn visit(&self, place: &Place, mut found: impl FnMut(u32)) {
+        let (at, FlatMetric { xx, xy, yy }) = (place.at, place.metric);
+        // The ellipse is xx x² + 2 xy x y + yy y² = LINK².
+        let link = LINK * (1.0 + ROUNDING);
+        let lean = xy / xx;
+        let square = (yy - lean * xy).max(f64::MIN_POSITIVE);
+        let high = link / square.sqrt();
+        let last = (self.begins.len() - 1).min(self.row_of(at.y + high) + 1);
+        for row in self.row_of(at.y - high)..last {
+            let low = self.low + row as f64 * self.height - at.y;
+            let [from, to] = [low, low + self.height].map(|y| y.max(-high).min(high));
+            let nearest = from.max(0.0).min(to);
+            let half = ((link * link - square * nearest * nearest).max(0.0) / xx).sqrt();
+            let [from, to] = [-lean * from, -lean * to];
+            let (left, right) = (at.x + from.min(to) - half, at.x + from.max(to) + half);
+            let [begin, end] = [row, row + 1].map(|r| self.begins[r] as usize);
+            let entries = &self.entries[begin..end];
+            let first = entries.partition_point(|entry| entry.0 < left);
+            let within = entries[first..].iter().take_while(|entry| entry.0 <= right);
+            within.for_each(|entry| found(entry.1));
+        }
     }
 }
 
@@ -83,126 +86,123 @@ fn reach(place: &Place) -> f64 {
     LINK / place.metric.most().max(f64::MIN_POSITIVE)
 }
 
-/// Places by the grid cells of the plane in which they lie.
-struct Grid {
-    low: DVec2,
-    cell: f64,
-    columns: usize,
-    rows: usize,
-    /// Where the places of every cell begin, and where the last ones end.
-    begins: Vec<u32>,
-    ids: Vec<u32>,
-}
-
-impl Grid {
-    fn of(places: &[Place]) -> Self {
-        let points = || places.iter().map(|p| p.at);
-        let low = points().fold(DVec2::INFINITY, DVec2::min);
-        let high = points().fold(DVec2::NEG_INFINITY, DVec2::max);
-        let mut reaches: Vec<f64> = places.iter().map(reach).collect();
-        let middle = reaches.len() / 2;
-        let typical = match reaches.is_empty() {
-            true => 1.0,
-            false => *reaches.select_nth_unstable_by(middle, f64::total_cmp).1,
-        };
-        // No more cells than a few times the places, either.
-        let most = MOST_CELLS.min(2.0 * (places.len() as f64).sqrt() + 1.0);
-        let finest = (high - low).max_element().max(f64::MIN_POSITIVE) / most;
-        let cell = if typical.is_finite() { typical.max(finest) } else { finest };
-        let mut grid =
-            Self { low, cell, columns: 1, rows: 1, begins: Vec::new(), ids: vec![0; places.len()] };
-        if !places.is_empty() {
-            [grid.columns, grid.rows] = grid.count(high).map(|k| k + 1);
-        }
-        let mut begins = vec![0u32; grid.columns * grid.rows + 1];
-        points().for_each(|at| begins[grid.cell_of(at) + 1] += 1);
-        (1..begins.len()).for_each(|c| begins[c] += begins[c - 1]);
-        let mut next = begins.clone();
-        for (id, at) in points().enumerate() {
-            let slot = &mut next[grid.cell_of(at)];
-            grid.ids[*slot as usize] = id as u32;
-            *slot += 1;
-        }
-        grid.begins = begins;
-        grid
-    }
-
-    /// Column and row of a place; places before the first cell belong to it.
-    fn count(&self, at: DVec2) -> [usize; 2] {
-        ((at - self.low) / self.cell).to_array().map(|x| x as usize)
-    }
-
-    fn cell_of(&self, at: DVec2) -> usize {
-        let [column, row] = self.count(at);
-        row.min(self.rows - 1) * self.columns + column.min(self.columns - 1)
-    }
-
-    /// Calls `found` for all places within [`LINK`] of one, and for some others: in every row of cells those that the
-    /// ellipse of that metric covers.
-    fn visit(&self, place: &Place, mut found: impl FnMut(u32)) {
-        let (at, FlatMetric { xx, xy, yy }) = (place.at, place.metric);
-        // The ellipse is xx x² + 2 xy x y + yy y² = LINK².
-        let lean = xy / xx;
-        let square = (yy - lean * xy).max(f64::MIN_POSITIVE);
-        let high = LINK / square.sqrt();
-        let [_, bottom] = self.count(at - DVec2::Y * high);
-        let [_, top] = self.count(at + DVec2::Y * high);
-        for row in bottom..=top.min(self.rows - 1) {
-            let low = self.low.y + row as f64 * self.cell - at.y;
-            let [from, to] = [low, low + self.cell].map(|y| y.max(-high).min(high));
-            let nearest = from.max(0.0).min(to);
-            let half = ((LINK * LINK - square * nearest * nearest).max(0.0) / xx).sqrt();
-            let [from, to] = [-lean * from, -lean * to];
-            // A cell more on either side for rounding.
-            let [left, _] = self.count(at + DVec2::X * (from.min(to) - half - self.cell));
-            let [right, _] = self.count(at + DVec2::X * (from.max(to) + half + self.cell));
-            let right = right.min(self.columns - 1);
-            let first = row * self.columns;
-            let [from, to] = [left.min(right), right + 1].map(|c| self.begins[first + c] as usize);
-            self.ids[from..to].iter().copied().for_each(&mut found);
-        }
-    }
-}
-
-/// Places and their neighbours.
-pub struct Cluster<'a> {
+/// Places and which of them belong together.
+pub struct Clusters<'a> {
     places: &'a [Place],
-    members: Vec<u32>,
-    /// By index in `members`.
-    near: Nearness,
+    rows: Rows,
+    /// The first place of the cluster of every place.
+    first: Vec<u32>,
+    /// The number of every place in its cluster.
+    number: Vec<u32>,
+    /// The places of every cluster, in order.
+    members: Vec<Vec<u32>>,
 }
 
-/// Puts the places into connected clusters, in order of their first places.
-pub fn clusters<'a>(places: &'a [Place], near: &Nearness) -> Vec<Cluster<'a>> {
-    let mut index = vec![u32::MAX; places.len()];
-    let mut out = Vec::new();
-    for first in 0..places.len() {
-        if index[first] != u32::MAX {
-            continue;
+impl<'a> Clusters<'a> {
+    /// Puts the places into connected clusters, in order of their first places.
+    pub fn of(places: &'a [Place]) -> Self {
+        let rows = Rows::of(places);
+        let mut sets = Sets::new(places.len());
+        for (own, place) in (0..).zip(places) {
+            rows.visit(place, |id| {
+                if sets.first(id) != sets.first(own) && is_near(place, &places[id as usize]) {
+                    sets.join(own, id);
+                }
+            });
         }
-        let mut members = vec![first as u32];
-        let mut own = Nearness { begins: vec![0], links: Vec::new() };
-        index[first] = 0;
-        while own.begins.len() <= members.len() {
-            let member = members[own.begins.len() - 1];
-            for &(id, distance) in near.links(member as usize) {
-                let known = index[id as usize];
-                if known == u32::MAX {
-                    index[id as usize] = members.len() as u32;
-                    members.push(id);
-                }
-                // Nearness is measured where one is, and need not be mutual: a place that is near to none of
-                // an earlier cluster may have neighbours in it, which are not its cluster's.
-                let number = index[id as usize];
-                if members.get(number as usize) == Some(&id) {
-                    own.links.push((number, distance));
-                }
+        let first: Vec<u32> = (0..places.len() as u32).map(|id| sets.first(id)).collect();
+        let mut members: Vec<Vec<u32>> = Vec::new();
+        let mut cluster = vec![0; places.len()];
+        let mut number = vec![0; places.len()];
+        for (id, &first) in (0..).zip(&first) {
+            if first == id {
+                cluster[id as usize] = members.len();
+                members.push(Vec::new());
             }
-            own.begins.push(own.links.len());
+            let of = &mut members[cluster[first as usize]];
+            number[id as usize] = of.len() as u32;
+            of.push(id);
         }
-        out.push(Cluster { places, members, near: own });
+        Self { places, rows, first, number, members }
     }
-    out
+
+    /// Every cluster.
+    pub fn iter(&self) -> impl Iterator<Item = Cluster<'_>> {
+        self.members.iter().map(|members| Cluster { all: self, members, near: OnceCell::new() })
+    }
+
+    /// The neighbours of the members of a cluster.
+    fn nearness(&self, members: &[u32]) -> Nearness {
+        let mut near = Nearness { begins: vec![0], links: Vec::new() };
+        for &member in members {
+            let (place, begin) = (&self.places[member as usize], near.links.len());
+            self.rows.visit(place, |id| {
+                let is_member = self.first[id as usize] == self.first[member as usize];
+                if is_member && is_near(place, &self.places[id as usize]) {
+                    near.links.push(self.number[id as usize]);
+                }
+            });
+            near.links[begin..].order_total();
+            near.begins.push(near.links.len());
+        }
+        near
+    }
+}
+
+fn is_near(place: &Place, other: &Place) -> bool {
+    distance(place, other) <= LINK
+}
+
+/// How far a place is from another, passes.
+fn distance(place: &Place, other: &Place) -> f64 {
+    place.metric.length(place.at - other.at)
+}
+
+/// Sets of numbers, each known by its first one.
+struct Sets {
+    /// A number of the same set that is not larger; that of the first is its own.
+    before: Vec<u32>,
+}
+
+impl Sets {
+    fn new(count: usize) -> Self {
+        Self { before: (0..count as u32).collect() }
+    }
+
+    fn first(&mut self, mut id: u32) -> u32 {
+        while self.before[id as usize] != id {
+            let before = self.before[id as usize];
+            self.before[id as usize] = self.before[before as usize];
+            id = before;
+        }
+        id
+    }
+
+    fn join(&mut self, one: u32, other: u32) {
+        let (one, other) = (self.first(one), self.first(other));
+        self.before[one.max(other) as usize] = one.min(other);
+    }
+}
+
+/// The neighbours of every member of a cluster, as members.
+struct Nearness {
+    /// Where the neighbours of every member begin, and where the last ones end.
+    begins: Vec<usize>,
+    links: Vec<u32>,
+}
+
+impl Nearness {
+    fn links(&self, member: u32) -> &[u32] {
+        &self.links[self.begins[member as usize]..self.begins[member as usize + 1]]
+    }
+}
+
+/// Places that are connected.
+pub struct Cluster<'a> {
+    all: &'a Clusters<'a>,
+    members: &'a [u32],
+    /// Once it is asked for.
+    near: OnceCell<Nearness>,
 }
 
 /// Cost of a step between neighbours when a line is sought.
@@ -217,12 +217,12 @@ enum Cost {
 impl Cluster<'_> {
     /// The places.
     pub fn places(&self) -> impl Iterator<Item = &Place> + '_ {
-        self.members.iter().map(|&m| &self.places[m as usize])
+        self.members.iter().map(|&m| &self.all.places[m as usize])
     }
 
     /// A member's place.
     pub fn member(&self, member: u32) -> &Place {
-        &self.places[self.members[member as usize] as usize]
+        &self.all.places[self.members[member as usize] as usize]
     }
 
     /// The place with the widest gap.
@@ -278,6 +278,7 @@ impl Cluster<'_> {
     /// Dijkstra 1959: cost of the cheapest way to each member, and the member before it on the way.
     fn distances(&self, from: u32, cost: Cost, allowed: &[bool]) -> (Vec<f64>, Vec<u32>) {
         let deepest = self.deepest().gap - LIMIT + SHALLOW;
+        let near = self.near.get_or_init(|| self.all.nearness(self.members));
         let mut distance = vec![f64::INFINITY; self.members.len()];
         let mut before = vec![from; self.members.len()];
         let mut open = BinaryHeap::from([Reverse((0u64, from))]);
@@ -286,7 +287,8 @@ impl Cluster<'_> {
             if bits != distance[at as usize].to_bits() {
                 continue;
             }
-            for &(to, length) in self.near.links(at as usize) {
+            for &to in near.links(at) {
+                let length = self::distance(self.member(at), self.member(to));
                 let weight = match cost {
                     Cost::Length => 1.0,
                     Cost::Middle => deepest / (self.member(to).gap - LIMIT + SHALLOW),
@@ -324,19 +326,23 @@ mod tests {
     #[test]
     fn neighbours_are_what_a_search_of_all_finds() {
         let places = places();
-        let near = Nearness::of(&places, 2);
-        let kept: Vec<bool> = (0..places.len()).map(|i| i % 3 != 1).collect();
-        let left: Vec<Place> = (0..places.len()).filter(|&i| kept[i]).map(|i| places[i]).collect();
-        for (places, near) in [(&places, &near), (&left, &near.among(&kept))] {
-            for (i, place) in places.iter().enumerate() {
-                let distance = |other: &Place| place.metric.length(place.at - other.at);
-                let all = places.iter().map(distance).enumerate();
-                let expected: Vec<(u32, f64)> =
-                    all.filter(|d| d.1 <= LINK).map(|(k, d)| (k as u32, d)).collect();
-                assert_eq!(near.links(i), expected);
+        let clusters = Clusters::of(&places);
+        let mut links = 0;
+        for cluster in clusters.iter() {
+            let near = clusters.nearness(cluster.members);
+            for (member, &id) in (0..).zip(cluster.members) {
+                let place = &places[id as usize];
+                let all = places.iter().enumerate().filter(|(_, other)| is_near(place, other));
+                let expected: Vec<u32> = all.map(|(k, _)| k as u32).collect();
+                let found: Vec<u32> =
+                    near.links(member).iter().map(|&m| cluster.members[m as usize]).collect();
+                assert_eq!(found, expected);
+                links += found.len();
             }
         }
-        assert!(near.links.len() > 2 * places.len());
-        assert!(clusters(&[], &Nearness::of(&[], 1)).is_empty());
+        assert!(links > 2 * places.len());
+        assert!(clusters.members.len() > 1);
+        assert_eq!(clusters.members.concat().len(), places.len());
+        assert_eq!(Clusters::of(&[]).iter().count(), 0);
     }
 }
