@@ -2,7 +2,8 @@
 //!
 //! A quadtree over the plane. A leaf is *done* when it lies outside of the region or inside one capsule; otherwise it
 //! lists the capsules and the edges of the region that touch it, so every answer is exact for the polyline path: the
-//! tree only selects the few shapes to test. Changes are recorded, so that a trial move can be undone.
+//! tree only selects the few shapes to test. Changes are recorded, so that a trial move can be undone. Squares of what
+//! is done serve again for others, so that the tree is as large as the front of what is swept.
 
 use super::arc::Engagement;
 use super::capsule::{Capsule, circle_segment};
@@ -97,6 +98,8 @@ pub struct Checkpoint {
 #[derive(Clone, Debug)]
 pub struct Stock {
     nodes: Vec<Node>,
+    /// The first of every four nodes that are no longer part of the tree.
+    free: Vec<u32>,
     root: (DVec2, f64),
     capsules: Vec<Capsule>,
     sides: Vec<[DVec2; 2]>,
@@ -121,6 +124,7 @@ impl Stock {
         };
         let mut stock = Self {
             nodes: vec![Node::Leaf(leaf)],
+            free: Vec::new(),
             root: (center, half),
             capsules: Vec::new(),
             sides,
@@ -148,7 +152,7 @@ impl Stock {
 
     /// Marks a state that [`Self::rollback`] returns to. Checkpoints do not nest.
     pub fn checkpoint(&mut self) -> Checkpoint {
-        self.journal.clear();
+        self.commit();
         self.journalling = true;
         Checkpoint { journal: 0, capsules: self.capsules.len(), nodes: self.nodes.len() }
     }
@@ -162,7 +166,15 @@ impl Stock {
                         leaf.capsules.pop();
                     }
                 }
-                Some(Undo::Replaced(node, old)) => self.nodes[node as usize] = old,
+                Some(Undo::Replaced(node, old)) => {
+                    let undone = core::mem::replace(&mut self.nodes[node as usize], old);
+                    if let (Node::Inner(first), Node::Leaf(_)) =
+                        (undone, &self.nodes[node as usize])
+                        && (first as usize) < to.nodes
+                    {
+                        self.release(first);
+                    }
+                }
                 None => break,
             }
         }
@@ -172,8 +184,24 @@ impl Stock {
 
     /// Keeps what was swept since the checkpoint.
     pub fn commit(&mut self) {
-        self.journal.clear();
+        for undo in core::mem::take(&mut self.journal) {
+            // What replaced inner nodes is done.
+            if let Undo::Replaced(_, Node::Inner(first)) = undo {
+                self.release(first);
+            }
+        }
         self.journalling = false;
+    }
+
+    /// Takes four nodes, and all below them, from the tree.
+    fn release(&mut self, first: u32) {
+        for node in first..first + 4 {
+            let old = core::mem::replace(&mut self.nodes[node as usize], Node::Done);
+            if let Node::Inner(below) = old {
+                self.release(below);
+            }
+        }
+        self.free.push(first);
     }
 
     /// Removes a capsule from the stock.
@@ -185,8 +213,10 @@ impl Stock {
 
     fn replace(&mut self, node: u32, new: Node) {
         let old = core::mem::replace(&mut self.nodes[node as usize], new);
-        if self.journalling {
-            self.journal.push(Undo::Replaced(node, old));
+        match old {
+            _ if self.journalling => self.journal.push(Undo::Replaced(node, old)),
+            Node::Inner(first) => self.release(first),
+            _ => {}
         }
     }
 
@@ -228,12 +258,16 @@ impl Stock {
 
     /// Replaces a leaf by four and returns the index of the first.
     fn split(&mut self, node: u32, square: Square) -> u32 {
-        let first = self.nodes.len() as u32;
+        let first = self.free.pop().unwrap_or_else(|| {
+            let end = self.nodes.len();
+            self.nodes.resize_with(end + 4, || Node::Done);
+            end as u32
+        });
         let old = core::mem::replace(&mut self.nodes[node as usize], Node::Inner(first));
         if let Node::Leaf(parent) = &old {
             for i in 0..4 {
                 let child = self.child_of(parent, square, square.child(i));
-                self.nodes.push(child);
+                self.nodes[first as usize + i] = child;
             }
         }
         if self.journalling {
@@ -365,6 +399,12 @@ impl Stock {
                 }
             }
         }
+    }
+
+    /// Number of squares that take memory, and of those in the tree.
+    #[cfg(test)]
+    pub fn size(&self) -> (usize, usize) {
+        (self.nodes.len(), self.nodes.len() - 4 * self.free.len())
     }
 
     /// Calls `visit` with points that still have stock and the flat area that each represents.

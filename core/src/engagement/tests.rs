@@ -182,6 +182,38 @@ fn rollback_restores_the_stock() {
     assert_eq!(probe(&stock).normal_feed, 0.0);
 }
 
+/// Squares that serve again are none of the tree's: after any number of trials, kept or undone, the stock is that of
+/// the moves that were kept, and no larger than its front.
+#[test]
+fn trials_leave_what_was_kept() {
+    let (mut tried, mut plain) = (big_plate(), big_plate());
+    let mut most = 0;
+    for row in 0..60 {
+        let y = -100.0 + 3.4 * f64::from(row);
+        let pass: Vec<_> = (0..=40).map(|i| (-105.0 + 5.25 * f64::from(i), y)).collect();
+        for offset in [1.0, 7.0, -2.0] {
+            let mark = tried.checkpoint();
+            let other: Vec<_> = pass.iter().map(|(x, y)| (*x, y + offset)).collect();
+            sweep_polyline(&mut tried, 5.0, &other);
+            tried.rollback(&mark);
+        }
+        tried.checkpoint();
+        sweep_polyline(&mut tried, 5.0, &pass);
+        tried.commit();
+        sweep_polyline(&mut plain, 5.0, &pass);
+        for i in 0..40 {
+            let at = DVec2::new(-97.0 + 5.0 * f64::from(i), y + 2.0);
+            let probe = |s: &Stock| s.engagement(at, 5.0, DVec2::X);
+            assert_eq!(probe(&tried), probe(&plain), "{at}");
+            assert_eq!(tried.has_stock(at + DVec2::Y * 4.0), plain.has_stock(at + DVec2::Y * 4.0));
+        }
+        most = most.max(plain.size().1);
+    }
+    // All of it is done: one square. What trials need at once is little more than what there is at once.
+    assert_eq!([tried.size().1, plain.size().1], [1, 1]);
+    assert!(tried.size().0 <= 3 * most, "{:?} of {most}", tried.size());
+}
+
 #[test]
 fn remaining_area_is_region_minus_swept() {
     let mut stock = Stock::new(&Outline::from_loops(vec![rectangle(0.0, 0.0, 40.0, 30.0)]));
