@@ -12,3 +12,16 @@ pub struct TriangleSoup {
     /// Texture coordinates of the three corners of every face, when every face carries them.
     pub texture: Option<Vec<[DVec2; 3]>>,
 }
+
+impl TriangleSoup {
+    /// Adds the triangles of another; texture coordinates remain where both have them.
+    pub fn add(&mut self, other: Self) {
+        let first = self.positions.len() as u32;
+        self.positions.extend(other.positions);
+        self.faces.extend(other.faces.iter().map(|face| face.map(|v| v + first)));
+        self.texture = self.texture.take().zip(other.texture).map(|(mut all, more)| {
+            all.extend(more);
+            all
+        });
+    }
+}

@@ -70,28 +70,19 @@ pub(super) struct Domain {
 }
 
 impl Domain {
-    /// A rectangle of parameters, without the sides at which a closed surface goes on.
-    pub fn rectangle(
-        surface: &NurbsSurface,
-        (low, high): (DVec2, DVec2),
-    ) -> Result<Self, NurbsError> {
-        let (from, to) = surface.domain();
-        let whole = |axis: usize| low[axis] <= from[axis] && high[axis] >= to[axis];
-        let around = [0, 1].map(|axis| surface.closed()[axis] && whole(axis));
-        let axis = match around {
-            [true, true] => return Err(NurbsError::Closed),
-            [true, false] => 0,
+    /// A rectangle of parameters, without the sides at which a closed surface goes on; one side at least is a boundary.
+    pub fn rectangle(surface: &NurbsSurface, (low, high): (DVec2, DVec2)) -> Self {
+        let axis = match surface.around((low, high)) {
+            [true, _] => 0,
             [false, true] => 1,
             [false, false] => {
                 let points = vec![low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)];
                 let side = TrimLoop { points, corners: vec![0, 1, 2, 3], winding: [0, 0] };
-                return Ok(Self::new(vec![side], (low, high), None));
+                return Self::new(vec![side], (low, high), None);
             }
         };
         let other = 1 - axis;
-        let is_pole = |end: usize| surface.degenerate()[2 * other + end];
-        let ends =
-            [low[other] <= from[other] && is_pole(0), high[other] >= to[other] && is_pole(1)];
+        let ends = surface.poles_of((low, high), other);
         let mut loops = Vec::new();
         for (end, at) in
             [low[other], high[other]].into_iter().enumerate().filter(|(e, _)| !ends[*e])
@@ -108,19 +99,13 @@ impl Domain {
             winding[axis] = if end == 0 { 1 } else { -1 };
             loops.push(TrimLoop { points: steps.collect(), corners: vec![0], winding });
         }
-        if loops.is_empty() {
-            return Err(NurbsError::Closed);
-        }
-        Ok(Self::new(loops, (low, high), Some(Ring::new(axis, (low, high), ends))))
+        Self::new(loops, (low, high), Some(Ring::new(axis, (low, high), ends)))
     }
 
     /// The piece at the left of `loops`, which run around it counter-clockwise in the parameter
-    /// plane (holes clockwise); without `loops`, the whole surface.
+    /// plane (holes clockwise).
     pub fn trimmed(surface: &NurbsSurface, loops: Vec<TrimLoop>) -> Result<Self, NurbsError> {
         let bad = |why| NurbsError::BadLoops { why };
-        if loops.is_empty() {
-            return Self::rectangle(surface, surface.domain());
-        }
         let winds = |axis: usize| loops.iter().any(|l| l.winding[axis] != 0);
         let (from, to) = surface.domain();
         let period = to - from;

@@ -170,11 +170,6 @@ pub enum NurbsError {
         "nurbs: the surface has no area: its control points lie on a point or a line; check the file and surface.scale"
     )]
     NoArea,
-    /// The surface is closed, so that there is no boundary.
-    #[error(
-        "nurbs: the surface is closed (no boundary remains once its seams are joined); a surface to machine has a boundary: give a trim_domain, or a face with an edge"
-    )]
-    Closed,
     /// Trimming loops that cross or touch.
     #[error("nurbs: the trimming loops cross or touch near ({:.4}, {:.4}, {:.4}) mm; mend the face there", at.x, at.y, at.z)]
     LoopsCross {

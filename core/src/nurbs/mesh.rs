@@ -61,20 +61,61 @@ pub struct NurbsMesh {
     pub chord_error: f64,
 }
 
-/// Meshes the piece `trim` of `surface`; seams are closed and poles are single vertices.
+/// Meshes the piece `trim` of `surface`; seams are closed and poles are single vertices. A piece without a boundary is
+/// two halves side by side, each with its own vertices where they meet.
 ///
 /// # Errors
-/// [`NurbsError`] where the piece has no boundary, its loops cross, or the chord error takes too
-/// many triangles or cannot be reached.
+/// [`NurbsError`] where its loops cross, or the chord error takes too many triangles or cannot be reached.
 pub fn mesh(
     surface: &NurbsSurface,
     trim: Trim,
     options: MeshOptions,
 ) -> Result<NurbsMesh, NurbsError> {
-    let mut domain = match trim {
-        Trim::Rectangle(low, high) => Domain::rectangle(surface, (low, high))?,
-        Trim::Loops(loops) => Domain::trimmed(surface, loops)?,
+    let whole = match trim {
+        Trim::Rectangle(low, high) => (low, high),
+        Trim::Loops(loops) if loops.is_empty() => surface.domain(),
+        Trim::Loops(loops) => return mesh_of(surface, Domain::trimmed(surface, loops)?, options),
     };
+    match halves(surface, whole) {
+        None => mesh_of(surface, Domain::rectangle(surface, whole), options),
+        Some([one, other]) => {
+            let half = |piece| mesh_of(surface, Domain::rectangle(surface, piece), options);
+            let (mut made, other) = (half(one)?, half(other)?);
+            made.soup.add(other.soup);
+            Ok(NurbsMesh { chord_error: made.chord_error.max(other.chord_error), ..made })
+        }
+    }
+}
+
+/// A rectangle of parameters, its least and its greatest.
+type Rectangle = (DVec2, DVec2);
+
+/// The halves of a rectangle of parameters of which no side is a boundary of the surface; `None` where one is.
+fn halves(surface: &NurbsSurface, (low, high): Rectangle) -> Option<[Rectangle; 2]> {
+    let around = surface.around((low, high));
+    let axis = match around {
+        [true, true] => 1,
+        [false, false] => return None,
+        [true, false] => 1,
+        [false, true] => 0,
+    };
+    let ends = surface.poles_of((low, high), axis);
+    if !around[axis] && ends != [true; 2] {
+        return None;
+    }
+    let (mut first, mut second) = ((low, high), (low, high));
+    let middle = 0.5 * (low[axis] + high[axis]);
+    first.1[axis] = middle;
+    second.0[axis] = middle;
+    Some([first, second])
+}
+
+/// Meshes a piece that has a boundary.
+fn mesh_of(
+    surface: &NurbsSurface,
+    mut domain: Domain,
+    options: MeshOptions,
+) -> Result<NurbsMesh, NurbsError> {
     let MeshOptions { chord, longest, most_faces } = options;
     let sizing = Sizing::new(surface, (domain.low, domain.high), Limits { chord, longest });
     let estimate = sizing.triangles();

@@ -191,6 +191,19 @@ impl NurbsSurface {
         self.degenerate
     }
 
+    /// Whether a rectangle of parameters goes all around, along u and along v.
+    pub(super) fn around(&self, (low, high): (DVec2, DVec2)) -> [bool; 2] {
+        let (from, to) = self.domain();
+        [0, 1].map(|axis| self.closed[axis] && low[axis] <= from[axis] && high[axis] >= to[axis])
+    }
+
+    /// Whether the sides of a rectangle of parameters at its least and its greatest value of one are single points.
+    pub(super) fn poles_of(&self, (low, high): (DVec2, DVec2), axis: usize) -> [bool; 2] {
+        let (from, to) = self.domain();
+        let is_pole = |end: usize| self.degenerate[2 * axis + end];
+        [low[axis] <= from[axis] && is_pole(0), high[axis] >= to[axis] && is_pole(1)]
+    }
+
     /// Diagonal of the box around the control points, mm.
     pub fn size(&self) -> f64 {
         self.size

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::*;
 use crate::geometry::math::acos_clamped;
 use crate::geometry::{DVec2, DVec3};
-use crate::mesh::judge;
+use crate::mesh::{judge, repair};
 
 fn shared() -> Option<PathBuf> {
     crate::shared_data::shared_data("nurbs")
@@ -229,8 +229,33 @@ fn a_cap_around_a_pole_is_a_disk() {
     assert_eq!((judged.euler, judged.boundary_loops.len()), (1, 1));
     assert!((area(&made) / (50.0 * std::f64::consts::PI) - 1.0).abs() < 2e-3);
     assert!(angles(&made)[0] > 20.0, "{:?}", &angles(&made)[..3]);
-    let whole = mesh(&sphere, Trim::Rectangle(low, high), MeshOptions::default());
-    assert_eq!(whole.unwrap_err(), NurbsError::Closed);
+}
+
+#[test]
+fn closed_surfaces_are_meshed_whole() {
+    let sphere = NurbsCurve::half_circle(DVec3::ZERO, -5.0 * DVec3::Z, 5.0 * DVec3::X).unwrap();
+    let sphere = sphere.revolved(DVec3::ZERO, DVec3::Z).unwrap();
+    let way = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)];
+    let corner = |(x, z): (i32, i32)| {
+        let weight = if x * z == 0 { 1.0 } else { 0.5_f64.sqrt() };
+        (DVec3::new(6.0 + 2.0 * f64::from(x), 0.0, 2.0 * f64::from(z)), weight)
+    };
+    let knots = [0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4].map(f64::from).to_vec();
+    let tube = NurbsCurve::new(2, knots, way.map(corner).to_vec()).unwrap();
+    let ring = tube.revolved(DVec3::ZERO, DVec3::Z).unwrap();
+    let pi = std::f64::consts::PI;
+    // A sphere of radius 5, and a torus of radii 6 and 2.
+    for (surface, exact, euler) in [(sphere, 100.0 * pi, 2), (ring, 48.0 * pi * pi, 0)] {
+        let (low, high) = surface.domain();
+        for trim in [Trim::Rectangle(low, high), Trim::Loops(Vec::new())] {
+            let made = mesh(&surface, trim, MeshOptions::default()).unwrap();
+            assert!((area(&made) / exact - 1.0).abs() < 2e-3, "{} {exact}", area(&made));
+            assert!(made.chord_error <= 0.01);
+            let welded = repair(made.soup).mesh;
+            let judged = judge(&welded.positions, &welded.faces);
+            assert_eq!((judged.euler, judged.components.len()), (euler, 1));
+        }
+    }
 }
 
 #[test]
@@ -296,11 +321,6 @@ fn surfaces_of_the_manifest_mesh_within_their_chord_error() {
         let options = MeshOptions { chord, ..MeshOptions::default() };
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
         let made = mesh(&file.surface, Trim::Rectangle(low, high), options);
-        if name == "egg" {
-            // Two poles and a seam: nothing is left of the boundary.
-            assert_eq!(made.unwrap_err(), NurbsError::Closed);
-            continue;
-        }
         let mesh = made.unwrap_or_else(|error| panic!("{name}: {error}"));
         let stats = &value["curvature_stats"];
         let angles = angles(&mesh);
@@ -331,6 +351,7 @@ fn surfaces_of_the_manifest_mesh_within_their_chord_error() {
         assert!(singular || angles[angles.len() / 100] > 15.0, "{name}");
         assert!(ringing || without_area(&mesh) == 0, "{name}");
         let rings = file.surface.closed().iter().filter(|c| **c).count();
+        // Two poles and a seam: both halves have a boundary.
         assert_eq!(judged.boundary_loops.len(), 1 + rings, "{name}");
     }
 }

@@ -9,7 +9,7 @@ use crate::job::{BladeSurface, HubOptions, SurfaceSource};
 use crate::mesh::repair::turn_faces;
 use crate::nurbs::{MeshOptions, NurbsSurface, Trim, mesh, read_json};
 use crate::step::{SmoothFormat, StepFile};
-use crate::surface::{Built, Part, build_parametric, placement};
+use crate::surface::{Part, Surface, Warning, Whole, build_parametric, placement};
 use core::f64::consts::TAU;
 
 /// How long the sides of triangles may be of what is not machined, square roots of the area.
@@ -282,7 +282,11 @@ fn turn_outward(faces: &mut [Face], hub: &NurbsSurface) {
 pub(super) struct ChannelParts {
     pub passage: Passage,
     /// The channel as a surface.
-    pub built: Built,
+    pub surface: Surface,
+    /// Its triangles.
+    pub part: Part,
+    /// Warnings about it.
+    pub warnings: Vec<Warning>,
     /// The hub about it.
     pub about: Part,
 }
@@ -317,13 +321,14 @@ pub(super) fn channel(
     };
     let channel =
         mesh(passage.hub(), Trim::Loops(passage.loops().to_vec()), fine).map_err(of_nurbs)?;
-    let built = build_parametric(turned(channel.soup), passage.hub().clone(), &keys.surface)
-        .map_err(PlanError::Surface)?;
+    let whole = build_parametric(turned(channel.soup), passage.hub().clone(), &keys.surface)?;
+    let Whole { part, surface, warnings, .. } = whole;
+    let surface = surface?;
     // The hub about the channel.
     let (low, high) = passage.around_channel();
     let coarse = MeshOptions { chord: keys.chord, longest: LONGEST, ..MeshOptions::default() };
     let about = mesh(passage.hub(), Trim::Rectangle(low, high), coarse).map_err(of_nurbs)?;
     let about = turned(about.soup);
     let about = Part { positions: about.positions, faces: about.faces };
-    Ok(ChannelParts { passage, built, about })
+    Ok(ChannelParts { passage, surface, part, warnings, about })
 }

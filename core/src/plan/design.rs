@@ -81,21 +81,20 @@ impl Design {
 
     /// A channel of a hub, between two blades.
     fn of_channel(parts: ChannelParts, axes: Axes) -> Result<Self, PlanError> {
-        let ChannelParts { passage, built, about } = parts;
+        let ChannelParts { passage, surface, mut part, warnings, about } = parts;
         let mut rest = passage.blades().clone();
         rest.add(&about);
-        let mut part = built.part;
         part.add(&rest);
         refuse_too_far(axes, &part)?;
         Ok(Self {
-            surface: built.surface,
+            surface,
             pieces: 1,
             aside: None,
             bridges: Vec::new(),
             guarded: rest.clone(),
             rest,
             // The side from which a channel is machined is known.
-            warnings: built.warnings.into_iter().filter(|w| !w.is_of_side()).collect(),
+            warnings: warnings.into_iter().filter(|w| !w.is_of_side()).collect(),
             part,
             avoided: Vec::new(),
             passage: Some((passage, about)),

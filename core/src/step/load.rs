@@ -53,7 +53,7 @@ const LONGEST: f64 = 0.25;
 /// The surface that `options` select from a file, meshed within `chord` mm.
 ///
 /// Faces of a STEP file that are not machined belong to the part; those that cannot be meshed are
-/// a warning. Of several faces there is no surface, only the part and what is machined of it.
+/// a warning.
 ///
 /// # Errors
 /// [`SmoothError`]: what cannot be used, where, and what to change.
@@ -71,7 +71,7 @@ pub fn smooth(
             let (low, high) = file.trim.unwrap_or(surface.domain());
             let asked = MeshOptions { chord, ..MeshOptions::default() };
             let mesh = mesh(&surface, Trim::Rectangle(low, high), asked)?;
-            Ok(build_parametric(mesh.soup, surface, options)?.into())
+            Ok(build_parametric(mesh.soup, surface, options)?)
         }
         SmoothFormat::Step => step(bytes, place, options, chord),
     }
@@ -115,7 +115,7 @@ fn step(
             let chosen = file.choose(options.face.number(), largest)?;
             let asked = MeshOptions { chord, ..MeshOptions::default() };
             let FaceMesh { surface, mesh } = file.mesh(chosen, place, asked)?;
-            (vec![chosen], build_parametric(mesh.soup, surface, options)?.into())
+            (vec![chosen], build_parametric(mesh.soup, surface, options)?)
         }
     };
     let mut is_chosen = vec![false; file.faces().len()];

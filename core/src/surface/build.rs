@@ -43,14 +43,6 @@ pub struct Whole {
     pub warnings: Vec<Warning>,
 }
 
-impl From<Built> for Whole {
-    fn from(Built { surface, part, warnings, .. }: Built) -> Self {
-        let (positions, faces) = surface.triangles();
-        let machined = Part { positions: positions.to_vec(), faces };
-        Self { part, machined, surface: Ok(surface), warnings }
-    }
-}
-
 /// A whole part, mm.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Part {
@@ -110,14 +102,23 @@ pub fn build(soup: TriangleSoup, options: &SurfaceOptions) -> Result<Built, Surf
 /// # Errors
 /// [`SurfaceError`] when nothing is selected.
 pub fn build_whole(soup: TriangleSoup, options: &SurfaceOptions) -> Result<Whole, SurfaceError> {
-    let Placed { part, mut warnings, selected } = placed(soup, options)?;
+    Ok(whole(placed(soup, options)?, None))
+}
+
+/// `smooth`: of what the part is a mesh, whose texture coordinates are the parameters.
+fn whole(placed: Placed, smooth: Option<NurbsSurface>) -> Whole {
+    let Placed { part, mut warnings, selected } = placed;
     let TriangleSoup { positions, faces, .. } = &selected.picked.piece;
     let machined = Part { positions: positions.clone(), faces: faces.clone() };
-    let surface = selected.surface().map(|(surface, _, of_surface)| {
+    let surface = selected.surface().and_then(|(mut surface, texture, of_surface)| {
+        if let Some((smooth, corners)) = smooth.zip(texture) {
+            surface = surface.with_parametrisation(Parametrisation::new(smooth, corners));
+            check_normals(&surface)?;
+        }
         warnings.extend(of_surface);
-        surface
+        Ok(surface)
     });
-    Ok(Whole { part, machined, surface, warnings })
+    Whole { part, machined, surface, warnings }
 }
 
 /// A part in place, and what of it a job selects.
@@ -172,22 +173,16 @@ impl Selected {
     }
 }
 
-/// Builds the surface that `options` select from a mesh of `surface`, already placed, mm, whose
-/// texture coordinates are the parameters.
+/// As [`build_placed`] from a mesh of `surface` whose texture coordinates are the parameters.
 ///
 /// # Errors
-/// As [`build`].
+/// As [`build_whole`].
 pub fn build_parametric(
     soup: TriangleSoup,
     surface: NurbsSurface,
     options: &SurfaceOptions,
-) -> Result<Built, SurfaceError> {
-    let mut built = build(soup, &in_place(options))?;
-    if let Some(corners) = built.texture.take() {
-        built.surface = built.surface.with_parametrisation(Parametrisation::new(surface, corners));
-        check_normals(&built.surface)?;
-    }
-    Ok(built)
+) -> Result<Whole, SurfaceError> {
+    Ok(whole(placed(soup, &in_place(options))?, Some(surface)))
 }
 
 /// As [`build_whole`] for triangles that are already placed.

@@ -109,6 +109,19 @@ impl Body {
         (self.corner > 0.0).then(|| way * way / (2.0 * self.corner))
     }
 
+    /// How deep a point lies within the cutter, which goes on above its top, mm; negative: outside.
+    pub fn depth(&self, at: &Placed, point: DVec3) -> f64 {
+        let w = point - at.tip;
+        let height = w.dot(at.axis);
+        let rho = (w - at.axis * height).length();
+        let (below, beside) = (self.corner - height, rho - self.bottom);
+        let from_core = match below.min(beside) > 0.0 {
+            true => (below * below + beside * beside).sqrt(),
+            false => below.max(beside),
+        };
+        self.corner - from_core
+    }
+
     /// Distance and direction of a point from the cutter.
     pub fn nearest(&self, at: &Placed, point: DVec3) -> Nearest {
         let w = point - at.tip;

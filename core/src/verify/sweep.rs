@@ -298,9 +298,24 @@ fn lowered_to(s: &Swept, step: &Step, body: &Body, material: Material) -> Option
     if lowest >= 0.0 {
         return Some(lowest);
     }
-    // A cutter wholly behind the surface has nothing to do with this side of it.
-    let surface = body.contains(&at, s.sample.position);
-    surface.then(|| lowest.max(-material.deepest)).filter(|&height| height < s.height)
+    // A cutter wholly behind the surface has nothing to do with this side of it; and at a sharp edge a line soon leaves
+    // the part, so that what is beyond is no part of it: no cut is deeper than the place lies within the cutter.
+    let place = s.sample.position;
+    if !body.contains(&at, place) {
+        return None;
+    }
+    let within = deepest_within(place, step, body).max(body.depth(&at, place)).max(0.0);
+    let height = lowest.max(-material.deepest).max(-within);
+    (height < s.height).then_some(height)
+}
+
+/// How deep within the cutter a place comes to lie during a step, mm; negative: outside.
+fn deepest_within(place: DVec3, step: &Step, body: &Body) -> f64 {
+    let centre = step.middle.tip + step.middle.axis * body.corner();
+    let part = (place - centre).dot(step.half_way) / step.half_way.length_squared();
+    let nearest = step.at(if part.is_finite() { part.clamp(-1.0, 1.0) } else { 0.0 });
+    let depth = |at: &Placed| body.depth(at, place);
+    [&step.from, &step.middle, &step.to, &nearest].map(depth).into_iter().fold(f64::MIN, f64::max)
 }
 
 /// As above, on the line of a wall that is material down to `behind` mm below its place.
