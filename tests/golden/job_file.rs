@@ -363,6 +363,7 @@ fn templates_are_valid_jobs() {
             from_mean: draw.between(0.0, 3.0),
             from_up: draw.between(0.0, 3.0),
             from_down: draw.between(0.0, 3.0),
+            seen_from: [None, Some([[0.0, 0.6, -0.8], [0.0, 0.0, -1.0]][draw.below(2)])],
         };
         let text = job::template("sub dir/a \"quoted\" 'part'.stl", &facts);
         let read = job::read(text.as_bytes())

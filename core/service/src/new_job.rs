@@ -12,6 +12,9 @@ use evencut_core::surface::Inspection;
 /// Largest z of the mean unit normal of a surface that looks down; one that looks sideways keeps its side.
 const DOWNWARD: f64 = -0.25;
 
+/// A part is turned where less of it is seen from +Z than this part of what is seen from elsewhere.
+const HARDLY: f64 = 0.1;
+
 /// What a surface file holds.
 pub struct Contents {
     /// Its triangles in figures; a smooth surface is made into triangles.
@@ -166,6 +169,10 @@ impl Contents {
             from_mean: facing.from_mean,
             from_up: facing.from_up,
             from_down: facing.from_down,
+            seen_from: facing.fronts.map(|front| {
+                let hardly = front.from_up < HARDLY * front.most;
+                hardly.then(|| front.direction.to_array())
+            }),
         }
     }
 }

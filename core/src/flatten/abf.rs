@@ -19,6 +19,7 @@ use super::disk::Disk;
 use super::error::FlattenError;
 use super::intrinsic::measure;
 use super::laplace::Interior;
+use super::unfold::unfolded;
 use crate::geometry::math::{cos, ln, sin};
 use crate::linalg::{
     Cholesky, NotPositiveDefinite, SymmetricMatrix, conjugate_gradients, nested_dissection,
@@ -54,11 +55,11 @@ pub struct AngleBased {
     pub residual: f64,
 }
 
-/// The angle-based chart, checked: no face turned over, no overlap.
+/// The angle-based chart; where that turns faces over or overlaps, one near it that does not.
 ///
 /// # Errors
 /// [`FlattenError`] when the surface is not a disk with holes, when the angles do not converge, or
-/// when the chart is not valid.
+/// when no valid chart was found.
 ///
 /// # Source
 /// Energy and constraints: Sheffer, de Sturler, Engineering with Computers 17, 2001. Reduction:
@@ -67,8 +68,7 @@ pub struct AngleBased {
 /// here until the constraints hold.
 pub fn abf(surface: &Surface) -> Result<AngleBased, FlattenError> {
     let flattening = abf_unchecked(surface)?;
-    flattening.chart.validate(surface)?;
-    Ok(flattening)
+    Ok(AngleBased { chart: unfolded(surface, flattening.chart)?, ..flattening })
 }
 
 /// As [`abf`], without the check that the chart is valid.

@@ -18,6 +18,7 @@ mod locator;
 mod real_meshes;
 #[cfg(test)]
 pub(crate) mod samples;
+mod unfold;
 mod validity;
 
 pub use abf::{AngleBased, abf, abf_unchecked};
@@ -27,3 +28,4 @@ pub use disk::outer_loop;
 pub use distortion::{Distortion, Quality};
 pub use error::{FlattenError, OutsideChart};
 pub use locator::{FaceTree, Locator};
+pub use unfold::unfolded;

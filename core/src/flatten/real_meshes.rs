@@ -4,13 +4,20 @@ use super::{Chart, abf, bff};
 use crate::geometry::math::atan2;
 use crate::geometry::{DVec2, DVec3};
 use crate::job::{Faces, Selection, SurfaceOptions, SurfaceSource};
-use crate::mesh::{MeshFormat, read};
+use crate::mesh::{MeshFormat, TriangleSoup, read};
 use crate::surface::{Built, Surface, build};
+use std::collections::BTreeMap;
 
 /// The mesh of a file and its texture coordinates, `None` where the data is not present.
 fn load(name: &str) -> Option<(Surface, Vec<[DVec2; 3]>)> {
     let bytes = std::fs::read(crate::shared_data::shared_data("")?.join(name)).unwrap();
-    let as_it_is = SurfaceOptions {
+    let soup = read(&bytes, MeshFormat::from_name(name).unwrap()).unwrap();
+    let Built { surface, texture, .. } = build(soup, &as_it_is(name)).unwrap();
+    Some((surface, texture.unwrap_or_default()))
+}
+
+fn as_it_is(name: &str) -> SurfaceOptions {
+    SurfaceOptions {
         source: SurfaceSource::File(name.to_owned()),
         scale: 1.0,
         rotate: DVec3::ZERO,
@@ -21,10 +28,7 @@ fn load(name: &str) -> Option<(Surface, Vec<[DVec2; 3]>)> {
         flip: false,
         face: Faces::Only,
         chord: None,
-    };
-    let soup = read(&bytes, MeshFormat::from_name(name).unwrap()).unwrap();
-    let Built { surface, texture, .. } = build(soup, &as_it_is).unwrap();
-    Some((surface, texture.unwrap_or_default()))
+    }
 }
 
 fn flat_angles(p: [DVec2; 3]) -> [f64; 3] {
@@ -107,4 +111,61 @@ fn face_centres_are_located_on_a_chart_of_uneven_scale() {
         let [a, b, c] = face.map(|v| chart.uv()[v.index()]);
         assert_eq!(locator.locate((a + b + c) / 3.0).unwrap().face.index(), f);
     }
+}
+
+/// Moves every vertex by up to `by` along each axis, mm; those at one place alike.
+fn shake(soup: &mut TriangleSoup, by: f64) {
+    let mut state = 12_345_u64;
+    let mut draw = || {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as f64 / f64::from(1u32 << 30) - 1.0
+    };
+    let mut moved = BTreeMap::new();
+    for p in &mut soup.positions {
+        let way = moved.entry(p.to_array().map(f64::to_bits));
+        *p += *way.or_insert_with(|| by * DVec3::new(draw(), draw(), draw()));
+    }
+}
+
+/// With noise of a hundredth of the part's size, and of three tenths of an edge; and what is nasty but one manifold
+/// piece that can be laid flat.
+#[test]
+fn rough_and_nasty_surfaces_flatten_without_flips_or_overlap() {
+    let Some(root) = crate::shared_data::shared_data("") else { return };
+    let nasty = std::fs::read_dir(root.join("nasty")).unwrap();
+    let nasty = nasty.map(|e| format!("nasty/{}", e.unwrap().file_name().to_string_lossy()));
+    let mut names: Vec<String> = nasty.chain(PARTS.map(|(name, _)| name.to_owned())).collect();
+    names.sort();
+    let mut count = 0;
+    for name in names {
+        let Some(format) = MeshFormat::from_name(&name) else { continue };
+        let bytes = std::fs::read(root.join(&name)).unwrap();
+        let Ok(soup) = read(&bytes, format) else { continue };
+        let Ok(Built { surface, .. }) = build(soup.clone(), &as_it_is(&name)) else { continue };
+        let positions = surface.positions();
+        let (low, high) = positions
+            .iter()
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
+        let faces = surface.connectivity().faces();
+        let edge = |f: &[crate::mesh::VertexId; 3]| {
+            positions[f[0].index()].distance(positions[f[1].index()])
+        };
+        let edge = faces.iter().map(edge).sum::<f64>() / faces.len() as f64;
+        for by in [0.0, 0.01 * low.distance(high), 0.3 * edge] {
+            let mut soup = soup.clone();
+            shake(&mut soup, by);
+            let Ok(Built { surface, .. }) = build(soup, &as_it_is(&name)) else { continue };
+            if surface.connectivity().euler_characteristic()
+                != 2 - surface.connectivity().boundary_loops().len() as i64
+            {
+                continue;
+            }
+            let chart = bff(&surface).unwrap_or_else(|e| panic!("{name}, {by} mm: {e}"));
+            let quality = chart.quality(&surface);
+            assert!(quality.flips == 0, "{name}, {by} mm: {quality:?}");
+            count += 1;
+        }
+    }
+    assert!(count > 60, "{count}");
 }

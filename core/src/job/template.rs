@@ -31,6 +31,8 @@ pub struct SurfaceFacts {
     pub from_up: f64,
     /// Largest angle of a face normal from -Z, rad.
     pub from_down: f64,
+    /// From where most of the faces is seen, as they are and turned over, if hardly any of it is seen from +Z.
+    pub seen_from: [Option<[f64; 3]>; 2],
 }
 
 impl SurfaceFacts {
@@ -100,7 +102,8 @@ pub fn template(file: &str, facts: &SurfaceFacts) -> String {
     let about_facets =
         format!("; facets are about {:.3} mm off a smooth surface", facts.off_smooth * unit.mm());
     let share = if whole { OF_SCALLOP } else { OF_FINE_SCALLOP };
-    let tolerance = (share * scallop).max(facets);
+    // A product of decimals that reads as one.
+    let tolerance = ((share * scallop).max(facets) * 1e6).round() / 1e6;
     // The usual cutting speed of 150 m/min; a hundredth of the diameter per tooth.
     let spindle = (150_000.0 / (std::f64::consts::PI * diameter)).min(12_000.0).round();
     let feed = (0.01 * diameter * 2.0 * spindle / 10.0).round().max(1.0) * 10.0;
@@ -241,11 +244,13 @@ impl Placed {
             Some(outside) => outside == Outside::Inward,
             None => facts.looks_down,
         };
+        let is_part = facts.is_part || facts.has_several_faces();
+        let seen_from = facts.seen_from[usize::from(flip)].map(DVec3::from_array);
         let placed = Self {
             flip,
-            turn: None,
+            turn: seen_from.filter(|_| is_part || facts.solid.is_some()).map(turned_up),
             five_axes: false,
-            is_part: facts.is_part || facts.has_several_faces(),
+            is_part,
             concave_radius: match flip {
                 true => facts.smallest_convex_radius,
                 false => facts.smallest_concave_radius,
@@ -271,7 +276,8 @@ impl Placed {
             let is_part = placed.is_part || stands || placed.is_rough(facts);
             // A relief or scan is turned as a smooth sheet is, unless it nearly looks up.
             let leans = !is_body && !stands && is_part && lean > NEARLY_UP;
-            Self { is_part, five_axes: !is_part, turn: leans.then(|| turned_up(mean)), ..placed }
+            let turn = leans.then(|| turned_up(mean)).or(placed.turn);
+            Self { is_part, five_axes: !is_part, turn, ..placed }
         }
     }
 
@@ -289,7 +295,7 @@ impl Placed {
         };
         let turn = self.turn.map_or(String::new(), |[x, y]| {
             format!(
-                "# Turned until it looks up, as three axes need.\nrotate = [{x:?}, {y:?}, 0.0]\n"
+                "# Turned until most of it looks up, as three axes need.\nrotate = [{x:?}, {y:?}, 0.0]\n"
             )
         });
         let reached = match (self.is_part, self.turn) {

@@ -23,6 +23,10 @@ const THIN: f64 = 1e-3;
 /// which facets are no farther off than is said.
 const SHARP: f64 = core::f64::consts::FRAC_PI_6;
 const MOST_OF_EDGES: f64 = 0.9;
+/// Faces that lean farther than this are not seen from a direction, rad (80 degrees); and by which part more has to be
+/// seen from another one to prefer it.
+const SEEN: f64 = 80.0 * core::f64::consts::PI / 180.0;
+const CLEARLY: f64 = 0.01;
 /// Lengths of boundary loops and areas of components that are written out.
 const LISTED: usize = 6;
 
@@ -70,6 +74,42 @@ pub struct Facing {
     pub from_up: f64,
     /// Largest angle of a face from -Z, rad.
     pub from_down: f64,
+    /// What of the faces is seen from where, of the faces as they are and turned over.
+    pub fronts: [Front; 2],
+}
+
+/// From where most of some faces is seen, shadows left aside.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Front {
+    /// Area that is seen from +Z, over that of all.
+    pub from_up: f64,
+    /// Area that is seen from where most is, over that of all.
+    pub most: f64,
+    /// From where that is: an axis or a diagonal.
+    pub direction: DVec3,
+}
+
+impl Front {
+    /// `normals`: as long as one likes per area; `side`: -1 for faces turned over.
+    fn of(normals: &[DVec3], side: f64) -> Self {
+        let all: f64 = normals.iter().map(|n| n.length()).sum();
+        let flattest = math::cos(SEEN);
+        let seen = |from: DVec3| {
+            let is_seen = |n: &&DVec3| side * n.dot(from) >= flattest * n.length();
+            normals.iter().filter(is_seen).map(|n| n.length()).sum::<f64>() / all
+        };
+        let mut best = Self { from_up: seen(DVec3::Z), most: 0.0, direction: DVec3::Z };
+        best.most = best.from_up;
+        let steps = || [0.0, 1.0, -1.0].into_iter();
+        let ways = steps().flat_map(|x| steps().flat_map(move |y| steps().map(move |z| [x, y, z])));
+        for direction in ways.map(|way| DVec3::from_array(way).normalize_or_zero()) {
+            let most = seen(direction);
+            if most > best.most * (1.0 + CLEARLY) && direction != DVec3::ZERO {
+                best = Self { most, direction, ..best };
+            }
+        }
+        best
+    }
 }
 
 impl Facing {
@@ -85,6 +125,7 @@ impl Facing {
             from_mean: farthest(mean),
             from_up: farthest(DVec3::Z),
             from_down: farthest(DVec3::NEG_Z),
+            fronts: [1.0, -1.0].map(|side| Front::of(normals, side)),
         }
     }
 }
@@ -317,6 +358,23 @@ mod tests {
         assert_eq!(enclosed(&open), None);
         let dome = AnalyticSurface::SphereCap { radius: 25.0, diameter: 30.0 }.mesh(0.7);
         assert_eq!(enclosed(&dome), None);
+    }
+
+    #[test]
+    fn a_standing_tube_is_seen_from_its_side() {
+        let rim = |i: usize, z: f64| {
+            let angle = i as f64 * std::f64::consts::TAU / 32.0;
+            DVec3::new(math::cos(angle), math::sin(angle), z)
+        };
+        let positions = (0..64).map(|i| rim(i % 32, 3.0 * f64::from(i >= 32))).collect();
+        let side = |i: u32| [[i, (i + 1) % 32, (i + 1) % 32 + 32], [i, (i + 1) % 32 + 32, i + 32]];
+        let faces = (0..32).flat_map(side).collect();
+        let tube = TriangleSoup { positions, faces, texture: None };
+        let [front, turned_over] = Inspection::new(tube).unwrap().facing.fronts;
+        assert_eq!((front.from_up, front.direction.z), (0.0, 0.0), "{front:?}");
+        // Within 80 of 90 degrees from a direction across.
+        assert!((front.most - 8.0 / 18.0).abs() < 0.04, "{}", front.most);
+        assert!((turned_over.most - front.most).abs() < 1e-9);
     }
 
     #[test]

@@ -20,7 +20,7 @@ pub use build::{
 pub use curvature::CurvatureField;
 pub use error::SurfaceError;
 pub use fault::Fault;
-pub use inspect::{Facing, Inspection};
+pub use inspect::{Facing, Front, Inspection};
 pub use manifold::Surface;
 pub use parametrisation::Parametrisation;
 pub use point::SurfacePoint;
