@@ -158,6 +158,7 @@ impl Contents {
         } = &self.inspection;
         SurfaceFacts {
             size: (bounds.1 - bounds.0).to_array(),
+            middle: (0.5 * (bounds.0 + bounds.1)).to_array(),
             smallest_concave_radius: concave.map(|(radius, _)| radius),
             smallest_convex_radius: convex.map(|(radius, _)| radius),
             solid: enclosed.map(|v| if v < 0.0 { Outside::Inward } else { Outside::Outward }),

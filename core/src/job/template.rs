@@ -9,6 +9,8 @@ use crate::geometry::{DVec3, OrderBy, math};
 pub struct SurfaceFacts {
     /// Extents of the bounding box.
     pub size: [f64; 3],
+    /// Middle of the bounding box.
+    pub middle: [f64; 3],
     /// Smallest concave radius of curvature, if known.
     pub smallest_concave_radius: Option<f64>,
     /// Smallest convex radius of curvature, if known: the concave one from the other side.
@@ -50,6 +52,9 @@ pub enum Outside {
     Inward,
 }
 
+/// On five axes a part farther from the origin than this many of its diagonals is brought there: it cannot have been
+/// drawn about the rotary axes.
+const FAR: f64 = 5.0;
 /// Diameters that cutters are sold in, mm.
 const DIAMETERS: [f64; 14] =
     [0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0];
@@ -120,7 +125,7 @@ version = 1
 
 [surface]
 file = {name}
-{}{}{}
+{}{}{}{}
 [tool]
 kind = \"ball\"              # ball | flat | bull
 {:<26} # {}
@@ -158,6 +163,7 @@ svg = [\"flat\", \"surface\"{}, \"scallop\"{}]
         },
         unit.line(),
         placed.lines(),
+        if placed.five_axes { centred(facts, unit.mm()) } else { String::new() },
         format!("diameter = {diameter:?}"),
         match radius {
             _ if whole => "narrower places are bridged".to_owned(),
@@ -314,11 +320,22 @@ impl Placed {
     }
 }
 
+/// The line that brings a part to the centre of rotary axes, where it lies far from it; `mm`: the file's unit.
+fn centred(facts: &SurfaceFacts, mm: f64) -> String {
+    let [middle, size] = [facts.middle, facts.size].map(|v| mm * DVec3::from_array(v));
+    if !middle.is_finite() || middle.length() < FAR * size.length() {
+        return String::new();
+    }
+    let [x, y, z] = middle.to_array().map(|x| 0.0 - x.round());
+    format!("# To the centre of the rotary axes, the origin.\ntranslate = [{x:?}, {y:?}, {z:?}]\n")
+}
+
 /// Rotations about X and Y that turn a direction up, degrees.
 fn turned_up(way: DVec3) -> [f64; 2] {
     let about_x = math::atan2(way.y, way.z);
     let about_y = math::atan2(-way.x, math::hypot(way.y, way.z));
-    [about_x, about_y].map(|a| (a.to_degrees() * 10.0).round() / 10.0)
+    // No negative zero.
+    [about_x, about_y].map(|a| (a.to_degrees() * 10.0).round() / 10.0 + 0.0)
 }
 
 /// The largest cutter that fits the concave places with a tenth to spare and is at most a tenth of
