@@ -55,6 +55,8 @@ pub enum Outside {
 /// On five axes a part farther from the origin than this many of its diagonals is brought there: it cannot have been
 /// drawn about the rotary axes.
 const FAR: f64 = 5.0;
+/// Coordinates beyond which no key brings a part back, mm.
+const FARTHEST: f64 = 1e6;
 /// Diameters that cutters are sold in, mm.
 const DIAMETERS: [f64; 14] =
     [0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0];
@@ -323,7 +325,9 @@ impl Placed {
 /// The line that brings a part to the centre of rotary axes, where it lies far from it; `mm`: the file's unit.
 fn centred(facts: &SurfaceFacts, mm: f64) -> String {
     let [middle, size] = [facts.middle, facts.size].map(|v| mm * DVec3::from_array(v));
-    if !middle.is_finite() || middle.length() < FAR * size.length() {
+    let is_far = middle.length() >= FAR * size.length();
+    let may_be_set = middle.abs().max_element() < FARTHEST;
+    if !is_far || !may_be_set {
         return String::new();
     }
     let [x, y, z] = middle.to_array().map(|x| 0.0 - x.round());
