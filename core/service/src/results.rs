@@ -772,6 +772,7 @@ fn report_on(
         flatten: FlattenFigures {
             method: match job.flatten {
                 _ if flattening.kind == MapKind::View => "view".into(),
+                _ if flattening.kind == MapKind::Unfolded => "unfolded".into(),
                 _ if flattening.kind == MapKind::Parameters => "parameters".into(),
                 FlattenMethod::Abf => "abf".into(),
                 FlattenMethod::Bff => "bff".into(),

@@ -19,7 +19,6 @@ use super::disk::Disk;
 use super::error::FlattenError;
 use super::intrinsic::measure;
 use super::laplace::Interior;
-use super::unfold::unfolded;
 use crate::geometry::math::{cos, ln, sin};
 use crate::linalg::{
     Cholesky, NotPositiveDefinite, SymmetricMatrix, conjugate_gradients, nested_dissection,
@@ -55,11 +54,11 @@ pub struct AngleBased {
     pub residual: f64,
 }
 
-/// The angle-based chart; where that turns faces over or overlaps, one near it that does not.
+/// The angle-based chart, checked: no face turned over, no overlap.
 ///
 /// # Errors
 /// [`FlattenError`] when the surface is not a disk with holes, when the angles do not converge, or
-/// when no valid chart was found.
+/// when the chart is not valid.
 ///
 /// # Source
 /// Energy and constraints: Sheffer, de Sturler, Engineering with Computers 17, 2001. Reduction:
@@ -68,7 +67,8 @@ pub struct AngleBased {
 /// here until the constraints hold.
 pub fn abf(surface: &Surface) -> Result<AngleBased, FlattenError> {
     let flattening = abf_unchecked(surface)?;
-    Ok(AngleBased { chart: unfolded(surface, flattening.chart)?, ..flattening })
+    flattening.chart.validate(surface)?;
+    Ok(flattening)
 }
 
 /// As [`abf`], without the check that the chart is valid.

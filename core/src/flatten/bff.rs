@@ -17,21 +17,22 @@ use super::disk::Disk;
 use super::error::FlattenError;
 use super::intrinsic::measure;
 use super::laplace::DirichletLaplacian;
-use super::unfold::unfolded;
 use crate::geometry::DVec2;
 use crate::surface::Surface;
 
-/// The conformal chart of least distortion; where that turns faces over or overlaps, one near it that does not.
+/// The conformal chart of least distortion, checked: no face turned over, no overlap.
 ///
 /// Linear scale is constant along the outer boundary up to the polygon's closing.
 ///
 /// # Errors
-/// [`FlattenError`] when the surface is not a disk with holes, or no valid chart was found.
+/// [`FlattenError`] when the surface is not a disk with holes, or its chart is not valid.
 ///
 /// # Source
 /// Sawhney, Crane, "Boundary First Flattening", TOG 2017.
 pub fn bff(surface: &Surface) -> Result<Chart, FlattenError> {
-    unfolded(surface, bff_unchecked(surface)?)
+    let chart = bff_unchecked(surface)?;
+    chart.validate(surface)?;
+    Ok(chart)
 }
 
 /// As [`bff`], without the check that the chart is valid.

@@ -43,7 +43,7 @@ pub enum FlattenError {
     /// The angle-based iteration did not reach its constraints.
     #[error(
         "flatten: the angle constraints are off by {residual:.2e} rad after {steps} steps; \
-         {limit:.0e} is required: use flatten.method \"bff\", which always ends"
+         {limit:.0e} is required: use flatten.method \"bff\""
     )]
     NotConverged {
         /// Largest constraint residual, rad.

@@ -1,6 +1,6 @@
 //! Both methods on real parts; skipped where the data is not present.
 
-use super::{Chart, abf, bff};
+use super::{Chart, abf, bff, unfolded};
 use crate::geometry::math::atan2;
 use crate::geometry::{DVec2, DVec3};
 use crate::job::{Faces, Selection, SurfaceOptions, SurfaceSource};
@@ -161,7 +161,7 @@ fn rough_and_nasty_surfaces_flatten_without_flips_or_overlap() {
             {
                 continue;
             }
-            let chart = bff(&surface).unwrap_or_else(|e| panic!("{name}, {by} mm: {e}"));
+            let chart = unfolded(&surface).unwrap_or_else(|e| panic!("{name}, {by} mm: {e}"));
             let quality = chart.quality(&surface);
             assert!(quality.flips == 0, "{name}, {by} mm: {quality:?}");
             count += 1;

@@ -16,6 +16,7 @@
 //! Kaporin, Kudryavtseva, Protais, Ray, Sokolov, "Foldover-free maps in 50 lines of code", TOG 2021, the area of faces
 //! that are turned over; Tutte, "How to draw a graph" (1963), step 3.
 
+use super::bff::bff_unchecked;
 use super::chart::Chart;
 use super::disk::Disk;
 use super::error::FlattenError;
@@ -34,6 +35,8 @@ const TIMES: u32 = 6;
 /// Sweeps over the vertices until no face is turned over, at most, and afterwards.
 const SWEEPS: usize = 150;
 const SMOOTHED: usize = 12;
+/// Moves of vertices in one attempt, at most.
+const MOST_MOVES: usize = 20_000_000;
 /// Halvings of a step that makes a vertex's faces worse.
 const HALVINGS: usize = 24;
 /// Least area that replaces that of a face that is turned over, of that which it should have; and how much of the most
@@ -43,11 +46,16 @@ const OF_WORST: f64 = 0.2;
 /// Least and greatest weight of an edge in step 3: cotangents of 89.4 and 0.6 degrees.
 const WEIGHTS: [f64; 2] = [0.01, 100.0];
 
-/// The chart, or one like it that turns no face over and does not overlap.
+/// A chart that turns no face over and does not overlap, where a conformal one would.
 ///
 /// # Errors
 /// [`FlattenError`] when the surface is not a disk with holes, or no such chart was found.
-pub fn unfolded(surface: &Surface, chart: Chart) -> Result<Chart, FlattenError> {
+pub fn unfolded(surface: &Surface) -> Result<Chart, FlattenError> {
+    unfolded_from(surface, bff_unchecked(surface)?)
+}
+
+/// The chart, or one like it that turns no face over and does not overlap.
+fn unfolded_from(surface: &Surface, chart: Chart) -> Result<Chart, FlattenError> {
     match chart.validate(surface) {
         Ok(()) => return Ok(chart),
         Err(FlattenError::Flipped { .. }) => {
@@ -147,7 +155,7 @@ impl<'a> Unfolding<'a> {
             }
             let vertices = self.beside(&turned, RINGS << times, &may_move);
             self.set_density(&vertices);
-            let mut left = SWEEPS;
+            let mut left = SWEEPS.min(MOST_MOVES / vertices.len().max(1));
             while left > 0 {
                 left -= 1;
                 let least = self.sweep(&vertices);
@@ -347,12 +355,12 @@ mod tests {
             bad[v as usize] += DVec2::new(3.1, -2.3);
         }
         assert!(Chart::new(&surface, bad.clone()).validate(&surface).is_err());
-        let mended = unfolded(&surface, Chart::new(&surface, bad)).unwrap();
+        let mended = unfolded_from(&surface, Chart::new(&surface, bad)).unwrap();
         let quality = mended.quality(&surface);
         assert!(quality.flips == 0 && quality.mean_q < 1.1, "{quality:?}");
         // A boundary that crosses itself is laid on a circle.
         let twisted = view.iter().map(|p| DVec2::new(p.x * p.y, p.y)).collect();
-        let mended = unfolded(&surface, Chart::new(&surface, twisted)).unwrap();
+        let mended = unfolded_from(&surface, Chart::new(&surface, twisted)).unwrap();
         let rim = surface.connectivity().boundary_loops()[0].iter();
         let radii: Vec<f64> = rim.map(|v| mended.uv()[v.index()].length()).collect();
         assert!(radii.iter().all(|r| (r / radii[0] - 1.0).abs() < 1e-9));

@@ -6,7 +6,7 @@ use super::load::{Files, SurfaceKeys};
 use super::parameter_map;
 use super::stage::Stage;
 use crate::cutter_location::CheckMesh;
-use crate::flatten::{Chart, FlattenError, Locator, Quality, abf, bff};
+use crate::flatten::{Chart, FlattenError, Locator, Quality, abf, bff, unfolded};
 use crate::geometry::DVec2;
 use crate::hub::ChannelLines;
 use crate::job::{FlattenMethod, Job};
@@ -49,6 +49,8 @@ pub struct Flattening {
 pub enum MapKind {
     /// A conformal map.
     Conformal,
+    /// A conformal map, changed where it would turn faces over or overlap.
+    Unfolded,
     /// The view along the tool axis, which turns no face of a reached surface over.
     View,
     /// The parameters of the surface.
@@ -84,7 +86,7 @@ impl Prepared {
                 let kind = MapKind::Parameters;
                 (parameter_map::parameters(surface), Flattening { steps: 0, residual: 0.0, kind })
             }
-            None => flatten(keys.flatten, surface)?,
+            None => flatten(keys.flatten, surface).or_else(|fault| laid(surface, fault))?,
             Some(_) if design.pieces > 1 => view(surface),
             Some(_) => flatten(keys.flatten, surface).unwrap_or_else(|_| view(surface)),
         };
@@ -125,6 +127,19 @@ impl Prepared {
 fn view(surface: &Surface) -> (Chart, Flattening) {
     let flat: Vec<DVec2> = surface.positions().iter().map(|p| p.truncate()).collect();
     (Chart::new(surface, flat), Flattening { steps: 0, residual: 0.0, kind: MapKind::View })
+}
+
+/// What a conformal map fails for is laid flat without one.
+fn laid(surface: &Surface, fault: FlattenError) -> Result<(Chart, Flattening), FlattenError> {
+    match fault {
+        FlattenError::Flipped { .. }
+        | FlattenError::Overlap { .. }
+        | FlattenError::NotConverged { .. } => {
+            let kind = MapKind::Unfolded;
+            Ok((unfolded(surface)?, Flattening { steps: 1, residual: 0.0, kind }))
+        }
+        other => Err(other),
+    }
 }
 
 fn flatten(method: FlattenMethod, surface: &Surface) -> Result<(Chart, Flattening), FlattenError> {

@@ -131,7 +131,8 @@ pub struct AsideFigures {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct FlattenFigures {
-    /// abf, bff, or view: seen along the tool axis, where the surface is what the cutter reaches of a part.
+    /// abf, bff, unfolded (a conformal map, changed where it would turn faces over or overlap), view (along the tool axis,
+    /// where the surface is what the cutter reaches of a part) or parameters (those of a hub).
     pub method: String,
     /// Iterations until the constraints were met.
     pub iterations: u64,
