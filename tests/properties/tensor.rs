@@ -150,7 +150,7 @@ fn a_bicubic_patch_has_its_trisector() {
         mesh(&nurbs, Trim::Rectangle(low, high), asked).unwrap().soup
     };
     let exact = build_parametric(meshed(0.025), nurbs.clone(), &options()).unwrap();
-    check_patch("NURBS", &exact.surface, 1e-6);
+    check_patch("NURBS", &exact.surface.unwrap(), 1e-6);
     // The mesh alone, of more and more faces, without and with noise.
     for longest in [0.03, 0.0145, 0.0072] {
         let soup = meshed(longest);
