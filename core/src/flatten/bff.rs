@@ -71,7 +71,7 @@ pub fn bff_unchecked(surface: &Surface) -> Result<Chart, FlattenError> {
 }
 
 /// Length of the boundary side that leaves each boundary vertex.
-fn boundary_lengths(disk: &Disk) -> Vec<f64> {
+pub(super) fn boundary_lengths(disk: &Disk) -> Vec<f64> {
     let boundary = disk.boundary();
     let at = |i: usize| disk.positions[boundary[i % boundary.len()].index()];
     (0..boundary.len()).map(|i| at(i).distance(at(i + 1))).collect()

@@ -31,6 +31,11 @@ impl Distortion {
         Self { sigma_max: 0.5 * (similar + mirrored), sigma_min: 0.5 * (similar - mirrored) }
     }
 
+    /// Whether the flat face is neither turned over nor without area, beyond rounding.
+    pub fn is_up(self) -> bool {
+        self.sigma_min > 0.0
+    }
+
     /// Quasi-conformal error `sigma_max / sigma_min`, 1 where conformal.
     pub fn q(self) -> f64 {
         self.sigma_max / self.sigma_min.abs()
@@ -83,7 +88,7 @@ impl Chart {
             let d = self.distortion(surface, FaceId(f));
             let [a, b, c] = surface.corners(FaceId(f));
             let area = (b - a).cross(c - a).length();
-            if d.sigma_min > 0.0 {
+            if d.is_up() {
                 quality.mean_q += area * d.q();
                 total += area;
                 quality.max_q = quality.max_q.max(d.q());

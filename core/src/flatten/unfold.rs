@@ -8,19 +8,20 @@
 //!   one that grows with it.
 //!
 //! Steps: (1) around the faces that are turned over, each vertex in turn is moved to where the faces around it are
-//! distorted least, by Newton steps, until all look up; (2) where that does not help, with more rings of faces around
-//! them, at last with all. (3) Where the flat boundary crosses itself, or all that has failed, the boundary is laid on a
+//! distorted least, by Newton steps, until all look up; (2) where that does not help, with more and more rings of faces
+//! around them. (3) Where the flat boundary crosses itself, or all that has failed, the boundary is laid on a
 //! circle, and every inner vertex is the mean of its neighbours with positive weights; this turns no face over.
 //!
 //! Sources: Hormann, Greiner, "MIPS: an efficient global parametrization method" (2000), the distortion; Garanzha,
 //! Kaporin, Kudryavtseva, Protais, Ray, Sokolov, "Foldover-free maps in 50 lines of code", TOG 2021, the area of faces
 //! that are turned over; Tutte, "How to draw a graph" (1963), step 3.
 
-use super::bff::bff_unchecked;
+use super::bff::{bff_unchecked, boundary_lengths};
 use super::chart::Chart;
 use super::disk::Disk;
+use super::distortion::Distortion;
 use super::error::FlattenError;
-use super::intrinsic::measure;
+use super::intrinsic::{measure, weights_from_angles};
 use super::laplace::DirichletLaplacian;
 use crate::geometry::math::{cos, sin};
 use crate::geometry::{DVec2, cross2};
@@ -81,12 +82,11 @@ fn unfolded_from(surface: &Surface, chart: Chart) -> Result<Chart, FlattenError>
 fn on_circle(surface: &Surface) -> Result<Vec<DVec2>, FlattenError> {
     let disk = Disk::new(surface)?;
     let (angles, _) = measure(&disk)?;
-    let mut weights = super::intrinsic::weights_from_angles(&disk, &angles);
+    let mut weights = weights_from_angles(&disk, &angles);
     weights.iter_mut().for_each(|w| w.2 = w.2.clamp(WEIGHTS[0], WEIGHTS[1]));
     let laplacian = DirichletLaplacian::new(&disk, weights)?;
     let boundary = disk.boundary();
-    let at = |i: usize| disk.positions[boundary[i % boundary.len()].index()];
-    let sides: Vec<f64> = (0..boundary.len()).map(|i| at(i).distance(at(i + 1))).collect();
+    let sides = boundary_lengths(&disk);
     let whole: f64 = sides.iter().sum();
     let mut flat = vec![DVec2::ZERO; disk.positions.len()];
     let mut way = 0.0;
@@ -169,10 +169,13 @@ impl<'a> Unfolding<'a> {
 
     /// The faces that are turned over.
     fn turned(&self) -> Vec<u32> {
-        let faces = self.surface.connectivity().faces().iter().enumerate();
-        // As the chart's own check has it.
-        let is_up = |f: &[VertexId; 3]| doubled(&self.flat, f) > 0.0;
-        faces.filter(|(_, face)| !is_up(face)).map(|(f, _)| f as u32).collect()
+        let connectivity = self.surface.connectivity();
+        let distortion = |f: FaceId| {
+            let flat = connectivity.face(f).map(|v| self.flat[v.index()]);
+            Distortion::of_triangle(self.surface.corners(f), flat)
+        };
+        let faces = 0..connectivity.face_count() as u32;
+        faces.filter(|&f| !distortion(FaceId(f)).is_up()).collect()
     }
 
     /// The vertices of some faces and of the rings around them, in order.

@@ -3,7 +3,7 @@
 use super::chart::Chart;
 use super::error::FlattenError;
 use crate::geometry::{DVec2, OrderBy, cross2};
-use crate::mesh::VertexId;
+use crate::mesh::{FaceId, VertexId};
 use crate::surface::Surface;
 
 impl Chart {
@@ -20,17 +20,13 @@ impl Chart {
     }
 
     fn check_orientation(&self, surface: &Surface) -> Result<(), FlattenError> {
-        let faces = surface.connectivity().faces();
-        let turned = |f: &[VertexId; 3]| {
-            let [a, b, c] = f.map(|v| self.uv()[v.index()]);
-            let area = cross2(a, b, c);
-            area <= 0.0 || area.is_nan()
-        };
-        let Some(face) = faces.iter().position(turned) else { return Ok(()) };
-        let corners = faces[face].map(|v| surface.positions()[v.index()]);
+        let faces = || 0..surface.connectivity().face_count() as u32;
+        let turned = |f: &u32| !self.distortion(surface, FaceId(*f)).is_up();
+        let Some(face) = faces().find(turned) else { return Ok(()) };
+        let corners = surface.corners(FaceId(face));
         Err(FlattenError::Flipped {
-            count: faces.iter().filter(|f| turned(f)).count(),
-            face: face as u32,
+            count: faces().filter(turned).count(),
+            face,
             at: (corners[0] + corners[1] + corners[2]) / 3.0,
         })
     }

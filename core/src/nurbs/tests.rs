@@ -351,7 +351,7 @@ fn surfaces_of_the_manifest_mesh_within_their_chord_error() {
         assert!(singular || angles[angles.len() / 100] > 15.0, "{name}");
         assert!(ringing || without_area(&mesh) == 0, "{name}");
         let rings = file.surface.closed().iter().filter(|c| **c).count();
-        // Two poles and a seam: both halves have a boundary.
+        // The egg, with two poles and a seam, is two halves, each with a boundary.
         assert_eq!(judged.boundary_loops.len(), 1 + rings, "{name}");
     }
 }
