@@ -94,9 +94,8 @@ type Rectangle = (DVec2, DVec2);
 fn halves(surface: &NurbsSurface, (low, high): Rectangle) -> Option<[Rectangle; 2]> {
     let around = surface.around((low, high));
     let axis = match around {
-        [true, true] => 1,
+        [true, _] => 1,
         [false, false] => return None,
-        [true, false] => 1,
         [false, true] => 0,
     };
     let ends = surface.poles_of((low, high), axis);

@@ -161,7 +161,8 @@ mod tests {
 
     #[test]
     fn the_stock_on_either_side_of_a_thin_sheet_is_reached() {
-        let material = Material { height: STOCK, layer: STOCK, allowance: 0.0, deepest: 0.1 };
+        let material =
+            Material { height: STOCK, layer: STOCK, allowance: 0.0, deepest: 0.1, tolerance: 0.0 };
         let mut bounds = Bounds::<4>::EMPTY;
         bounds.add(&both_sides(material), material);
         let body = Body::new(&Tool::new(RADIUS, RADIUS).unwrap(), 40.0);

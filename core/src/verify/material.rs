@@ -13,6 +13,8 @@ pub struct Material {
     pub allowance: f64,
     /// Gouges deeper than this are reported with this depth, mm.
     pub deepest: f64,
+    /// A cutter that is nowhere deeper in the part than this touches it, mm.
+    pub tolerance: f64,
 }
 
 /// A sample after the sweep.

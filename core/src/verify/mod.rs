@@ -178,6 +178,7 @@ pub fn verify(
         layer,
         allowance: options.allowance,
         deepest: DEEPEST * options.tool.radius(),
+        tolerance: options.tolerance,
     };
     let inset = BESIDE_RIM * options.tool.radius();
     let outline = Outline::of(design, rest, options.walls.is_some());
@@ -271,7 +272,8 @@ fn on_walls(
     let missing = 0.5 * options.tolerance.max(0.0);
     let wide = (8.0 * radius * missing).sqrt().min(radius / WALL_SAMPLES_PER_RADIUS);
     let spacing = wide.max(spacing).max((sheet.facets().area() / MOST_ON_WALLS).sqrt());
-    let material = Material { height: 0.0, layer: 0.0, allowance: 0.0, deepest };
+    let tolerance = options.tolerance;
+    let material = Material { height: 0.0, layer: 0.0, allowance: 0.0, deepest, tolerance };
     let nothing = Facets { positions: &[], faces: &[] };
     let tiles = samples::tiles(nothing, sheet.facets(), spacing, &[], &[]);
     parallel::map(options.threads, &tiles, |tile: &samples::Tile| {

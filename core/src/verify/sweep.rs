@@ -298,14 +298,16 @@ fn lowered_to(s: &Swept, step: &Step, body: &Body, material: Material) -> Option
     if lowest >= 0.0 {
         return Some(lowest);
     }
-    // A cutter wholly behind the surface has nothing to do with this side of it; and at a sharp edge a line soon leaves
-    // the part, so that what is beyond is no part of it: no cut is deeper than the place lies within the cutter.
+    // A cutter wholly behind the surface has nothing to do with this side of it.
     let place = s.sample.position;
     if !body.contains(&at, place) {
         return None;
     }
+    // At a sharp edge a line soon leaves the part, and the cutter that only touches the edge may be beyond: what lies
+    // within it by no more than the tolerance is cut no deeper than that.
     let within = deepest_within(place, step, body).max(body.depth(&at, place)).max(0.0);
-    let height = lowest.max(-material.deepest).max(-within);
+    let deepest = if within > material.tolerance { material.deepest } else { within };
+    let height = lowest.max(-deepest);
     (height < s.height).then_some(height)
 }
 

@@ -839,16 +839,16 @@ fn at_a_corner_that_juts_out_cuts_are_no_deeper_than_along_its_walls() {
 }
 
 /// A ball that rolls over a ridge as sharp as a knife touches it all the time. The lines inward from the ridge soon
-/// leave the part, and what the ball does beyond is no gouge.
+/// leave the part, and what the ball does beyond is no gouge, unless it is in the ridge by more than the tolerance.
 #[test]
-fn a_cut_at_a_sharp_ridge_is_as_deep_as_the_cutter_is_in_it() {
+fn a_ball_that_touches_a_sharp_ridge_does_not_cut_it() {
     let (r, flank) = (5.0, 80.0_f64.to_radians());
     let slope = math::tan(flank);
     let ridge = Part::grid(2, 2, |u, v| {
         let y = 2.0 * v - 1.0;
         DVec3::new(30.0 * u, 0.4 * y, -0.4 * slope * y.abs())
     });
-    for depth in [0.0, 0.05] {
+    for depth in [0.0, 0.0015, 0.05] {
         let pass = |i: i32| {
             let lean = flank * f64::from(i) / 40.0;
             let way = (r - depth) * DVec3::new(0.0, math::sin(lean), math::cos(lean));
@@ -858,7 +858,11 @@ fn a_cut_at_a_sharp_ridge_is_as_deep_as_the_cutter_is_in_it() {
         let passes: Vec<_> = (-40..=40).map(pass).collect();
         let v = judged(&path(&passes), &ridge, &options(r, r));
         let gouge = v.figures.gouge.map_or(0.0, |g| -g.height);
-        assert_near(gouge, depth, 1e-4);
+        if depth <= 0.002 {
+            assert_near(gouge, depth, 1e-4);
+        } else {
+            assert!(gouge >= depth, "{gouge}");
+        }
     }
 }
 
