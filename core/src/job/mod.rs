@@ -98,7 +98,7 @@ impl JobFile {
     /// # Errors
     /// All [`Faults`], without places, since there is no source to point into.
     pub fn resolve(&self) -> Result<Resolved, Faults> {
-        match toml::to_string(self) {
+        match write::toml_of(self) {
             Ok(text) => read(text.as_bytes()).map_err(Faults::without_places),
             Err(error) => Err(Faults(vec![Fault::new("", error.to_string())])),
         }

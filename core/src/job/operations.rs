@@ -9,7 +9,7 @@ use super::file::{
 };
 use super::merged::Written;
 use super::path::Pattern;
-use super::write::text;
+use super::write::{text, toml_of};
 use serde::Serialize;
 
 /// How much an operation may leave more than one before it, mm: nothing, but for rounding.
@@ -189,7 +189,7 @@ impl Resolved {
         };
         let list = Operations { operation: self.operations.iter().map(of).collect() };
         // Only strings, numbers and tables, which TOML can all express.
-        let operations = toml::to_string(&list).unwrap_or_default();
+        let operations = toml_of(&list).unwrap_or_default();
         // Each operation says all of these itself.
         let common = JobFile {
             tool: ToolTable::default(),

@@ -7,6 +7,7 @@ use crate::job::beside::{Beside, Load};
 use crate::job::document::{self, Document, Places};
 use crate::job::fault::Fault;
 use crate::job::file::{JobFile, ToolTable, Units};
+use crate::job::write::toml_of;
 use crate::machine::SpindleDirection;
 use crate::tool::ToolKind;
 
@@ -157,7 +158,7 @@ fn not_given(table: &ToolTable, job: &ToolTable, places: &Places) -> ToolTable {
 /// The first value that a job may not have, and why.
 fn out_of_range(tool: &ToolTable, units: Units) -> Option<String> {
     let file = JobFile { units: Some(units), tool: tool.clone(), ..JobFile::default() };
-    let text = match toml::to_string(&file) {
+    let text = match toml_of(&file) {
         Ok(text) => text,
         Err(error) => return Some(error.to_string()),
     };
