@@ -1,11 +1,12 @@
 //! Project tasks: `cargo xtask test` runs all tests but the long ones of `cargo xtask accept`, `cargo xtask fuzz` looks for
-//! inputs that readers fall over, `cargo xtask page`
-//! builds the page for the browser, `cargo xtask serve` shows it, `cargo xtask patterns` compares the patterns, `cargo xtask
-//! parts` plans every shared file, `cargo xtask texture` simulates the textures of two tilts, `cargo xtask surfaces` writes
-//! the surfaces that `jobs/` machines.
+//! inputs that readers fall over, `cargo xtask page` builds the page for the browser, `cargo xtask serve` shows it, `cargo
+//! xtask patterns` compares the patterns, `cargo xtask parts` plans every shared file, `cargo xtask growth` ever finer meshes
+//! and ever lower limits, `cargo xtask texture` simulates the textures of two tilts, `cargo xtask surfaces` writes the surfaces
+//! that `jobs/` machines.
 
 mod accept;
 mod fuzz;
+mod growth;
 mod mesh_file;
 mod page;
 mod parts;
@@ -30,6 +31,7 @@ usage: cargo xtask test        runs the tests, natively and of the page
        cargo xtask speed       plans all jobs in the page and natively, and compares the times
        cargo xtask patterns    writes docs/patterns.md, every pattern on every surface
        cargo xtask parts [NAME] writes docs/parts.md, every shared file through `evencut new` and `evencut plan`
+       cargo xtask growth      writes docs/growth.md, time and memory with ever more faces and ever lower limits
        cargo xtask texture     writes table and picture of docs/texture.md
        cargo xtask surfaces    writes jobs/surfaces/*";
 
@@ -50,6 +52,7 @@ fn main() -> ExitCode {
         ["patterns"] => report(patterns::patterns(&project())),
         ["parts"] => report(parts::parts(&project(), None)),
         ["parts", only] => report(parts::parts(&project(), Some(only))),
+        ["growth"] => report(growth::growth(&project())),
         ["texture"] => report(texture::texture(&project())),
         ["surfaces"] => report(write_surfaces(&surfaces_folder())),
         _ => {

@@ -127,7 +127,7 @@ fn part(command: &Path, work: &Path, file: &Path) -> Row {
     };
     let began = Instant::now();
     let (exit, memory) = match plan.spawn() {
-        Ok(child) => watched(child, began),
+        Ok(child) => watched(child, began, LONGEST),
         Err(error) => return Row::failed("", 0.0, 0, error.to_string()),
     };
     let seconds = began.elapsed().as_secs_f64();
@@ -151,8 +151,8 @@ fn part(command: &Path, work: &Path, file: &Path) -> Row {
     }
 }
 
-/// Waits for a plan, at most [`LONGEST`]: its exit code, and the largest memory that the system tells of it, MB.
-fn watched(mut child: Child, began: Instant) -> (Option<i32>, u64) {
+/// Waits for a plan, at most `longest`: its exit code, and the largest memory that the system tells of it, MB.
+pub fn watched(mut child: Child, began: Instant, longest: Duration) -> (Option<i32>, u64) {
     let status = format!("/proc/{}/status", child.id());
     let mut memory = 0;
     loop {
@@ -162,7 +162,7 @@ fn watched(mut child: Child, began: Instant) -> (Option<i32>, u64) {
         memory = peak.unwrap_or(0).max(memory);
         match child.try_wait() {
             Ok(Some(status)) => return (status.code(), memory / 1024),
-            Ok(None) if began.elapsed() < LONGEST => std::thread::sleep(LOOK),
+            Ok(None) if began.elapsed() < longest => std::thread::sleep(LOOK),
             _ => {
                 let _ = child.kill();
                 let _ = child.wait();

@@ -17,8 +17,13 @@ const FINEST: f64 = 0.25;
 const CHEAP: f64 = 1.2e5;
 /// Edges longer than this many passes are split in a coarse mesh: good enough to compare fields.
 pub(super) const COARSE: f64 = 6.0;
-/// Refinement stops with an error above this many triangles.
+/// Refinement stops with an error above this many triangles, or above twice as many as the mesh had before.
 const MOST_FACES: usize = 2_500_000;
+
+/// A mesh that is fine already costs what was given, whatever the side step.
+fn most_faces(given: &Connectivity) -> usize {
+    MOST_FACES.max(2 * given.face_count())
+}
 
 /// Area of a triangle with these sides.
 fn heron([a, b, c]: [f64; 3]) -> f64 {
@@ -36,6 +41,8 @@ pub struct PassMesh {
     metric: Vec<StripMetric>,
     /// `#F` flat metrics, computed on first use.
     flat: OnceLock<Vec<Option<FlatMetric>>>,
+    /// Most triangles that refinement may make.
+    most_faces: usize,
 }
 
 impl PassMesh {
@@ -68,6 +75,7 @@ impl PassMesh {
             positions: surface.positions().to_vec(),
             metric,
             flat: OnceLock::new(),
+            most_faces: most_faces(surface.connectivity()),
         }
         .made_coarse()
     }
@@ -84,8 +92,8 @@ impl PassMesh {
         positions: Vec<DVec3>,
         metric: Vec<StripMetric>,
     ) -> Result<Self, LevelSetError> {
-        let flat = OnceLock::new();
-        Self { connectivity, uv, scale, positions, metric, flat }.made_coarse()
+        let (flat, most_faces) = (OnceLock::new(), most_faces(&connectivity));
+        Self { connectivity, uv, scale, positions, metric, flat, most_faces }.made_coarse()
     }
 
     fn made_coarse(self) -> Result<Self, LevelSetError> {
@@ -132,6 +140,7 @@ impl PassMesh {
             positions: kept.iter().map(|v| self.positions[v.index()]).collect(),
             metric: kept.iter().map(|v| self.metric[v.index()]).collect(),
             flat: OnceLock::new(),
+            most_faces: self.most_faces,
         }
     }
 
@@ -216,14 +225,15 @@ impl PassMesh {
         square.max(0.0).sqrt()
     }
 
-    /// Fails before refining when the result could not stay below [`MOST_FACES`].
+    /// Fails before refining when the result could not stay below the most faces.
     fn check_size(&self) -> Result<(), LevelSetError> {
         let passes: f64 = (0..self.connectivity.face_count() as u32)
             .map(|f| heron([0, 1, 2].map(|i| self.pass_length(FaceId(f).half_edge(i)))))
             .sum();
         // An equilateral triangle of the longest side allowed covers 0.433 passes².
-        if passes / 0.433 > MOST_FACES as f64 {
-            return Err(LevelSetError::TooFine { side_step: self.mean_pass(), limit: MOST_FACES });
+        let limit = self.most_faces;
+        if passes / 0.433 > limit as f64 {
+            return Err(LevelSetError::TooFine { side_step: self.mean_pass(), limit });
         }
         Ok(())
     }
@@ -268,9 +278,10 @@ impl PassMesh {
             let split = [0, 1, 2].map(|i| middle[3 * f + i]);
             next.split_face(*face, split, &mut faces);
         }
-        if faces.len() > MOST_FACES {
+        let limit = self.most_faces;
+        if faces.len() > limit {
             let side_step = self.length(HalfEdgeId(0)) / self.pass_length(HalfEdgeId(0));
-            return Err(LevelSetError::TooFine { side_step, limit: MOST_FACES });
+            return Err(LevelSetError::TooFine { side_step, limit });
         }
         // Splitting keeps a manifold a manifold.
         let connectivity = Connectivity::new(next.uv.len(), faces);
