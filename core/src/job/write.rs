@@ -159,7 +159,7 @@ pub(super) fn text(file: &JobFile) -> String {
 
 /// A table as TOML text; keys without a value are left out.
 ///
-/// It goes through one tree of values: code that writes every type as text made the page's module 100 kB larger.
+/// It goes through one tree of values: code that writes every type as text made the page's module 35 kB larger.
 ///
 /// # Errors
 /// What TOML cannot express.

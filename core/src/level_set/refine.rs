@@ -323,3 +323,35 @@ impl PassMesh {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::level_set::strip_metric::even;
+
+    /// A square of 1 mm, `side` by `side` quads, whose passes are 10 mm apart.
+    fn far_finer_than_passes(side: u32) -> Result<PassMesh, LevelSetError> {
+        let at = |i: u32| f64::from(i) / f64::from(side);
+        let places = (0..=side).flat_map(|j| (0..=side).map(move |i| DVec2::new(at(i), at(j))));
+        let uv: Vec<DVec2> = places.collect();
+        let quads = (0..side).flat_map(|j| (0..side).map(move |i| j * (side + 1) + i));
+        let faces = quads.flat_map(|a| {
+            let [a, b, c, d] = [a, a + 1, a + side + 2, a + side + 1].map(VertexId);
+            [[a, b, c], [a, c, d]]
+        });
+        let connectivity = Connectivity::new(uv.len(), faces.collect()).unwrap();
+        let positions = uv.iter().map(|p| p.extend(0.0)).collect();
+        let (scale, metric) = (vec![1.0; uv.len()], vec![even(10.0); uv.len()]);
+        PassMesh::coarse_of_faces(connectivity, uv, scale, positions, metric)
+    }
+
+    #[test]
+    fn a_mesh_of_more_faces_than_refinement_makes_is_taken_as_it_is() {
+        let mesh = far_finer_than_passes(1200).and_then(PassMesh::refined).unwrap();
+        let given = 2 * 1200 * 1200;
+        assert!(given > MOST_FACES);
+        // Two corners have chords, which are split.
+        let faces = mesh.connectivity().face_count();
+        assert!((given..given + 100).contains(&faces), "{faces}");
+    }
+}
