@@ -140,7 +140,9 @@ fn residual_marks<'a>(
 
 /// The mark of a sample; what is only guarded has one where it is cut into.
 pub(super) fn residual_mark(sample: &Outcome, scale: &Scale, tolerance: f64) -> Option<Mark> {
-    let residual = f64::from(sample.residual);
+    let height = f64::from(sample.residual);
+    // Below a bridge the cutter may go as long as it stays off the part, which is judged by itself.
+    let residual = if sample.is_bridge { height.max(0.0) } else { height };
     let value = MICRO * residual;
     let (rank, tone) = if residual < -tolerance {
         return Some(Mark {
@@ -485,6 +487,9 @@ mod tests {
         // At least 3 px across.
         let least = (3.0 * FINENESS * 3.0 * FINENESS) as usize;
         assert!(changed(|s| s.residual = -0.01)[4] >= least);
+        // Below a bridge there is no part to cut into.
+        let bridged = changed(|s| (s.residual, s.is_bridge) = (-0.01, true));
+        assert_eq!(bridged, ranks(&clean));
         assert!(changed(|s| s.residual = 0.033)[2] >= least);
         assert!(changed(|s| s.by = None)[3] >= least);
     }
