@@ -142,7 +142,7 @@ fn residual_marks<'a>(
 pub(super) fn residual_mark(sample: &Outcome, scale: &Scale, tolerance: f64) -> Option<Mark> {
     let height = f64::from(sample.residual);
     // Below a bridge the cutter may go as long as it stays off the part, which is judged by itself.
-    let residual = if sample.is_bridge { height.max(0.0) } else { height };
+    let residual = if sample.is_of_part() { height } else { height.max(0.0) };
     let value = MICRO * residual;
     let (rank, tone) = if residual < -tolerance {
         return Some(Mark {
@@ -487,7 +487,7 @@ mod tests {
         // At least 3 px across.
         let least = (3.0 * FINENESS * 3.0 * FINENESS) as usize;
         assert!(changed(|s| s.residual = -0.01)[4] >= least);
-        // Below a bridge there is no part to cut into.
+        // Below a bridge the part lies lower.
         let bridged = changed(|s| (s.residual, s.is_bridge) = (-0.01, true));
         assert_eq!(bridged, ranks(&clean));
         assert!(changed(|s| s.residual = 0.033)[2] >= least);

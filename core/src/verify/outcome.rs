@@ -43,7 +43,7 @@ impl Outcome {
     }
 
     /// Whether a negative height is a cut into the part.
-    pub(super) fn is_of_part(&self) -> bool {
+    pub fn is_of_part(&self) -> bool {
         !self.is_bridge
     }
 
