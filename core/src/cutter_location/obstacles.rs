@@ -107,15 +107,20 @@ impl Obstacles {
     /// How far the cutter must be lifted to clear the part, with `allowance` mm left on it, the walls, and what is avoided
     /// by its distance, mm.
     pub fn raise(&self, at: Standing, allowance: f64) -> f64 {
-        let Some(grown) = at.grown(allowance) else { return 0.0 };
+        self.raise_within(at, allowance, 0.0)
+    }
+
+    /// How far the cutter must be lifted until [`is_clear`](Self::is_clear) holds for `depth`, mm.
+    pub fn raise_within(&self, at: Standing, allowance: f64, depth: f64) -> f64 {
+        let of = |mesh: &CheckMesh, s: Option<Standing>| {
+            s.map_or(0.0, |s| mesh.raise(&s.tool, s.tip, s.axis, s.reach))
+        };
         let mut raise = 0.0;
         for _ in 0..MOST_ROUNDS {
-            let of = |mesh: &CheckMesh, s: Standing| mesh.raise(&s.tool, s.tip, s.axis, s.reach);
-            raise += of(&self.part, grown.lifted(raise));
-            let mut more = of(&self.walls, at.lifted(raise));
+            raise += of(&self.part, at.lifted(raise).grown(allowance - depth));
+            let mut more = of(&self.walls, at.lifted(raise).grown(-depth));
             for Avoided { mesh, distance } in &self.avoided {
-                let away = at.lifted(raise + more).away(*distance, 0.0);
-                more += away.map_or(0.0, |at| of(mesh, at));
+                more += of(mesh, at.lifted(raise + more).away(*distance, depth));
             }
             raise += more;
             if more == 0.0 {

@@ -167,9 +167,10 @@ impl Probe<'_> {
     }
 
     /// Whether two places of one contact are apart: beside a wall, the cutter was moved off it to one side and to the
-    /// other.
+    /// other. Over an edge it swings from one to the other.
     fn is_jump(&self, a: &Dense, b: &Dense) -> bool {
-        same_axis(a.axis, b.axis) && a.contact.distance(b.contact) < self.tolerance
+        let is_off_wall = a.away.is_some() || b.away.is_some();
+        is_off_wall && same_axis(a.axis, b.axis) && a.contact.distance(b.contact) < self.tolerance
     }
 
     /// Whether the move between two places leads from the cut up onto what stands beside the surface: the cut is to
@@ -279,7 +280,7 @@ fn dense_path(
     for (piece, (contact, &axis)) in contacts.iter().zip(axes).enumerate() {
         let touching =
             tip(&options.tool, contact.position, contact.normal, axis, options.allowance);
-        let Placed { tip, raise, is_free, away } = probe.placed(touching, axis);
+        let Placed { tip, raise, is_free, away } = probe.placed(touching, axis, contact.normal);
         let point = Dense {
             tip,
             axis,
@@ -333,7 +334,8 @@ fn in_corner(dense: &[Dense], b: &Dense, probe: &Probe) -> Option<Dense> {
     };
     let there = way(a.tip, &mut [corner, b.tip].into_iter());
     let now = way(a.tip, &mut dense[last + 1..].iter().chain([b]).map(|d| d.tip));
-    let placed = (now <= there + probe.tolerance).then(|| probe.placed(corner, middle.axis))?;
+    let placed = (now <= there + probe.tolerance)
+        .then(|| probe.placed(corner, middle.axis, middle.normal))?;
     let Placed { tip, raise, is_free, away } = placed;
     let is_low = raise <= a.raise.max(b.raise);
     is_low.then_some(Dense { tip, raise, is_free, away: away.or(a.away), ..middle })
@@ -364,7 +366,7 @@ fn between(a: &Dense, b: &Dense, probe: &Probe, depth: u32, out: &mut Vec<Dense>
     let across = (step - middle.axis * step.dot(middle.axis)).length();
     if depth > 0 && across >= 0.25 * probe.tolerance && probe.is_ramp(a, b) {
         let Placed { tip, raise, is_free, away } =
-            probe.placed(middle.tip - middle.axis * middle.raise, middle.axis);
+            probe.placed(middle.tip - middle.axis * middle.raise, middle.axis, middle.normal);
         middle = Dense { tip, raise, is_free, away, ..middle };
         between(a, &middle, probe, depth - 1, out);
         out.push(middle);
@@ -380,8 +382,9 @@ fn between(a: &Dense, b: &Dense, probe: &Probe, depth: u32, out: &mut Vec<Dense>
         return true;
     }
     if !clear {
-        let Placed { tip, raise, away, .. } = probe.placed(middle.tip, middle.axis);
-        middle = Dense { tip, raise: middle.raise + raise, is_free: true, away, ..middle };
+        let Placed { tip, raise, is_free, away } =
+            probe.placed(middle.tip, middle.axis, middle.normal);
+        middle = Dense { tip, raise: middle.raise + raise, is_free, away, ..middle };
     }
     let mark = out.len();
     let first_half = between(a, &middle, probe, depth - 1, out);
@@ -791,12 +794,7 @@ mod tests {
 
     #[test]
     fn a_wall_is_climbed_beside_it_and_walls_at_its_side_do_not_count() {
-        let corner = |x: f64, z: f64| [-30.0, 30.0].map(|y| DVec3::new(x, y, z));
-        let profile = [corner(-30.0, 0.0), corner(0.0, 0.0), corner(0.0, 8.0), corner(30.0, 8.0)];
-        let faces = (0..3u32)
-            .flat_map(|i| [[2 * i, 2 * i + 2, 2 * i + 3], [2 * i, 2 * i + 3, 2 * i + 1]])
-            .collect();
-        let mesh = Obstacles::of_part(CheckMesh::new(profile.concat(), faces));
+        let mesh = step();
         let along = |x: f64, y: f64, i: usize| Contact {
             position: DVec3::new(x, y, 0.0),
             normal: DVec3::Z,
@@ -814,6 +812,66 @@ mod tests {
         let pass = locate_pass(&into, &o, &mesh).unwrap();
         assert_eq!(pass.lifted.len(), 1);
         assert!(penetration(&pass, &o, &mesh) <= o.tolerance);
+    }
+
+    /// A floor up to x = 0, a wall of 8 mm, and the land behind it.
+    fn step() -> Obstacles {
+        let corner = |x: f64, z: f64| [-30.0, 30.0].map(|y| DVec3::new(x, y, z));
+        let profile = [corner(-30.0, 0.0), corner(0.0, 0.0), corner(0.0, 8.0), corner(30.0, 8.0)];
+        let faces = (0..3u32)
+            .flat_map(|i| [[2 * i, 2 * i + 2, 2 * i + 3], [2 * i, 2 * i + 3, 2 * i + 1]])
+            .collect();
+        Obstacles::of_part(CheckMesh::new(profile.concat(), faces))
+    }
+
+    fn contact(position: DVec3, normal: DVec3, key: usize) -> Contact {
+        let kind = MoveKind::Cut;
+        Contact {
+            position,
+            normal,
+            feed_direction: DVec3::Y,
+            key,
+            feed: 10.0,
+            kind,
+            facet_error: 0.0,
+        }
+    }
+
+    /// Contacts on the rounding that a ball leaves in the corner, off by 20 um toward the wall: the ball is moved aside,
+    /// by less than twice that, and is not lifted onto the land. The floor alone holds it up.
+    #[test]
+    fn a_ball_little_into_a_wall_is_moved_aside() {
+        let o = options(5.0, 5.0, ToolAxis::Fixed(DVec3::Z));
+        for below in [0.0, 0.004] {
+            let centre = |y: f64| DVec3::new(-5.0 + 0.02, y, 5.0 - below);
+            let normal = DVec3::new(-0.8, 0.0, 0.6);
+            let contacts: Vec<_> = (0..20)
+                .map(|i| contact(centre(0.2 * f64::from(i)) - normal * 5.0, normal, i as usize))
+                .collect();
+            let pass = locate_pass(&contacts, &o, &step()).unwrap();
+            for l in &pass.points {
+                assert!((-5.04..-5.0 + 0.0013).contains(&l.tip.x), "{}", l.tip);
+                assert!(l.tip.z.abs() < 0.005, "{}", l.tip);
+            }
+            assert!(penetration(&pass, &o, &step()) <= o.tolerance);
+        }
+    }
+
+    /// Over a sharp edge the ball swings by a quarter of a circle between contacts that are nearer to each other than
+    /// the tolerance.
+    #[test]
+    fn a_ball_rolls_over_a_sharp_edge() {
+        let o = options(5.0, 5.0, ToolAxis::Fixed(DVec3::Z));
+        let place = |x: f64| DVec3::new(x, 0.0, 8.0);
+        let (up, out) = (DVec3::Z, DVec3::new(-0.995, 0.0, 0.0999).normalize());
+        let contacts =
+            [contact(place(1.0), up, 0), contact(place(0.003), up, 1), contact(place(0.0), out, 2)];
+        let pass = locate_pass(&contacts, &o, &step()).unwrap();
+        for l in pass.points.iter().filter(|l| l.tip.x < 0.0) {
+            let from_edge = (l.tip + DVec3::Z * 5.0).distance(DVec3::Z * 8.0);
+            assert!(l.raise.is_finite() && (from_edge - 5.0).abs() < 0.005, "{l:?}");
+        }
+        assert!(penetration(&pass, &o, &step()) <= o.tolerance);
     }
 
     #[test]

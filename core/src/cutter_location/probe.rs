@@ -4,7 +4,7 @@ use super::axis::tool_axis;
 use super::obstacles::{Obstacles, Standing};
 use super::options::PassOptions;
 use super::tip::tip;
-use crate::geometry::DVec3;
+use crate::geometry::{DVec3, any_perpendicular};
 use crate::tool::Tool;
 
 /// How much lower the part may lie beside a wall, as a multiple of the distance by which the cutter is moved off it:
@@ -12,6 +12,24 @@ use crate::tool::Tool;
 const BELOW: f64 = 6.0;
 /// Fraction of the tolerance by which a cutter beside a wall may penetrate it: between rulings it is an eighth.
 const AT_WALL: f64 = 0.2;
+/// Raise, tolerances, above which a cutter that is in a steep wall by little is moved aside instead.
+const WORTH_ASIDE: f64 = 4.0;
+/// How far it is moved aside at most, cutter radii, and tolerances: facets and chords of rounded walls are off by that.
+const FARTHEST_ASIDE: (f64, f64) = (0.02, 2.0);
+/// Halvings of the distance aside, once one is found that suffices.
+const ASIDE_HALVINGS: u32 = 2;
+/// Directions aside, turned from the one out of the surface, as cosine and sine.
+const ASIDE: [(f64, f64); 8] = [
+    (1.0, 0.0),
+    (DIAGONAL, DIAGONAL),
+    (DIAGONAL, -DIAGONAL),
+    (0.0, 1.0),
+    (0.0, -1.0),
+    (-DIAGONAL, DIAGONAL),
+    (-DIAGONAL, -DIAGONAL),
+    (-1.0, 0.0),
+];
+const DIAGONAL: f64 = core::f64::consts::FRAC_1_SQRT_2;
 
 /// Position of the cutter instead of the intended one.
 pub(super) struct Placed {
@@ -59,9 +77,10 @@ impl<'a> Probe<'a> {
             .all(|u| self.clears(a.0.lerp(b.0, u), axis(u), 0.25 * self.tolerance))
     }
 
-    /// Position of the cutter intended at `tip`: moved off walls and then lowered onto the part; lifted where it does
-    /// not fit.
-    pub fn placed(&self, tip: DVec3, axis: DVec3) -> Placed {
+    /// Position of the cutter intended at `tip` on a surface of unit `normal`: moved off walls and then lowered onto the
+    /// part; lifted where it does not fit. Where it is in a steep side of the part by little, and would be lifted over
+    /// the whole of it, it is moved aside.
+    pub fn placed(&self, tip: DVec3, axis: DVec3, normal: DVec3) -> Placed {
         let pushed = self.obstacles.pushed(self.standing(tip, axis));
         if let Some(pushed) = pushed
             && pushed.away.is_some()
@@ -77,17 +96,54 @@ impl<'a> Probe<'a> {
             }
         }
         let (raise, is_free) = self.raise(tip, axis);
-        Placed { tip: tip + axis * raise, raise, is_free, away: None }
+        let is_worth = raise > WORTH_ASIDE * self.tolerance;
+        let aside = is_worth.then(|| self.aside(tip, axis, normal)).flatten();
+        aside.unwrap_or(Placed { tip: tip + axis * raise, raise, is_free, away: None })
+    }
+
+    /// The cutter moved across its axis by the least distance that suffices, if there is one.
+    fn aside(&self, tip: DVec3, axis: DVec3, normal: DVec3) -> Option<Placed> {
+        let out = normal.reject_from_normalized(axis).try_normalize();
+        let out = out.unwrap_or(any_perpendicular(axis));
+        let along = axis.cross(out);
+        let clears =
+            |way: DVec3, by: f64| self.clears(tip + (way + axis) * by, axis, 0.25 * self.tolerance);
+        let farthest =
+            (FARTHEST_ASIDE.0 * self.tool.radius()).max(FARTHEST_ASIDE.1 * self.tolerance);
+        let mut by = 0.5 * self.tolerance;
+        while by <= farthest {
+            let ways = ASIDE.iter().map(|(c, s)| out * *c + along * *s);
+            if let Some(way) = { ways }.find(|way| clears(*way, by)) {
+                let mut short = 0.5 * by;
+                for _ in 0..ASIDE_HALVINGS {
+                    let middle = 0.5 * (short + by);
+                    if clears(way, middle) { by = middle } else { short = middle }
+                }
+                let tip = tip + way * by;
+                let (raise, is_free) = self.raise(tip, axis);
+                return Some(Placed {
+                    tip: tip + axis * raise,
+                    raise: raise + by,
+                    is_free,
+                    away: None,
+                });
+            }
+            by *= 2.0;
+        }
+        None
     }
 
     /// The raise, and whether it is sufficient: a small penetration is accepted where removing it would require a
     /// large lift along a wall.
     fn raise(&self, tip: DVec3, axis: DVec3) -> (f64, bool) {
-        let raise = self.obstacles.raise(self.standing(tip, axis), self.allowance);
-        if raise > 0.5 * self.tolerance && self.clears(tip, axis, 0.25 * self.tolerance) {
-            return (0.0, false);
+        let (at, slack) = (self.standing(tip, axis), 0.25 * self.tolerance);
+        let raise = self.obstacles.raise(at, self.allowance);
+        if raise <= 2.0 * slack {
+            return (raise, true);
         }
-        (raise, true)
+        let least = self.obstacles.raise_within(at, self.allowance, slack);
+        let is_along_wall = least == 0.0 || raise - least > BELOW * slack;
+        if is_along_wall { (least, false) } else { (raise, true) }
     }
 }
 
@@ -138,7 +194,7 @@ pub fn lowest_off_walls(
 ) -> Option<Standing> {
     is_in_wall(contact, normal, feed, options, obstacles).then_some(())?;
     let at = touching(contact, normal, feed, options)?;
-    let placed = Probe::new(options, obstacles).placed(at.tip, at.axis);
+    let placed = Probe::new(options, obstacles).placed(at.tip, at.axis, normal);
     Some(Standing { tip: placed.tip, ..at })
 }
 

@@ -184,21 +184,40 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Appends the run; where the cutter had to be lifted out of the cut, it retracts and continues behind that
-    /// place. A single point between two such places is left out.
+    /// Appends the run; where the cutter had to be lifted far out of the cut, and a retract takes less time, it retracts
+    /// and continues behind that place. A single point between two such places is left out.
     fn append(&self, out: &mut Delivered) {
-        let fits = |l: &Located| l.raise <= self.options.highest_raise;
+        let count = self.located.len();
+        let fits = |i: &usize| self.located[*i].raise <= self.options.highest_raise;
+        let misfits = |from: usize| (from..count).find(|i| !fits(i)).unwrap_or(count);
         let mut from = 0;
-        while let Some(first) = (from..self.located.len()).find(|&i| fits(&self.located[i])) {
-            let end = (first..self.located.len())
-                .find(|&i| !fits(&self.located[i]))
-                .unwrap_or(self.located.len());
-            let is_point = end - first == 1 && first > 0 && end < self.located.len();
+        while let Some(first) = (from..count).find(fits) {
+            let mut end = misfits(first);
+            while let Some(next) = (end..count).find(fits)
+                && self.is_quicker_lifted(end - 1..next + 1)
+            {
+                end = misfits(next);
+            }
+            let is_point = end - first == 1 && first > 0 && end < count;
             if !is_point {
                 self.append_piece(out, first..end);
             }
             from = end;
         }
+    }
+
+    /// Whether the cutter gets sooner from the first of these points to the last along them than by way of the rapid
+    /// plane.
+    fn is_quicker_lifted(&self, points: Range<usize>) -> bool {
+        let points = &self.located[points];
+        let (Some(first), Some(last)) = (points.first(), points.last()) else { return false };
+        let options = self.options;
+        let above = |l: &Located| options.above(l.tip, l.axis);
+        let up_and_down = above(first).distance(first.tip) + above(last).distance(last.tip);
+        let across = above(first).distance(above(last));
+        let by_retract = up_and_down / options.air_feed + across / options.rapid_feed;
+        let lifted: f64 = points.windows(2).map(|w| w[0].tip.distance(w[1].tip) / w[1].feed).sum();
+        points.iter().all(|l| l.raise.is_finite()) && lifted <= by_retract
     }
 
     /// Appends a piece with its approach and its retract.
@@ -399,21 +418,19 @@ mod tests {
 
     /// A pass from x = 0 to 30 on the plane, cut by a ball of radius 3 with 10 mm of length.
     fn delivered(spans: &[[f64; 2]]) -> Delivered {
+        delivered_lifted(spans, |_| 0.0)
+    }
+
+    /// The same pass, lifted over places of it.
+    fn delivered_lifted(spans: &[[f64; 2]], raise: impl Fn(u32) -> f64) -> Delivered {
         let located: Vec<Located> = (0..=30)
             .map(|i| {
-                let tip = DVec3::new(f64::from(i), 0.0, 0.0);
+                let raise = raise(i);
+                let contact = DVec3::new(f64::from(i), 0.0, 0.0);
+                let tip = contact + DVec3::Z * if raise.is_finite() { raise } else { 0.0 };
                 let keys = (i as usize, i as usize);
                 let (axis, normal) = (DVec3::Z, DVec3::Z);
-                Located {
-                    tip,
-                    axis,
-                    contact: tip,
-                    normal,
-                    feed: 10.0,
-                    raise: 0.0,
-                    is_of_contact: true,
-                    keys,
-                }
+                Located { tip, axis, contact, normal, feed: 10.0, raise, is_of_contact: true, keys }
             })
             .collect();
         let flat: Vec<FlatPoint> = located
@@ -477,6 +494,18 @@ mod tests {
         let straight = |w: &[PathPoint]| w[0].tip.z > 0.0 || w[0].tip.distance(w[1].tip) < 1.5;
         assert!(points[1..points.len() - 1].windows(2).all(straight));
         assert!(out.lifted.is_empty());
+    }
+
+    /// From the pass at 0 to the rapid plane at 50 and back, at 20 mm/s, takes 5 s: at 10 mm/s a way of 50 mm.
+    #[test]
+    fn the_cutter_retracts_where_that_is_quicker_than_being_lifted() {
+        let rapids = |out: &Delivered| {
+            out.toolpath.points.iter().filter(|p| p.kind == MoveKind::Rapid).count()
+        };
+        let over = |height: f64| move |i: u32| if (12..=14).contains(&i) { height } else { 0.0 };
+        assert_eq!(rapids(&delivered_lifted(&[], over(20.0))), 1);
+        assert_eq!(rapids(&delivered_lifted(&[], over(30.0))), 2);
+        assert_eq!(rapids(&delivered_lifted(&[], over(f64::INFINITY))), 2);
     }
 
     #[test]
