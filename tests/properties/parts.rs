@@ -133,6 +133,36 @@ fn a_block_with_a_pocket_is_machined_as_it_is() {
     assert!(planned.toolpath.points.iter().any(|p| p.kind == MoveKind::Rapid));
 }
 
+/// A plate with a square boss on it, its corners on the axes, as OBJ: a ball rolls around its upright edges.
+fn boss() -> Vec<u8> {
+    let corners = |half: f64, z: f64| {
+        [(-half, 0.0), (0.0, -half), (half, 0.0), (0.0, half)].map(|(x, y)| [x, y, z])
+    };
+    let plate = [(-12.0, -12.0), (12.0, -12.0), (12.0, 12.0), (-12.0, 12.0)];
+    let plate = plate.map(|(x, y)| [x, y, 0.0]);
+    let mut text = String::new();
+    for [x, y, z] in [plate, corners(6.0, 0.0), corners(6.0, 5.0)].concat() {
+        writeln!(text, "v {x} {y} {z}").unwrap();
+    }
+    text.push_str("f 9 10 11\nf 9 11 12\n");
+    for (a, b) in [(1, 5), (5, 9)] {
+        for (i, j) in [(0, 1), (1, 2), (2, 3), (3, 0)] {
+            writeln!(text, "f {} {} {}\nf {} {} {}", a + i, a + j, b + j, a + i, b + j, b + i)
+                .unwrap();
+        }
+    }
+    text.into_bytes()
+}
+
+#[test]
+fn around_a_boss_nothing_is_inaccessible() {
+    let job = job("ball", 6.0, "file = \"boss.obj\"", "pattern = \"contour\"");
+    let (planned, figures) = kept("boss", &job, &boss());
+    assert!(planned.coverage.inaccessible_places.is_empty());
+    let v = figures.report.verification.as_ref().unwrap();
+    assert_eq!((v.inaccessible_mm2, v.rest_mm2), (0.0, 0.0));
+}
+
 #[test]
 fn a_closed_block_is_faced_by_a_flat_end() {
     let job = job("flat", 6.0, "file = \"block.obj\"", "pattern = \"iso-planar\"");

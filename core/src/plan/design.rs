@@ -23,6 +23,8 @@ pub struct Design {
     pub aside: Option<Aside>,
     /// Over which of its faces the cutter bridges the part; empty where it is machined as it is.
     pub bridges: Vec<bool>,
+    /// Which of its faces are the cutter's own surface, as it bridges the part; empty where it is machined as it is.
+    pub(super) is_of_cutter: Vec<bool>,
     /// Facets of the part that are not machined, and of what is avoided: for pictures.
     pub rest: Part,
     /// What of the part must not be cut into beside the surface itself: its rest, and all of it under a reached surface.
@@ -49,27 +51,29 @@ impl Design {
         let Whole { mut part, mut machined, surface, mut warnings } = load(keys, files)?;
         let avoided = load_avoided(keys, files)?;
         refuse_too_far(keys.axes, &part)?;
-        let (surface, pieces, aside, bridges, [mut rest, guarded]) = match keys.reach(threads) {
-            Some(options) => {
-                let count = turn_outward(&mut part);
-                turn_outward(&mut machined);
-                warnings.extend((count > 0).then_some(Warning::TurnedOutward { count }));
-                let Reached { surface, pieces, aside, bridges, rest } =
-                    reach(&part, &machined, &options)?;
-                (surface, pieces, Some(aside), bridges, [rest, part.clone()])
-            }
-            None => {
-                let surface = surface?;
-                let rest = part.without(&surface);
-                (surface, 1, None, Vec::new(), [rest.clone(), rest])
-            }
-        };
+        let (surface, pieces, aside, [bridges, is_of_cutter], [mut rest, guarded]) =
+            match keys.reach(threads) {
+                Some(options) => {
+                    let count = turn_outward(&mut part);
+                    turn_outward(&mut machined);
+                    warnings.extend((count > 0).then_some(Warning::TurnedOutward { count }));
+                    let Reached { surface, pieces, aside, bridges, is_of_cutter, rest } =
+                        reach(&part, &machined, &options)?;
+                    (surface, pieces, Some(aside), [bridges, is_of_cutter], [rest, part.clone()])
+                }
+                None => {
+                    let surface = surface?;
+                    let rest = part.without(&surface);
+                    (surface, 1, None, [Vec::new(), Vec::new()], [rest.clone(), rest])
+                }
+            };
         avoided.iter().for_each(|avoided| rest.add(&avoided.mesh));
         Ok(Self {
             surface,
             pieces,
             aside,
             bridges,
+            is_of_cutter,
             rest,
             guarded,
             warnings,
@@ -91,6 +95,7 @@ impl Design {
             pieces: 1,
             aside: None,
             bridges: Vec::new(),
+            is_of_cutter: Vec::new(),
             guarded: rest.clone(),
             rest,
             // The side from which a channel is machined is known.

@@ -10,9 +10,13 @@ use crate::flatten::{Chart, FlattenError, Locator, Quality, abf, bff, unfolded};
 use crate::geometry::DVec2;
 use crate::hub::ChannelLines;
 use crate::job::{FlattenMethod, Job};
+use crate::reach::ReachOptions;
 use crate::surface::{CurvatureField, Part, Surface};
 use core::ops::Deref;
 use std::sync::Arc;
+
+/// Error of the curvature that the accuracy of a reached surface may cause, curvatures of the cutter.
+const CURVATURE_ERROR: f64 = 0.05;
 
 /// A surface on which paths can be planned, and its flat map. It is determined by the [`SurfaceKeys`] of a job; jobs
 /// that agree in them share it.
@@ -91,9 +95,13 @@ impl Prepared {
             Some(_) => flatten(keys.flatten, surface).unwrap_or_else(|_| view(surface)),
         };
         let Part { positions, faces } = &design.part;
+        let curvature = match keys.reach(threads) {
+            Some(reached) => curvature_of_reached(&design, &keys, &reached),
+            None => surface.curvature(keys.surface.curvature_radius),
+        };
         Ok(Arc::new(Self {
             quality: chart.quality(surface),
-            curvature: surface.curvature(keys.surface.curvature_radius),
+            curvature,
             obstacle: CheckMesh::new(positions.clone(), faces.clone()).into(),
             keys,
             chart,
@@ -121,6 +129,20 @@ impl Prepared {
     pub(super) fn chord(&self) -> f64 {
         self.surface.parameters().map_or(0.0, |_| self.keys.chord)
     }
+}
+
+/// Where the cutter bridges the part the surface is round as the cutter, however coarsely it is meshed. Elsewhere it is
+/// sampled with an accuracy that hides smaller shapes.
+fn curvature_of_reached(
+    design: &Design,
+    keys: &SurfaceKeys,
+    reached: &ReachOptions,
+) -> CurvatureField {
+    let (radius, corner) = (reached.tool.radius(), reached.tool.corner_radius());
+    let round = if corner > 0.0 { corner } else { radius };
+    let least = (8.0 * reached.accuracy * round / CURVATURE_ERROR).sqrt();
+    let given = keys.surface.curvature_radius;
+    CurvatureField::of_normals(&design.surface, &design.is_of_cutter, given, least)
 }
 
 /// The view along the tool axis as a flat map.

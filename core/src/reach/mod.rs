@@ -65,6 +65,8 @@ pub struct Reached {
     pub aside: Aside,
     /// Over which of its faces the cutter bridges the part: a corner or the middle is above it.
     pub bridges: Vec<bool>,
+    /// Which of its faces are the cutter's own surface: all corners are above the part.
+    pub is_of_cutter: Vec<bool>,
     /// The faces of the part that are not machined.
     pub rest: Part,
 }
@@ -99,19 +101,20 @@ pub fn reach(part: &Part, machined: &Part, options: &ReachOptions) -> Result<Rea
         return Err(nothing);
     }
     let surface = Surface::new(connectivity, soup.positions).with_normals(normals);
-    let bridges = bridges(&terrain, &surface, options, &mut aside);
+    let [bridges, is_of_cutter] = bridges(&terrain, &surface, options, &mut aside);
     let mut rest = part.without_faces(machined);
     rest.add(&own_rest);
-    Ok(Reached { surface, pieces, aside, bridges, rest })
+    Ok(Reached { surface, pieces, aside, bridges, is_of_cutter, rest })
 }
 
-/// The faces over which the cutter bridges the part: a corner or the middle is above it. Their area by the middles.
+/// The faces over which the cutter bridges the part, a corner or the middle is above it; and those of which all corners
+/// are. Their area by the middles.
 fn bridges(
     terrain: &Terrain,
     surface: &Surface,
     options: &ReachOptions,
     aside: &mut Aside,
-) -> Vec<bool> {
+) -> [Vec<bool>; 2] {
     let faces: Vec<[DVec3; 3]> = (0..surface.connectivity().face_count() as u32)
         .map(|f| surface.corners(FaceId(f)))
         .collect();
@@ -125,10 +128,11 @@ fn bridges(
         }
     }
     let is_above = |above: &f64| *above > ABOVE * options.accuracy;
-    let has_corner_above =
-        |face: &[VertexId; 3]| face.iter().any(|v| is_above(&of_corners[v.0 as usize]));
-    let faces = surface.connectivity().faces().iter().zip(&of_middles);
-    faces.map(|(face, middle)| is_above(middle) || has_corner_above(face)).collect()
+    let corner_above = |v: &VertexId| is_above(&of_corners[v.0 as usize]);
+    let faces = surface.connectivity().faces();
+    let any = faces.iter().zip(&of_middles);
+    let any = any.map(|(face, middle)| is_above(middle) || face.iter().any(corner_above));
+    [any.collect(), faces.iter().map(|face| face.iter().all(corner_above)).collect()]
 }
 
 /// Without pieces that are too small for passes; how many remain, and the area of those left out, mm².

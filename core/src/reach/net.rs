@@ -17,6 +17,8 @@ use std::collections::{HashMap, HashSet};
 const OUTLINE: f64 = 1.0 / 16.0;
 /// Shortest base on what the cutter bridges, cutter radii.
 const BRIDGE: f64 = 1.0 / 8.0;
+/// Shortest base over an edge beside which it bridges the part, cutter radii.
+const EDGE: f64 = 1.0 / 128.0;
 /// Most heights that are asked; more are refused.
 const MOST: usize = 1_500_000;
 
@@ -34,6 +36,8 @@ pub(super) struct Net<'a> {
     outline: f64,
     /// Shortest base on what the cutter bridges, mm.
     bridge: f64,
+    /// Shortest base over an edge beside which the cutter bridges the part, mm.
+    edge: f64,
     /// Tangent of the steepest slope.
     pub steepest: f64,
     pub threads: usize,
@@ -50,6 +54,7 @@ impl<'a> Net<'a> {
             accuracy: options.accuracy,
             outline: (OUTLINE * options.tool.radius()).max(2.0 * lattice.unit),
             bridge: BRIDGE * options.tool.radius(),
+            edge: EDGE * options.tool.radius(),
             steepest: tan(options.steepest),
             threads: options.threads,
         }
@@ -202,11 +207,13 @@ impl<'a> Net<'a> {
                 let length = self.lattice.at(ends[0].0).distance(self.lattice.at(ends[1].0));
                 let jumps = (from.z - to.z).abs() > self.steepest * length;
                 let is_smooth = from.is_bridge() || to.is_bridge() || h.is_bridge();
-                let off = (h.z - 0.5 * (from.z + to.z)).abs() * h.normal.z;
+                let above = (h.z - 0.5 * (from.z + to.z)) * h.normal.z;
                 match (jumps, is_smooth) {
                     (true, _) => base > self.outline,
-                    (false, true) => base > self.bridge && off > self.accuracy,
-                    (false, false) => off > self.accuracy,
+                    // Below a chord over an edge the cutter cannot come.
+                    (false, true) if above > self.accuracy => base > self.edge,
+                    (false, true) => base > self.bridge && above < -self.accuracy,
+                    (false, false) => above.abs() > self.accuracy,
                 }
             }
             (None, None, None) => false,

@@ -12,6 +12,7 @@ use crate::flatten::Chart;
 use crate::footprint::StripTable;
 use crate::job::{ForceControl, Job, Stepover};
 use crate::level_set::{StripMetric, length_floor_of, strip_metric};
+use crate::mesh::VertexId;
 use crate::surface::{CurvatureField, ShapeOperator, Surface};
 use upright::Upright;
 
@@ -46,7 +47,7 @@ impl Strips {
             let metrics = vec![strip_metric::even(side_step); surface.positions().len()];
             return Self { metrics, creases: 1.0, spacing: 1.0 };
         }
-        let facets = facets(surface);
+        let facets = facets(surface, curvature);
         let metrics = metrics(job, cusps, curvature, &facets);
         let smooth = self::metrics(job, cusps, curvature, &vec![0.0; facets.len()]);
         let floor = |metrics: &[StripMetric]| length_floor_of(surface, chart, metrics);
@@ -105,8 +106,9 @@ fn gathered(k: f64, facet: f64) -> f64 {
     k * (1.0 + share * (most - 1.0))
 }
 
-/// Mean length of the edges at every vertex, mm; 0 where the surface is smooth and its mesh an image of it.
-fn facets(surface: &Surface) -> Vec<f64> {
+/// Mean length of the edges at every vertex, mm; 0 where the surface is smooth and its mesh an image of it, and where its
+/// curvature is that of its normals.
+fn facets(surface: &Surface, curvature: &CurvatureField) -> Vec<f64> {
     let mut sums = vec![(0.0, 0u32); surface.positions().len()];
     if surface.parameters().is_none() {
         for face in surface.connectivity().faces() {
@@ -120,7 +122,11 @@ fn facets(surface: &Surface) -> Vec<f64> {
             }
         }
     }
-    sums.into_iter().map(|(sum, count)| sum / f64::from(count.max(1))).collect()
+    let of_vertex = |(v, (sum, count)): (usize, (f64, u32))| match VertexId(v as u32) {
+        v if curvature.is_of_normals(v) => 0.0,
+        _ => sum / f64::from(count.max(1)),
+    };
+    sums.into_iter().enumerate().map(of_vertex).collect()
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ use super::point::SurfacePoint;
 use crate::geometry::shape::ShapeOperator;
 use crate::geometry::{DVec3, any_perpendicular};
 use crate::mesh::{HalfEdgeId, VertexId};
+use nalgebra::{Matrix3, Vector3};
 
 /// Default fit radius in mean edge lengths around the vertex. Smaller measures the tessellation
 /// and, along the boundary, sees too few rows for the cubic terms; larger blurs the shape.
@@ -44,12 +45,14 @@ const QUADRATIC_TERMS: usize = 6;
 pub struct CurvatureField {
     operators: Vec<ShapeOperator>,
     poor: usize,
+    /// At which vertices it is that of the normals; empty for none.
+    of_normals: Vec<bool>,
 }
 
 impl CurvatureField {
     /// A field from `#V` known operators, for surfaces with exact derivatives.
     pub fn from_operators(operators: Vec<ShapeOperator>) -> Self {
-        Self { operators, poor: 0 }
+        Self { operators, poor: 0, of_normals: Vec::new() }
     }
 
     /// Estimates the shape operator at every vertex of `surface`.
@@ -59,21 +62,54 @@ impl CurvatureField {
     /// radius; where even those do not tell a height field the operator is flat and counted by
     /// [`poor`](Self::poor). Never NaN.
     pub fn estimate(surface: &Surface, radius: Option<f64>) -> Self {
+        Self::fitted(surface, radius, 0.0, &vec![None; surface.positions().len()])
+    }
+
+    /// As [`estimate`](Self::estimate), for a surface that is made up of two kinds of places: at the vertices of `exact`
+    /// faces the curvature is that by which the vertex normals change from one to the next, however long the sides are;
+    /// at all others it is fitted to these others alone, at a scale of at least `least` mm where no `radius` is given. `exact`: of each of the `#F` faces whether its normals are exact; empty for none.
+    ///
+    /// # Source
+    /// Rusinkiewicz, "Estimating curvatures and their derivatives on triangle meshes", 3DPVT 2004, weighted by area.
+    pub fn of_normals(surface: &Surface, exact: &[bool], radius: Option<f64>, least: f64) -> Self {
+        Self::fitted(surface, radius, least, &bends_of_normals(surface, exact))
+    }
+
+    /// Known operators, and fitted ones where there is none.
+    fn fitted(
+        surface: &Surface,
+        radius: Option<f64>,
+        least: f64,
+        known: &[Option<ShapeOperator>],
+    ) -> Self {
         let rings = Rings::new(surface);
         let radii = match radius {
             Some(r) if r > 0.0 => vec![r; surface.positions().len()],
-            _ => rings.default_radii(surface.positions()),
+            _ => {
+                let radii = rings.default_radii(surface.positions());
+                radii.into_iter().map(|r| r.max(least)).collect()
+            }
         };
         let mut search = Search::new(surface.positions().len());
         let mut operators = Vec::with_capacity(radii.len());
         let mut poor = 0;
-        for (v, &radius) in radii.iter().enumerate() {
-            let fitted = fit_vertex(surface, &rings, &mut search, v, radius);
+        let fits = Fits { surface, rings: &rings, known };
+        for (v, (&radius, known)) in radii.iter().zip(known).enumerate() {
+            if let Some(operator) = known {
+                operators.push(*operator);
+                continue;
+            }
+            let fitted = fits.at_vertex(&mut search, v, radius);
             poor += usize::from(fitted.is_none());
             let normal = surface.vertex_normals()[v];
             operators.push(fitted.unwrap_or_else(|| ShapeOperator::flat(normal)));
         }
-        Self { operators, poor }
+        Self { operators, poor, of_normals: known.iter().map(Option::is_some).collect() }
+    }
+
+    /// Whether the operator at a vertex is that of the normals, whatever the length of the sides there.
+    pub fn is_of_normals(&self, vertex: VertexId) -> bool {
+        self.of_normals.get(vertex.index()) == Some(&true)
     }
 
     /// `#V` operators.
@@ -101,8 +137,7 @@ impl CurvatureField {
         if normal == DVec3::ZERO {
             normal = surface.vertex_normals()[vertices[0].index()];
         }
-        let u = any_perpendicular(normal);
-        let frame = [u, normal.cross(u)];
+        let frame = frame_of(normal);
         let mut k = [0.0; 3];
         for (vertex, weight) in vertices.iter().zip(point.weights) {
             let turned = self.vertex(*vertex).turned_to(normal).in_frame(frame);
@@ -112,6 +147,60 @@ impl CurvatureField {
         }
         ShapeOperator { frame, k }
     }
+}
+
+/// A tangent frame.
+fn frame_of(normal: DVec3) -> [DVec3; 2] {
+    let u = any_perpendicular(normal);
+    [u, normal.cross(u)]
+}
+
+/// The operators by which the normals change, at the vertices of `exact` faces: over all faces around, or over those
+/// that are not exact if there are any. The curvature jumps there, and strips are as narrow as on that side.
+fn bends_of_normals(surface: &Surface, exact: &[bool]) -> Vec<Option<ShapeOperator>> {
+    // Of exact faces and of others: the sum, weighted by area.
+    let mut sums = vec![[([0.0; 3], 0.0); 2]; surface.positions().len()];
+    let faces = surface.connectivity().faces();
+    for (face, exact) in faces.iter().zip(exact) {
+        let Some((bend, area)) = bend_of_normals(surface, face) else { continue };
+        for vertex in face {
+            let normal = surface.vertex_normals()[vertex.index()];
+            let k = bend.turned_to(normal).in_frame(frame_of(normal)).k;
+            let (sum, whole) = &mut sums[vertex.index()][usize::from(!exact)];
+            *sum = [0, 1, 2].map(|i| sum[i] + area * k[i]);
+            *whole += area;
+        }
+    }
+    let mean = |(normal, [of_exact, of_others]): (&DVec3, [([f64; 3], f64); 2])| {
+        let (sum, area) = if of_others.1 > 0.0 { of_others } else { of_exact };
+        let frame = frame_of(*normal);
+        (of_exact.1 > 0.0).then(|| ShapeOperator { frame, k: sum.map(|k| k / area) })
+    };
+    surface.vertex_normals().iter().zip(sums).map(mean).collect()
+}
+
+/// How the normals at the corners of a face change over it, and its area, mm²; `None` for a face without area. The
+/// least-squares solution of `dn = K dx` on its three sides.
+fn bend_of_normals(surface: &Surface, face: &[VertexId; 3]) -> Option<(ShapeOperator, f64)> {
+    let [places, normals] =
+        [surface.positions(), surface.vertex_normals()].map(|of| face.map(|v| of[v.index()]));
+    let twice_area = (places[1] - places[0]).cross(places[2] - places[0]);
+    let frame = frame_of(twice_area.try_normalize()?);
+    let mut matrix = Matrix3::zeros();
+    let mut right = Vector3::zeros();
+    for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+        let [x, y] = frame.map(|e| e.dot(places[j] - places[i]));
+        let [p, q] = frame.map(|e| e.dot(normals[j] - normals[i]));
+        for (row, value) in [(Vector3::new(x, y, 0.0), p), (Vector3::new(0.0, x, y), q)] {
+            matrix += row * row.transpose();
+            right += row * value;
+        }
+    }
+    let k = matrix.cholesky()?.solve(&right);
+    let k = [k.x, k.y, k.z];
+    k.iter()
+        .all(|k| k.is_finite())
+        .then_some((ShapeOperator { frame, k }, 0.5 * twice_area.length()))
 }
 
 impl Surface {
@@ -222,40 +311,6 @@ impl Search {
     }
 }
 
-/// Fits with the radius given, then with larger ones.
-fn fit_vertex(
-    surface: &Surface,
-    rings: &Rings,
-    search: &mut Search,
-    v: usize,
-    radius: f64,
-) -> Option<ShapeOperator> {
-    let mut radius = radius;
-    let mut quadratic = None;
-    for _ in 0..=ENLARGEMENTS {
-        let near = search.run(surface.positions(), rings, v as u32, radius);
-        let fitted = if near.len() > FEWEST { fit(surface, v, near, radius) } else { None };
-        match fitted {
-            Some((operator, Degree::Cubic)) => return Some(operator),
-            // Corners see too little for cubic terms; one larger radius is worth trying there.
-            Some((operator, Degree::Quadratic)) if quadratic.is_none() => {
-                quadratic = Some(operator);
-            }
-            _ if quadratic.is_some() => return quadratic,
-            _ => {}
-        }
-        if search.cut_off {
-            return quadratic;
-        }
-        radius *= ENLARGEMENT;
-    }
-    // A surface of few faces: whatever its vertices tell.
-    let near = search.run(surface.positions(), rings, v as u32, f64::INFINITY);
-    let reach = |w: &u32| (surface.positions()[*w as usize] - surface.positions()[v]).length();
-    let radius = near.iter().map(reach).fold(0.0, f64::max);
-    quadratic.or_else(|| fit(surface, v, near, radius).map(|(operator, _)| operator))
-}
-
 /// Degree of a fitted height field.
 #[derive(Copy, Clone, PartialEq)]
 enum Degree {
@@ -263,36 +318,78 @@ enum Degree {
     Cubic,
 }
 
-/// The least-squares height field over `near`; `None` if they do not determine one.
-fn fit(surface: &Surface, v: usize, near: &[u32], radius: f64) -> Option<(ShapeOperator, Degree)> {
-    let origin = surface.positions()[v];
-    let normal = surface.vertex_normals()[v];
-    let x = any_perpendicular(normal);
-    let y = normal.cross(x);
-    let mut system = Normal::default();
-    let mut used = 0;
-    for &w in near {
-        if surface.vertex_normals()[w as usize].dot(normal) < SAME_SHEET {
-            continue;
+/// Fits at the vertices where no operator is known.
+struct Fits<'a> {
+    surface: &'a Surface,
+    rings: &'a Rings,
+    known: &'a [Option<ShapeOperator>],
+}
+
+impl Fits<'_> {
+    /// Fits with the radius given, then with larger ones.
+    fn at_vertex(&self, search: &mut Search, v: usize, radius: f64) -> Option<ShapeOperator> {
+        let Self { surface, rings, .. } = *self;
+        let mut radius = radius;
+        let mut quadratic = None;
+        for _ in 0..=ENLARGEMENTS {
+            let near = search.run(surface.positions(), rings, v as u32, radius);
+            let fitted = if near.len() > FEWEST { self.fit(v, near, radius) } else { None };
+            match fitted {
+                Some((operator, Degree::Cubic)) => return Some(operator),
+                // Corners see too little for cubic terms; one larger radius is worth trying there.
+                Some((operator, Degree::Quadratic)) if quadratic.is_none() => {
+                    quadratic = Some(operator);
+                }
+                _ if quadratic.is_some() => return quadratic,
+                _ => {}
+            }
+            if search.cut_off {
+                return quadratic;
+            }
+            radius *= ENLARGEMENT;
         }
-        // Lengths in radii keep the powers of the basis comparable.
-        let d = (surface.positions()[w as usize] - origin) / radius;
-        // Neighbours at the rim fade out, so that the estimate changes little as they come and go.
-        let weight = 1.05 - d.length_squared();
-        if weight > 0.0 {
-            system.add(d.dot(x), d.dot(y), d.dot(normal), weight);
-            used += 1;
-        }
+        // A surface of few faces: whatever its vertices tell.
+        let near = search.run(surface.positions(), rings, v as u32, f64::INFINITY);
+        let reach = |w: &u32| (surface.positions()[*w as usize] - surface.positions()[v]).length();
+        let radius = near.iter().map(reach).fold(0.0, f64::max);
+        quadratic.or_else(|| self.fit(v, near, radius).map(|(operator, _)| operator))
     }
-    let cubic = if used > FEWEST_FOR_CUBIC { system.solve::<TERMS>() } else { None };
-    let (degree, [_, p, q, uu, uv, vv]) = match cubic {
-        Some([c0, c1, c2, c3, c4, c5, ..]) => (Degree::Cubic, [c0, c1, c2, c3, c4, c5]),
-        None if used > QUADRATIC_TERMS => (Degree::Quadratic, system.solve::<QUADRATIC_TERMS>()?),
-        None => return None,
-    };
-    let second = [2.0 * uu, uv, 2.0 * vv].map(|s| normal * (s / radius));
-    let operator = ShapeOperator::from_derivatives([x + normal * p, y + normal * q], second);
-    operator.k.iter().all(|k| k.is_finite()).then_some((operator, degree))
+
+    /// The least-squares height field over `near`; `None` if they do not determine one.
+    fn fit(&self, v: usize, near: &[u32], radius: f64) -> Option<(ShapeOperator, Degree)> {
+        let surface = self.surface;
+        let origin = surface.positions()[v];
+        let normal = surface.vertex_normals()[v];
+        let x = any_perpendicular(normal);
+        let y = normal.cross(x);
+        let mut system = Normal::default();
+        let mut used = 0;
+        for &w in near {
+            let is_known = self.known[w as usize].is_some();
+            if is_known || surface.vertex_normals()[w as usize].dot(normal) < SAME_SHEET {
+                continue;
+            }
+            // Lengths in radii keep the powers of the basis comparable.
+            let d = (surface.positions()[w as usize] - origin) / radius;
+            // Neighbours at the rim fade out, so that the estimate changes little as they come and go.
+            let weight = 1.05 - d.length_squared();
+            if weight > 0.0 {
+                system.add(d.dot(x), d.dot(y), d.dot(normal), weight);
+                used += 1;
+            }
+        }
+        let cubic = if used > FEWEST_FOR_CUBIC { system.solve::<TERMS>() } else { None };
+        let (degree, [_, p, q, uu, uv, vv]) = match cubic {
+            Some([c0, c1, c2, c3, c4, c5, ..]) => (Degree::Cubic, [c0, c1, c2, c3, c4, c5]),
+            None if used > QUADRATIC_TERMS => {
+                (Degree::Quadratic, system.solve::<QUADRATIC_TERMS>()?)
+            }
+            None => return None,
+        };
+        let second = [2.0 * uu, uv, 2.0 * vv].map(|s| normal * (s / radius));
+        let operator = ShapeOperator::from_derivatives([x + normal * p, y + normal * q], second);
+        operator.k.iter().all(|k| k.is_finite()).then_some((operator, degree))
+    }
 }
 
 /// Weighted normal equations of the fit; the quadratic ones are their leading block.
@@ -400,6 +497,51 @@ mod tests {
             println!("{truth:?}: {faces} faces, largest {largest:.2e}, mean {mean:.2e}");
             assert!(largest < 1e-2, "{truth:?}: {largest}");
             assert!(mean < 5e-3, "{truth:?}: {mean}");
+        }
+    }
+
+    /// A floor and the quarter of a cylinder that a ball leaves at the foot of a wall, in chords of 30 degrees: there
+    /// the curvature is that of the ball, and the floor beside it has none.
+    #[test]
+    fn a_rounding_of_few_faces_is_round_and_the_floor_beside_it_flat() {
+        let radius = 3.0;
+        let on_floor = (0..=8).map(|i| (DVec3::new(0.25 * f64::from(i) - 2.0, 0.0, 0.0), DVec3::Z));
+        let on_rounding = (1..=3).map(|i| {
+            let angle = f64::from(i) * core::f64::consts::FRAC_PI_6;
+            let (s, c) = (crate::geometry::math::sin(angle), crate::geometry::math::cos(angle));
+            (DVec3::new(s, 0.0, 1.0 - c) * radius, DVec3::new(-s, 0.0, c))
+        });
+        let profile: Vec<(DVec3, DVec3)> = on_floor.chain(on_rounding).collect();
+        let rows = 6;
+        let count = profile.len() as u32;
+        let (mut positions, mut normals, mut faces, mut exact) =
+            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for row in 0..rows {
+            for (place, normal) in &profile {
+                positions.push(*place + DVec3::Y * f64::from(row));
+                normals.push(*normal);
+            }
+        }
+        for row in 0..rows - 1 {
+            for i in 0..count - 1 {
+                let [a, b] = [row * count + i, (row + 1) * count + i];
+                faces.extend([[a, a + 1, b + 1], [a, b + 1, b]]);
+                exact.extend([i > 8, i > 8]);
+            }
+        }
+        let faces = faces.into_iter().map(|f| f.map(VertexId)).collect();
+        let connectivity = Connectivity::new(positions.len(), faces).unwrap();
+        let surface = Surface::new(connectivity, positions).with_normals(normals);
+        let field = CurvatureField::of_normals(&surface, &exact, None, 0.0);
+        for (v, place) in surface.positions().iter().enumerate() {
+            let (low, high, _) = field.operators()[v].principal();
+            assert!(high.abs() < 1e-9, "{place}: {high}");
+            if place.x > 1.6 {
+                assert!((low + 1.0 / radius).abs() < 1e-6, "{place}: {low}");
+                assert!(field.is_of_normals(VertexId(v as u32)));
+            } else if place.x <= 0.0 {
+                assert!(low.abs() < 1e-9, "{place}: {low}");
+            }
         }
     }
 
