@@ -1,12 +1,14 @@
 //! A branch over a high place: where it leaves the path, where it runs, and its insertion.
 
 use super::context::Rest;
+use super::high::High;
 use super::samples::Sample;
 use crate::cutter_location::is_way_clear;
 use crate::flat_path::FlatPoint;
 use crate::geometry::{DVec2, OrderBy};
 use crate::link::{DeliverError, Delivered, Deliverer, OnSurface};
 use crate::toolpath::{MoveKind, PathPoint};
+use core::ops::Range;
 
 /// How far beside the highest sample, and how far ahead and behind, side steps, others belong to its branch.
 const GROUP: [f64; 2] = [0.25, 1.5];
@@ -16,6 +18,10 @@ const AHEAD: f64 = 0.05;
 const INSIDE: f64 = 0.15;
 /// Fraction of the distance to the boundary that a branch may continue. More: rounding moves it outside.
 const WITHIN: f64 = 0.98;
+/// Moves that are looked through together. Fewer: more boxes; more: more moves near a place.
+const RUN: usize = 64;
+/// What rounding may add to the square of a distance, times.
+const ROUNDED: f64 = 1.0 + 1e-9;
 /// Places of a path less than this fraction of the tolerance apart are one.
 const SAME: f64 = 0.1;
 
@@ -54,19 +60,20 @@ impl Branch {
 }
 
 impl Rest<'_> {
-    /// A branch along the samples around the first one, and the samples that it is to lower; no branch where the
+    /// A branch along the samples around the worst one, and the samples that it is to lower; no branch where the
     /// cutter cannot go there; `None` where the path has no place to leave from.
     pub(super) fn branch(
         &self,
-        high: &[usize],
-        path: &Delivered,
+        worst: usize,
+        high: &High,
+        moves: &Moves,
     ) -> Option<(Option<Branch>, Vec<usize>)> {
-        let sample = &self.samples[high[0]];
-        let anchor = nearest(path, sample.flat)?;
+        let (sample, path) = (&self.samples[worst], moves.path);
+        let anchor = moves.nearest(sample.flat)?;
         let facing = anchor.place.facing;
         // The last time it goes across.
         let heading = if sample.branches < 2 { facing } else { facing.perp() };
-        let (line, aimed) = self.line(high, heading);
+        let (line, aimed) = self.line(worst, high, heading);
         let model = &path.toolpath.points[anchor.to];
         let point = |at: DVec2, kind: MoveKind, overrun: f64| FlatPoint {
             at,
@@ -113,9 +120,9 @@ impl Rest<'_> {
         is_way_clear((leave.tip, leave.axis), (end.tip, end.axis), &options.pass, obstacles)
     }
 
-    /// Where a branch runs that lowers the first of the high samples and those around it, which are returned, too.
-    fn line(&self, high: &[usize], heading: DVec2) -> (Line, Vec<usize>) {
-        let sample = &self.samples[high[0]];
+    /// Where a branch runs that lowers the worst of the high samples and those around it, which are returned, too.
+    fn line(&self, worst: usize, high: &High, heading: DVec2) -> (Line, Vec<usize>) {
+        let sample = &self.samples[worst];
         // Where that was in vain, over the very place.
         let origin = match sample.branches {
             0 if sample.beside == DVec2::ZERO => self.places.inside(sample, INSIDE),
@@ -131,9 +138,11 @@ impl Rest<'_> {
         let [beside, ahead] = GROUP;
         let is_aimed = |i: &usize| {
             let (along, across) = along(*i);
-            *i == high[0] || (along.abs() <= ahead && across <= beside)
+            *i == worst || (along.abs() <= ahead && across <= beside)
         };
-        let aimed: Vec<usize> = high.iter().copied().filter(is_aimed).collect();
+        let near =
+            high.within_flat(origin, (ahead * ahead + beside * beside).sqrt() / steps, worst);
+        let aimed: Vec<usize> = near.into_iter().filter(is_aimed).collect();
         let group = aimed.iter().map(|&i| along(i).0).filter(|along| along.abs() <= ahead);
         let (rear, front) = group.fold((0.0f64, 0.0f64), |(r, f), a| (r.min(a), f.max(a)));
         let at = |along: f64| origin + heading * (along / steps);
@@ -167,29 +176,75 @@ struct Line {
     overrun: f64,
 }
 
-/// The place of a pass nearest to a flat place.
-fn nearest(path: &Delivered, place: DVec2) -> Option<Anchor> {
-    let mut best: Option<(f64, Anchor)> = None;
-    for (to, point) in path.toolpath.points.iter().enumerate().skip(1) {
-        let (Some(from), Some(end), MoveKind::Cut) =
-            (path.places[to - 1], path.places[to], point.kind)
-        else {
-            continue;
+/// The moves of a path by runs of them that lie together, for nearest places.
+pub(super) struct Moves<'a> {
+    /// The path.
+    path: &'a Delivered,
+    /// Numbers of the points at which moves end, and the flat box around those moves.
+    runs: Vec<(Range<usize>, DVec2, DVec2)>,
+}
+
+impl<'a> Moves<'a> {
+    pub(super) fn of(path: &'a Delivered) -> Self {
+        let count = path.places.len();
+        let run = |first: usize| {
+            let moves = first..(first + RUN).min(count);
+            let places = path.places[first - 1..moves.end].iter().flatten();
+            let (low, high) = places.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| {
+                (l.min(p.flat), h.max(p.flat))
+            });
+            (moves, low, high)
         };
-        let way = end.flat - from.flat;
-        // Beyond the chart the place is that where it is left.
-        if way == DVec2::ZERO || end.facing == DVec2::ZERO || !(from.is_exact && end.is_exact) {
-            continue;
-        }
-        let part = ((place - from.flat).dot(way) / way.length_squared()).clamp(0.0, 1.0);
-        let flat = from.flat + way * part;
-        let square = flat.distance_squared(place);
-        if best.is_none_or(|(least, _)| square < least) {
-            let place = OnSurface { flat, ..end };
-            best = Some((square, Anchor { to, part, place }));
+        let runs = (1..count).step_by(RUN).map(run).filter(|(_, low, high)| low.x <= high.x);
+        Self { path, runs: runs.collect() }
+    }
+
+    /// The place of a pass nearest to a flat place; of several the first.
+    fn nearest(&self, place: DVec2) -> Option<Anchor> {
+        let away = |(_, low, high): &(Range<usize>, DVec2, DVec2)| {
+            place.distance_squared(place.clamp(*low, *high))
+        };
+        let least = |runs: &mut dyn Iterator<Item = &(Range<usize>, DVec2, DVec2)>| {
+            let mut best: Option<(f64, Anchor)> = None;
+            for run in runs {
+                if best.is_none_or(|(least, _)| away(run) <= least * ROUNDED) {
+                    self.nearest_of(run.0.clone(), place, &mut best);
+                }
+            }
+            best
+        };
+        // A bound first, so that few runs are gone through.
+        let by_distance = |a: &&(Range<usize>, DVec2, DVec2), b: &&(Range<usize>, DVec2, DVec2)| {
+            away(a).total_cmp(&away(b))
+        };
+        let bound = least(&mut self.runs.iter().min_by(by_distance).into_iter());
+        let bound = bound.map_or(f64::INFINITY, |(square, _)| square * ROUNDED);
+        let best = least(&mut self.runs.iter().filter(|run| away(run) <= bound));
+        best.map(|(_, anchor)| anchor)
+    }
+
+    fn nearest_of(&self, moves: Range<usize>, place: DVec2, best: &mut Option<(f64, Anchor)>) {
+        let path = self.path;
+        for (to, point) in moves.clone().zip(&path.toolpath.points[moves]) {
+            let (Some(from), Some(end), MoveKind::Cut) =
+                (path.places[to - 1], path.places[to], point.kind)
+            else {
+                continue;
+            };
+            let way = end.flat - from.flat;
+            // Beyond the chart the place is that where it is left.
+            if way == DVec2::ZERO || end.facing == DVec2::ZERO || !(from.is_exact && end.is_exact) {
+                continue;
+            }
+            let part = ((place - from.flat).dot(way) / way.length_squared()).clamp(0.0, 1.0);
+            let flat = from.flat + way * part;
+            let square = flat.distance_squared(place);
+            if best.is_none_or(|(least, _)| square < least) {
+                let place = OnSurface { flat, ..end };
+                *best = Some((square, Anchor { to, part, place }));
+            }
         }
     }
-    best.map(|(_, anchor)| anchor)
 }
 
 /// The path with branches inserted into its moves, and rest passes at its end.

@@ -19,7 +19,7 @@
 //! 5. The surroundings of what is nearly too high are searched for higher places, and 2 to 4 are repeated.
 
 use crate::cutter_location::{is_in_wall, lowest_off_walls, raise_at, standing_clear};
-use crate::geometry::{DVec2, DVec3, OrderBy};
+use crate::geometry::{DVec2, DVec3};
 use crate::link::{DeliverError, Delivered};
 use crate::parallel;
 use crate::removal::{FeedIndex, Place};
@@ -29,10 +29,12 @@ use std::collections::BTreeSet;
 mod branch;
 mod context;
 mod heights;
+mod high;
 mod samples;
 
-use branch::{Branch, inserted};
+use branch::{Branch, Moves, inserted};
 pub use context::{Rest, RestOptions};
+use high::High;
 pub use samples::Places;
 use samples::Sample;
 
@@ -137,21 +139,25 @@ impl Rest<'_> {
         &mut self,
         path: &Delivered,
         mut heights: Vec<f64>,
-        mut high: Vec<usize>,
+        high: Vec<usize>,
     ) -> Vec<Branch> {
         let RestOptions { limit, .. } = self.options;
         let low = self.climbed_from();
         let lowerable: BTreeSet<usize> = high.iter().copied().collect();
-        high.order_by(|&a, &b| heights[b].total_cmp(&heights[a]));
+        let moves = Moves::of(path);
+        let mut high =
+            High::of(high, &self.samples, &heights, self.reach(), self.options.side_step);
         let mut branches: Vec<Branch> = Vec::new();
         for _ in 0..MOST_TRIED {
-            let Some(&worst) = high.first().filter(|_| branches.len() < MOST_BRANCHES) else {
+            let Some(worst) = high.worst().filter(|_| branches.len() < MOST_BRANCHES) else {
                 break;
             };
             let before = heights[worst];
-            let Some((branch, aimed)) = self.branch(&high, path) else { break };
+            let Some((branch, aimed)) = self.branch(worst, &high, &moves) else { break };
+            let mut near = Vec::new();
             let lowered = branch.is_some_and(|branch| {
-                let is_of_use = self.lower(&mut heights, &high, &branch);
+                let is_of_use;
+                (is_of_use, near) = self.lower(&mut heights, &high, &branch);
                 branches.extend(is_of_use.then_some(branch));
                 is_of_use
             });
@@ -160,11 +166,12 @@ impl Rest<'_> {
             }
             // What came lower, but not low enough, is for the next round, which looks for a way from beside.
             let is_lowered = lowered && heights[worst] < before;
-            high.retain(|&i| {
-                heights[i] > limit
-                    && self.samples[i].branches < TRIES
-                    && !(i == worst && is_lowered)
-            });
+            for i in near.into_iter().chain(aimed) {
+                let is_high = heights[i] > limit && self.samples[i].branches < TRIES;
+                if !is_high || i == worst && is_lowered {
+                    high.remove(i);
+                }
+            }
         }
         let is_left = |i: &usize| heights[*i] > low || lowerable.contains(i);
         let is_excused = |i: &usize| heights[*i] > limit && !lowerable.contains(i);
@@ -184,18 +191,23 @@ impl Rest<'_> {
     }
 
     /// Lowers the heights of what is too high by those that a branch leaves; whether one comes low enough, or much
-    /// lower where the cutter does not fit.
-    fn lower(&self, heights: &mut [f64], high: &[usize], branch: &Branch) -> bool {
-        let near: Vec<usize> = high.iter().copied().filter(|&i| self.is_near(i, branch)).collect();
+    /// lower where the cutter does not fit, and all that are near the branch.
+    fn lower(&self, heights: &mut [f64], high: &High, branch: &Branch) -> (bool, Vec<usize>) {
+        let tips = branch.path().toolpath.points.iter().map(|p| p.tip);
+        let (from, to) = tips
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), tip| (l.min(tip), h.max(tip)));
+        let (from, to) = (from - self.reach(), to + self.reach());
+        let mut near = high.within(from, to);
+        near.retain(|&i| self.is_near(i, branch));
         let samples: Vec<Sample> = near.iter().map(|&i| self.samples[i]).collect();
         let strokes = self.strokes(&branch.path().toolpath);
         let left = self.heights(&samples, &strokes, self.options.limit);
         let mut is_of_use = false;
-        for (i, left) in near.into_iter().zip(left) {
+        for (&i, left) in near.iter().zip(left) {
             is_of_use |= left <= self.options.limit.max(WORTH * heights[i]);
             heights[i] = heights[i].min(left);
         }
-        is_of_use
+        (is_of_use, near)
     }
 
     /// How far from a branch it may lower a sample, mm.
