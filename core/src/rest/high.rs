@@ -42,8 +42,7 @@ impl<const N: usize> Cells<N> {
     fn within(&self, low: [f64; N], high: [f64; N]) -> Option<Vec<usize>> {
         let [first, last] = [self.cell(low), self.cell(high)];
         let count: f64 = (0..N).map(|k| last[k] as f64 - first[k] as f64 + 1.0).product();
-        // Of what is not finite, too.
-        if !(count <= MOST_CELLS) {
+        if count > MOST_CELLS {
             return None;
         }
         let mut out = Vec::new();
