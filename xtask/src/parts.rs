@@ -67,7 +67,12 @@ pub fn parts(project: &Path, only: Option<&str>) -> Result<(), String> {
             let _ = writeln!(notes, "- {name}: {note}");
         }
         if only.is_none() {
-            let all = format!("{text}\n## What was said\n\n{notes}");
+            let said = if notes.is_empty() {
+                "Nothing was refused, and no limit broken.\n"
+            } else {
+                &notes
+            };
+            let all = format!("{text}\n## What was said\n\n{said}");
             let path = project.join(PATH);
             std::fs::write(&path, all).map_err(|e| format!("{}: {e}", path.display()))?;
         }
