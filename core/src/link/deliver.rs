@@ -40,7 +40,7 @@ pub struct DeliverOptions {
     /// Distance along the axis from the origin at and above which rapids run, mm: clear of part and
     /// stock, in any position of the tables.
     pub rapid_plane: f64,
-    /// Where the cutter would have to be lifted by more than this, mm, it retracts instead.
+    /// Where the cutter would have to be lifted by more than this, mm, it retracts instead if that is quicker.
     pub highest_raise: f64,
     /// Number of threads; the path does not depend on it.
     pub threads: usize,
