@@ -312,7 +312,7 @@ impl Written {
         };
         let (mut findings, mut unread) = (Vec::new(), None);
         if let Some(program) = program {
-            files.extend(Some(program.file).filter(|_| has_own_program));
+            files.extend(has_own_program.then_some(program.file));
             (findings, unread) = (program.findings, program.unread);
         }
         let contacts = contacts(&planned.prepared, &planned.toolpath);

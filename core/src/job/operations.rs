@@ -163,7 +163,7 @@ impl Resolved {
 
     /// The jobs of its operations.
     pub fn jobs(&self) -> impl Iterator<Item = &Job> {
-        let only = Some(&self.job).filter(|_| self.operations.is_empty());
+        let only = self.operations.is_empty().then_some(&self.job);
         self.operations.iter().map(|operation| &operation.job).chain(only)
     }
 

@@ -166,6 +166,7 @@ fn within_bounds(
             flat = again;
             continue;
         }
+        progress(Stage::Rest, 0.0);
         let finished = delivery.finished(passes)?;
         let Some(beyond) = is_bound.then(|| beyond(&finished.toolpath, &bounds)).flatten() else {
             return Ok((flat, finished));

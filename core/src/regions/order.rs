@@ -118,7 +118,7 @@ fn ways(layouts: &[Layout], place: impl Fn(DVec2) -> Option<DVec3>) -> Vec<Vec<f
         pass.points.iter().step_by(step).filter_map(|&p| place(p)).collect()
     };
     let ends = |layout: &Layout| {
-        [layout.passes.first(), layout.passes.last()].map(|p| p.map_or_else(Vec::new, &probes))
+        [layout.passes.first(), layout.passes.last()].map(|p| p.map_or_else(Vec::new, probes))
     };
     let ends: Vec<[Vec<DVec3>; 2]> = layouts.iter().map(ends).collect();
     let nearest = |from: &[DVec3], to: &[DVec3]| {

@@ -51,8 +51,8 @@ fn files(blocks: &[Vec<u8>]) -> Result<Vec<OutputFile>, String> {
         return Err("three blocks are needed, and two for each blade".into());
     };
     let blade =
-        |pair: &[Vec<u8>]| (String::from_utf8_lossy(&pair[0]).into_owned(), pair[1].clone());
-    let blades: Vec<(String, Vec<u8>)> = blades.chunks_exact(2).map(blade).collect();
+        |pair: &[Vec<u8>; 2]| (String::from_utf8_lossy(&pair[0]).into_owned(), pair[1].clone());
+    let blades: Vec<(String, Vec<u8>)> = blades.as_chunks().0.iter().map(blade).collect();
     let name = std::str::from_utf8(name).map_err(|e| e.to_string())?;
     let resolved = job::read(source).map_err(|faults| faults.render(name, source))?;
     let job = &resolved.job;

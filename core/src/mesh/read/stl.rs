@@ -52,10 +52,10 @@ fn read_binary(bytes: &[u8]) -> Result<TriangleSoup, ReadError> {
             ),
         });
     }
-    let records = bytes[HEADER..].chunks_exact(RECORD);
+    let (records, _) = bytes[HEADER..].as_chunks::<RECORD>();
     check_vertex_count(format, Place::Byte(HEADER - 4), 3 * records.len())?;
     let mut positions = Vec::with_capacity(3 * records.len());
-    for (t, record) in records.enumerate() {
+    for (t, record) in records.iter().enumerate() {
         for corner in 0..3 {
             let at = 12 + 12 * corner;
             let p = finite(position(&record[at..at + 12])).map_err(|found| ReadError {
