@@ -114,7 +114,7 @@ impl Gauge<'_> {
         };
         let rays: Vec<(Ray, DVec2)> = all().map(ray).collect();
         let layer = Layer { allowance: self.allowance, depth: CLAMP * self.limit, falls: false };
-        let (columns, ids) = Columns::on(&rays, layer.top());
+        let (columns, ids) = Columns::on(&rays, f64::INFINITY, layer.top());
         let strokes = Strokes::of(&path, &self.cutter.tool);
         let stages = [Stage { strokes: &strokes, cutter: self.cutter }];
         let left = columns.remains(&stages, layer, self.allowance + self.limit, self.threads);

@@ -17,12 +17,13 @@ const FINEST: f64 = 0.25;
 const CHEAP: f64 = 1.2e5;
 /// Edges longer than this many passes are split in a coarse mesh: good enough to compare fields.
 pub(super) const COARSE: f64 = 6.0;
-/// Refinement stops with an error above this many triangles, or above twice as many as the mesh had before.
-const MOST_FACES: usize = 2_500_000;
+/// Refinement stops with an error above this many triangles, or above twice as many as the mesh had before: they take
+/// about 0.4 kB each, and all memory of WebAssembly is 4 GB.
+const MOST_FACES: usize = if cfg!(target_pointer_width = "32") { 2_500_000 } else { 12_000_000 };
 
 /// A mesh that is fine already costs what was given, whatever the side step.
-fn most_faces(given: &Connectivity) -> usize {
-    MOST_FACES.max(2 * given.face_count())
+fn most_faces(given: usize) -> usize {
+    MOST_FACES.max(2 * given)
 }
 
 /// Area of a triangle with these sides.
@@ -75,7 +76,7 @@ impl PassMesh {
             positions: surface.positions().to_vec(),
             metric,
             flat: OnceLock::new(),
-            most_faces: most_faces(surface.connectivity()),
+            most_faces: most_faces(surface.connectivity().face_count()),
         }
         .made_coarse()
     }
@@ -92,7 +93,7 @@ impl PassMesh {
         positions: Vec<DVec3>,
         metric: Vec<StripMetric>,
     ) -> Result<Self, LevelSetError> {
-        let (flat, most_faces) = (OnceLock::new(), most_faces(&connectivity));
+        let (flat, most_faces) = (OnceLock::new(), most_faces(connectivity.face_count()));
         Self { connectivity, uv, scale, positions, metric, flat, most_faces }.made_coarse()
     }
 
@@ -347,9 +348,13 @@ mod tests {
 
     #[test]
     fn a_mesh_of_more_faces_than_refinement_makes_is_taken_as_it_is() {
-        let mesh = far_finer_than_passes(1200).and_then(PassMesh::refined).unwrap();
-        let given = 2 * 1200 * 1200;
-        assert!(given > MOST_FACES);
+        assert_eq!(most_faces(2 * MOST_FACES), 4 * MOST_FACES);
+        let mesh = far_finer_than_passes(50).unwrap();
+        let given = 2 * 50 * 50;
+        let fine = vec![even(0.01); mesh.uv.len()];
+        let finer = PassMesh { metric: fine, most_faces: 2 * given, ..mesh.clone() };
+        assert!(matches!(finer.refined(), Err(LevelSetError::TooFine { .. })));
+        let mesh = PassMesh { most_faces: 2 * given, ..mesh }.refined().unwrap();
         // Two corners have chords, which are split.
         let faces = mesh.connectivity().face_count();
         assert!((given..given + 100).contains(&faces), "{faces}");

@@ -76,7 +76,7 @@ impl Uncut<'_> {
             mesh.uv().iter().enumerate().filter_map(line).unzip();
         let allowance = self.job.cut.allowance;
         let layer = Layer { allowance, depth: self.stock.top - allowance, falls: false };
-        let (columns, ids) = Columns::on(&lines, layer.top());
+        let (columns, ids) = Columns::on(&lines, f64::INFINITY, layer.top());
         let stages: Vec<Stage> = self.before.stages().collect();
         let left = columns.remains(&stages, layer, allowance + enough, self.threads);
         let mut heights = vec![0.0; mesh.uv().len()];

@@ -169,15 +169,15 @@ impl Columns {
                 }
             }
         }
-        Self { spacing, ..Self::on(&lines, top).0 }
+        Self { spacing, ..Self::on(&lines, f64::INFINITY, top).0 }
     }
 
-    /// Columns on these lines with their flat places, without areas; and which line each column stands on. `top`: the
-    /// height of the layer's upper side, mm.
-    pub(crate) fn on(lines: &[(Line, DVec2)], top: f64) -> (Self, Vec<u32>) {
+    /// Columns on these lines with their flat places, without areas; and which line each column stands on. `width`: of
+    /// what is tested together at most, flat mm; `top`: the height of the layer's upper side, mm.
+    pub(crate) fn on(lines: &[(Line, DVec2)], width: f64, top: f64) -> (Self, Vec<u32>) {
         let mut ids: Vec<u32> = (0..lines.len() as u32).collect();
         let mut leaves = Vec::new();
-        halve(lines, &mut ids, 0, &mut leaves);
+        halve(lines, &mut ids, (0, width), &mut leaves);
         let blocks = leaves.chunks(BLOCK).map(|leaves| Block::new(leaves, DVec2::X, top)).collect();
         (Self { blocks, spacing: 0.0 }, ids)
     }
@@ -193,24 +193,40 @@ impl Columns {
     }
 }
 
-/// Orders lines so that neighbours follow each other, and puts a few of them into each leaf.
-fn halve(lines: &[(Line, DVec2)], ids: &mut [u32], axis: usize, leaves: &mut Vec<Leaf>) {
-    if ids.len() <= SIDE * SIDE {
+/// Orders lines so that neighbours follow each other, and puts a few of them into each leaf, which is no wider than
+/// `width`.
+fn halve(
+    lines: &[(Line, DVec2)],
+    ids: &mut [u32],
+    (axis, width): (usize, f64),
+    leaves: &mut Vec<Leaf>,
+) {
+    let places = || ids.iter().map(|id| lines[*id as usize].1);
+    let size = || {
+        let (low, high) =
+            places().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+        high - low
+    };
+    let is_leaf = match ids.len() {
+        0 => return,
+        1 => true,
+        few if few <= SIDE * SIDE => size().max_element() <= width,
+        _ => false,
+    };
+    if is_leaf {
         let column = |&id: &u32| {
             let (line, flat) = lines[id as usize];
             (Column { line, area: 0.0 }, flat)
         };
-        if !ids.is_empty() {
-            leaves.push(Leaf { columns: ids.iter().map(column).collect() });
-        }
+        leaves.push(Leaf { columns: ids.iter().map(column).collect() });
         return;
     }
     let along = |id: u32| lines[id as usize].1[axis];
     let half = ids.len() / 2;
     ids.select_nth_unstable_by(half, |&a, &b| along(a).total_cmp(&along(b)).then(a.cmp(&b)));
     let (low, high) = ids.split_at_mut(half);
-    halve(lines, low, 1 - axis, leaves);
-    halve(lines, high, 1 - axis, leaves);
+    halve(lines, low, (1 - axis, width), leaves);
+    halve(lines, high, (1 - axis, width), leaves);
 }
 
 impl Grid<'_> {

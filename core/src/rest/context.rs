@@ -1,9 +1,9 @@
 //! What the search for rest works on: a surface, how paths are put on it, what may be left.
 
 use super::samples::{Places, Sample};
-use crate::geometry::DVec3;
 use crate::link::Deliverer;
 use crate::removal::{Before, Place};
+use std::collections::BTreeSet;
 
 /// What may be left.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -29,12 +29,12 @@ pub struct Rest<'a> {
     pub(super) before: &'a Before,
     /// Those that were nearly too high.
     pub(super) samples: Vec<Sample>,
-    /// Number of the first samples that lie in rows beside passes, alternately on one side and the other.
-    pub(super) in_rows: usize,
+    /// Whether samples were placed beside passes, on the ridges, and not yet thinned out.
+    pub(super) on_ridges: bool,
     /// Whether what a wall keeps the cutter from is lowered as far as the cutter comes beside the wall.
     pub(super) beside_walls: bool,
-    /// Tips of the branches that were inserted since all samples were looked at.
-    pub(super) branched: Vec<DVec3>,
+    /// The cells of the chart through which branches go that were inserted since all samples were looked at.
+    pub(super) branched: BTreeSet<[i64; 2]>,
     /// What is too high and cannot be lowered.
     pub(super) inaccessible: Vec<Place>,
 }
@@ -53,9 +53,9 @@ impl<'a> Rest<'a> {
             deliverer,
             before,
             samples: Vec::new(),
-            in_rows: 0,
+            on_ridges: false,
             beside_walls: false,
-            branched: Vec::new(),
+            branched: BTreeSet::new(),
             inaccessible: Vec::new(),
         }
     }

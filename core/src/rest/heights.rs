@@ -6,8 +6,10 @@ use crate::cutter_location::ToolAxis;
 use crate::geometry::math::cos;
 use crate::geometry::{DVec2, OrderBy};
 use crate::link::Delivered;
+use crate::parallel;
 use crate::removal::{Columns, Layer, Line, Strokes};
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
+use std::collections::BTreeSet;
 
 /// Fractions of the limit above which more samples are placed around one, and still more around each of those: the
 /// samples nearest to the crest of a sharp cusp as high as the limit are not lower than this.
@@ -23,30 +25,60 @@ const CELL: f64 = 0.1;
 /// Greatest number of steps toward higher places, halved where none is higher; and the shortest step, side steps.
 const CLIMBS: usize = 18;
 const FINEST: f64 = 0.0003;
+/// The same for a ball, whose cusps are less steep: within half of this from its ridge a cusp is lower by 0.5 %.
+const FINEST_OF_BALL: f64 = 0.00125;
+/// Width of what is measured together, side steps. Wider: more of the path comes near it; narrower: more of them.
+const TOGETHER: f64 = 0.5;
+/// Greatest number of samples that are measured at a time; more take more memory.
+const MANY: usize = 1 << 18;
 /// Heights are clamped at this multiple of the limit.
 pub(super) const CLAMP: f64 = 10.0;
 
 impl Rest<'_> {
-    /// All places to be checked, and how many of the first are in rows beside passes.
-    pub(super) fn all_samples(&self, path: &Delivered) -> (Vec<Sample>, usize) {
-        let (mut samples, in_rows) = match self.ball() {
-            Some(_) => {
-                let samples = self.samples_beside(path);
-                let count = samples.len();
-                (samples, count)
+    /// All places that may be too high; of those beside the passes of a ball the ones that are. `near`: of these only
+    /// those in the given cells.
+    pub(super) fn all_samples(
+        &self,
+        path: &Delivered,
+        near: Option<&BTreeSet<[i64; 2]>>,
+    ) -> Vec<Sample> {
+        let is_near = |s: &Sample| near.is_none_or(|cells| cells.contains(&self.cell_of(s.flat)));
+        let mut samples = Vec::new();
+        match self.ball() {
+            None => samples = self.places.over_faces(),
+            Some(ball) => {
+                let strokes = self.strokes(&path.toolpath);
+                self.places.beside_passes(path, &ball, |mut run| {
+                    run.retain(is_near);
+                    samples.extend(self.high_or_top(run, &strokes));
+                });
             }
-            None => (self.places.over_faces(), 0),
-        };
-        if self.options.has_open_rim {
-            samples.extend(self.places.on_rim());
         }
-        (samples, in_rows)
+        if self.options.has_open_rim {
+            samples.extend(self.places.on_rim().into_iter().filter(is_near));
+        }
+        samples
+    }
+
+    /// Of samples beside passes, alternately on one side and the other, those that are nearly too high.
+    fn high_or_top(&self, run: Vec<Sample>, path: &Strokes) -> Vec<Sample> {
+        let close = self.options.close;
+        let heights = self.heights(&run, path, close);
+        let is_top = |i: usize| i >= 2 && is_top([&heights[i - 2..], &heights[i..]], &self.options);
+        let seen = |(i, sample)| Sample { is_top: is_top(i), ..sample };
+        let kept = |(i, sample): &(usize, Sample)| heights[*i] >= close || sample.is_top;
+        let run = run.into_iter().enumerate().map(|(i, s)| (i, seen((i, s))));
+        run.filter(kept).map(|(_, sample)| sample).collect()
     }
 
     /// The places beside a path up to which a ball lowers the surface; none for other cutters, which are checked all
     /// over it.
     pub(super) fn samples_beside(&self, path: &Delivered) -> Vec<Sample> {
-        self.ball().map_or_else(Vec::new, |ball| self.places.beside_passes(path, &ball))
+        let mut samples = Vec::new();
+        if let Some(ball) = self.ball() {
+            self.places.beside_passes(path, &ball, |run| samples.extend(run));
+        }
+        samples
     }
 
     /// The cutter, if it is a ball.
@@ -98,23 +130,11 @@ impl Rest<'_> {
         nearly.min((limit - rise).max(LEAST * limit))
     }
 
-    /// Whether a sample beside a pass is nearly too high and clearly higher than those before and behind it.
-    fn is_top(&self, i: usize, heights: &[f64]) -> bool {
-        if i < 2 || i + 2 >= self.in_rows {
-            return false;
-        }
-        let (before, here, behind) = (heights[i - 2], heights[i], heights[i + 2]);
-        let limit = self.options.limit;
-        (NEARLY[0] * limit..=limit).contains(&here)
-            && here >= before.max(behind)
-            && here - before.min(behind) > CLEARLY * limit
-    }
-
     /// Height of a sample from which on its surroundings are searched for higher places, mm.
     pub(super) fn climbed_from(&self) -> f64 {
         let RestOptions { limit, close, .. } = self.options;
         // Beside passes samples lie on ridges already.
-        if self.in_rows > 0 { close } else { close.min(NEARLY[0] * limit) }
+        if self.on_ridges { close } else { close.min(NEARLY[0] * limit) }
     }
 
     /// Climbs from samples that are nearly too high to higher places beside them: samples leave gaps, and the peaks
@@ -123,18 +143,20 @@ impl Rest<'_> {
         let (limit, close) = (self.options.limit, self.options.close);
         let low = self.climbed_from();
         let is_nearly = |i: &usize| {
-            let is_high = (low..=limit).contains(&heights[*i]) || self.is_top(*i, heights);
-            is_high && !self.samples[*i].is_climbed
+            let sample = &self.samples[*i];
+            let is_high = (low..=limit).contains(&heights[*i]) || self.on_ridges && sample.is_top;
+            is_high && !sample.is_climbed
         };
-        let finest = FINEST * self.options.side_step;
+        let finest = if self.ball().is_some() { FINEST_OF_BALL } else { FINEST };
+        let finest = finest * self.options.side_step;
         let nearly = self.by_cell((0..heights.len()).filter(is_nearly), heights);
         let mut front: Vec<usize> = nearly.iter().map(|cell| cell[0]).collect();
         for _ in 0..CLIMBS {
             if front.is_empty() {
                 break;
             }
-            let beside: Vec<Vec<Sample>> =
-                front.iter().map(|&i| self.places.beside(&self.samples[i])).collect();
+            let threads = self.deliverer.options.threads;
+            let beside = parallel::map(threads, &front, |&i| self.places.beside(&self.samples[i]));
             front.iter().for_each(|&i| self.samples[i].is_climbed = true);
             let found = self.heights(&beside.concat(), path, low);
             let mut next = Vec::new();
@@ -189,20 +211,33 @@ impl Rest<'_> {
         let pass = &self.deliverer.options.pass;
         let layer =
             Layer { allowance: pass.allowance, depth: CLAMP * self.options.limit, falls: false };
-        let line = |s: &Sample| (Line { foot: s.at, normal: s.normal }, s.flat);
-        let lines: Vec<(Line, DVec2)> = samples.iter().map(line).collect();
-        let (columns, ids) = Columns::on(&lines, layer.top());
-        let threads = self.deliverer.options.threads;
         let stages = self.before.with(path, pass.tool, pass.reach);
-        let left = columns.remains(&stages, layer, pass.allowance + enough, threads);
-        let mut heights = vec![0.0; lines.len()];
-        let above = ids
-            .iter()
-            .zip(left.into_iter().flatten())
-            .map(|(id, height)| (*id, height - pass.allowance));
-        above.for_each(|(id, height)| heights[id as usize] = height);
+        let line = |s: &Sample| (Line { foot: s.at, normal: s.normal }, s.flat);
+        let width = TOGETHER * self.options.side_step;
+        let mut heights = vec![0.0; samples.len()];
+        for (samples, heights) in samples.chunks(MANY).zip(heights.chunks_mut(MANY)) {
+            let lines: Vec<(Line, DVec2)> = samples.iter().map(line).collect();
+            let (columns, ids) = Columns::on(&lines, width, layer.top());
+            let threads = self.deliverer.options.threads;
+            let left = columns.remains(&stages, layer, pass.allowance + enough, threads);
+            for (id, height) in ids.iter().zip(left.into_iter().flatten()) {
+                heights[*id as usize] = height - pass.allowance;
+            }
+        }
         heights
     }
+}
+
+/// Whether a sample is nearly too high and clearly higher than those before and behind it; `heights`: from the one
+/// before on, and from itself on, where every other one is on the same side of the pass.
+fn is_top([before, here]: [&[f64]; 2], options: &RestOptions) -> bool {
+    let (Some(&before), Some(&behind), Some(&here)) = (before.first(), here.get(2), here.first())
+    else {
+        return false;
+    };
+    (NEARLY[0] * options.limit..=options.limit).contains(&here)
+        && here >= before.max(behind)
+        && here - before.min(behind) > CLEARLY * options.limit
 }
 
 /// The path with links longer than the radius as rapids, since on them the cutter arrives from above and may turn; a

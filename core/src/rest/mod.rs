@@ -46,6 +46,8 @@ const TRIES: u8 = 3;
 const ROUNDS: usize = 6;
 /// Greatest number of times that the samples beside passes are placed anew, since branches have others beside them.
 const LOOKS: usize = 3;
+/// Width of the cells in which places beside branches are looked up, side steps.
+const NEAR_BRANCH: f64 = 3.0;
 /// Greatest number of branches of a round, and of those that are tried. More: the problem is not single places.
 const MOST_BRANCHES: usize = 2000;
 const MOST_TRIED: usize = 3 * MOST_BRANCHES;
@@ -68,25 +70,18 @@ impl Rest<'_> {
     pub fn cut(&mut self, path: Delivered) -> Result<Delivered, DeliverError> {
         self.beside_walls = false;
         let mut path = path;
-        let mut near_branches: Option<BTreeSet<[i64; 3]>> = None;
+        let mut near_branches: Option<BTreeSet<[i64; 2]>> = None;
         for _ in 0..LOOKS {
-            (self.samples, self.in_rows) = self.all_samples(&path);
-            if let Some(cells) = &near_branches {
-                // Elsewhere nothing changed.
-                let in_rows = self.in_rows;
-                let is_near: Vec<bool> =
-                    self.samples.iter().map(|s| cells.contains(&self.cell_of(s.at))).collect();
-                self.in_rows = is_near[..in_rows].iter().filter(|near| **near).count();
-                let mut near = is_near.into_iter();
-                self.samples.retain(|_| near.next() == Some(true));
-            }
+            // Away from branches nothing changed.
+            self.samples = self.all_samples(&path, near_branches.as_ref());
+            self.on_ridges = self.ball().is_some() && !self.samples.is_empty();
             self.branched.clear();
             path = self.rounds(path)?;
             // Where samples are the same for any path, another look shows nothing new.
             if self.ball().is_none() || self.branched.is_empty() {
                 break;
             }
-            near_branches = Some(self.around(&self.branched));
+            near_branches = Some(Self::with_neighbours(&self.branched));
         }
         Ok(path)
     }
@@ -97,7 +92,7 @@ impl Rest<'_> {
     /// As [`cut`](Self::cut).
     pub fn cut_at(&mut self, left: &[DVec2], path: Delivered) -> Result<Delivered, DeliverError> {
         let samples = left.iter().filter_map(|at| self.places.at(*at));
-        (self.samples, self.in_rows) = (samples.collect(), 0);
+        (self.samples, self.on_ridges) = (samples.collect(), false);
         self.beside_walls = true;
         self.rounds(path)
     }
@@ -114,8 +109,7 @@ impl Rest<'_> {
             if branches.is_empty() {
                 break;
             }
-            let tips = branches.iter().flat_map(|b| &b.path().toolpath.points).map(|p| p.tip);
-            self.branched.extend(tips);
+            branches.iter().for_each(|branch| self.mark(branch));
             path = inserted(path, branches, &self.deliverer)?;
         }
         Ok(path)
@@ -126,7 +120,7 @@ impl Rest<'_> {
         let strokes = self.strokes(path);
         let mut heights = self.refined(&strokes);
         let mut high = self.worth_lowering(&heights, path);
-        if high.is_empty() || self.in_rows > 0 {
+        if high.is_empty() || self.on_ridges {
             self.climb(&mut heights, &strokes);
             high = self.worth_lowering(&heights, path);
         }
@@ -182,7 +176,7 @@ impl Rest<'_> {
             ..self.samples[i]
         };
         self.samples = left.map(sample).collect();
-        self.in_rows = 0;
+        self.on_ridges = false;
         for branch in &branches {
             let beside = self.samples_beside(branch.path());
             self.samples.extend(beside);
@@ -215,20 +209,36 @@ impl Rest<'_> {
         2.0 * self.deliverer.options.pass.tool.radius() + self.options.side_step
     }
 
-    /// A cell of space as wide as branches reach.
-    fn cell_of(&self, place: DVec3) -> [i64; 3] {
-        (place / self.reach()).to_array().map(|x| x.floor() as i64)
+    /// A cell of the chart, a little wider than a branch lowers the surface beside it.
+    fn cell_of(&self, flat: DVec2) -> [i64; 2] {
+        (flat / self.branch_cell()).to_array().map(|x| x.floor() as i64)
     }
 
-    /// The cells of some places and those around them.
-    fn around(&self, places: &[DVec3]) -> BTreeSet<[i64; 3]> {
-        let own: BTreeSet<[i64; 3]> = places.iter().map(|p| self.cell_of(*p)).collect();
+    fn branch_cell(&self) -> f64 {
+        NEAR_BRANCH * self.options.side_step
+    }
+
+    /// Remembers the cells that a branch goes through.
+    fn mark(&mut self, branch: &Branch) {
+        let places: Vec<DVec2> =
+            branch.path().places.iter().flatten().map(|place| place.flat).collect();
+        for pair in places.windows(2) {
+            let (from, to) = (pair[0], pair[1]);
+            // Every cell on the way, or one beside it.
+            let count = (from.distance(to) / self.branch_cell()).ceil().clamp(1.0, 1e4) as u32;
+            for i in 0..=count {
+                let at = from.lerp(to, f64::from(i) / f64::from(count));
+                self.branched.insert(self.cell_of(at));
+            }
+        }
+    }
+
+    /// Some cells and those around them.
+    fn with_neighbours(own: &BTreeSet<[i64; 2]>) -> BTreeSet<[i64; 2]> {
         let steps = || -1..=1;
-        let around = |[i, j, k]: [i64; 3]| {
-            let line = move |a: i64, b: i64| steps().map(move |c| [i + a, j + b, k + c]);
-            steps().flat_map(move |a| steps().flat_map(move |b| line(a, b)))
-        };
-        own.into_iter().flat_map(around).collect()
+        let around =
+            |&[i, j]: &[i64; 2]| steps().flat_map(move |a| steps().map(move |b| [i + a, j + b]));
+        own.iter().flat_map(around).collect()
     }
 
     /// Whether a branch may lower a sample.

@@ -13,6 +13,7 @@ use crate::link::Delivered;
 use crate::mesh::{FaceId, HalfEdgeId, VertexId};
 use crate::surface::{Surface, SurfacePoint};
 use crate::toolpath::MoveKind;
+use core::cell::RefCell;
 use core::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 /// Distance between samples over faces, side steps. Larger: high places are overlooked; smaller: time grows
@@ -45,6 +46,8 @@ const FROM: [f64; 5] = [0.1, 0.2, 0.3, 0.4, 0.5];
 const AROUND_IT: u32 = 16;
 /// Weight of the opposite corner at samples on the rim.
 const OFF_RIM: f64 = 1e-9;
+/// Samples beside passes that are handed over together.
+const RUN: usize = 1 << 17;
 /// Greatest number of samples over faces, and on the rim; on larger surfaces they are less dense.
 const MOST: f64 = 2e6;
 const MOST_ON_RIM: f64 = 2e5;
@@ -70,6 +73,8 @@ pub struct Sample {
     pub level: u8,
     /// How many branches over it had no effect.
     pub branches: u8,
+    /// Whether it is nearly too high and clearly higher than those before and behind it beside the same pass.
+    pub is_top: bool,
     /// Whether its surroundings were searched for higher places.
     pub is_climbed: bool,
     /// At what flat distance beside it the cutter has to touch to lower it.
@@ -176,9 +181,10 @@ impl Places<'_> {
         sides.iter().flat_map(along).collect()
     }
 
-    /// On both sides of the passes of a ball, around their ends and outside of their turns.
-    pub fn beside_passes(&self, path: &Delivered, ball: &Ball) -> Vec<Sample> {
-        let mut out = Vec::new();
+    /// On both sides of the passes of a ball, around their ends and outside of their turns. `seen` takes them in runs of
+    /// about [`RUN`]: on a large surface they are too many to be kept.
+    pub fn beside_passes(&self, path: &Delivered, ball: &Ball, mut seen: impl FnMut(Vec<Sample>)) {
+        let out = RefCell::new(Vec::new());
         let mut hint = FaceId(0);
         // Part of the way to the next samples that is done.
         let mut due = 0.5;
@@ -186,6 +192,7 @@ impl Places<'_> {
             let place = self.locator.locate_from(hint, at).ok()?;
             hint = place.face;
             let middle = self.sample(place, AROUND * self.side_step);
+            let mut out = out.borrow_mut();
             out.extend(directions.iter().filter_map(|d| self.edge(&middle, *d, ball)));
             Some(middle.scale)
         };
@@ -218,8 +225,11 @@ impl Places<'_> {
                 add(from.lerp(to, part.min(1.0)), &[ahead.perp(), -ahead.perp()]);
             }
             due += way - count;
+            if out.borrow().len() >= RUN {
+                seen(out.take());
+            }
         }
-        out
+        seen(out.take());
     }
 
     /// Where a ball that touches `middle` stands a little more than the limit above the surface, in a flat direction.
@@ -284,6 +294,7 @@ impl Places<'_> {
             face,
             level: 0,
             branches: 0,
+            is_top: false,
             is_climbed: false,
             beside: DVec2::ZERO,
         }

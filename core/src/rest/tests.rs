@@ -147,7 +147,7 @@ fn done(flat: &[FlatPoint], pass: PassOptions, check: CheckMesh, options: RestOp
     let uncut = Before::default();
     let mut rest = Rest::new(places, deliverer, &uncut, options);
     let after = rest.cut(before.clone()).unwrap();
-    (rest.samples, rest.in_rows) = rest.all_samples(&after);
+    rest.samples = rest.all_samples(&after, None);
     let strokes = rest.strokes(&after.toolpath);
     let heights = rest.refined(&strokes);
     let high = rest.worth_lowering(&heights, &after.toolpath);
