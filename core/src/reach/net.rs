@@ -15,6 +15,8 @@ use std::collections::{HashMap, HashSet};
 
 /// Longest base across the outline, cutter radii.
 const OUTLINE: f64 = 1.0 / 16.0;
+/// What is steeper than this cosine to the axis is no longer taken for shorter.
+const STEEP: f64 = 0.25;
 /// Shortest base on what the cutter bridges, cutter radii.
 const BRIDGE: f64 = 1.0 / 8.0;
 /// Shortest base over an edge beside which it bridges the part, cutter radii.
@@ -38,7 +40,7 @@ pub(super) struct Net<'a> {
     bridge: f64,
     /// Shortest base over an edge beside which the cutter bridges the part, mm.
     edge: f64,
-    /// Tangent of the steepest slope.
+    /// Tangent of the steepest slope that is followed: what is steeper is a jump.
     pub steepest: f64,
     pub threads: usize,
 }
@@ -55,7 +57,7 @@ impl<'a> Net<'a> {
             outline: (OUTLINE * options.tool.radius()).max(2.0 * lattice.unit),
             bridge: BRIDGE * options.tool.radius(),
             edge: EDGE * options.tool.radius(),
-            steepest: tan(options.steepest),
+            steepest: tan(options.followed()),
             threads: options.threads,
         }
     }
@@ -198,6 +200,9 @@ impl<'a> Net<'a> {
         let [apex, a, b] = triangle;
         let heights = triangle.map(|k| self.known(k));
         let base = self.lattice.at(a).distance(self.lattice.at(b));
+        // Seen from above a steep place of the part is short.
+        let of_part = heights.iter().flatten().filter(|h| !h.is_bridge()).map(|h| h.normal.z);
+        let outline = self.outline * of_part.fold(1.0, f64::min).max(STEEP);
         let is_off = |key: Key, ends: [(Key, Option<Height>); 2]| match (
             self.known(key),
             ends[0].1,
@@ -209,7 +214,7 @@ impl<'a> Net<'a> {
                 let is_smooth = from.is_bridge() || to.is_bridge() || h.is_bridge();
                 let above = (h.z - 0.5 * (from.z + to.z)) * h.normal.z;
                 match (jumps, is_smooth) {
-                    (true, _) => base > self.outline,
+                    (true, _) => base > outline,
                     // Below a chord over an edge the cutter cannot come.
                     (false, true) if above > self.accuracy => base > self.edge,
                     (false, true) => base > self.bridge && above < -self.accuracy,
@@ -217,7 +222,7 @@ impl<'a> Net<'a> {
                 }
             }
             (None, None, None) => false,
-            _ => base > self.outline,
+            _ => base > outline,
         };
         let sides = [
             [(a, heights[1]), (b, heights[2])],
@@ -225,7 +230,7 @@ impl<'a> Net<'a> {
             [(b, heights[2]), (apex, heights[0])],
         ];
         let is_across = heights.iter().any(Option::is_some) && heights.iter().any(Option::is_none);
-        (is_across && base > self.outline)
+        (is_across && base > outline)
             || self.tested(triangle).into_iter().zip(sides).any(|(key, ends)| is_off(key, ends))
     }
 

@@ -2,6 +2,11 @@
 
 use crate::tool::Tool;
 
+/// How much steeper than it is machined the surface is followed, so that its outline does not depend on single facets;
+/// and up to which slope at most, rad (4 and 88 degrees).
+const BEYOND: f64 = 4.0 * core::f64::consts::PI / 180.0;
+const STEEPEST: f64 = 88.0 * core::f64::consts::PI / 180.0;
+
 /// How a part is reached.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct ReachOptions {
@@ -15,4 +20,11 @@ pub struct ReachOptions {
     pub steepest: f64,
     /// Number of threads; the result does not depend on it.
     pub threads: usize,
+}
+
+impl ReachOptions {
+    /// Steepest slope up to which the reached surface is followed, rad: [`BEYOND`] what is machined.
+    pub(super) fn followed(&self) -> f64 {
+        (self.steepest + BEYOND).min(STEEPEST)
+    }
 }

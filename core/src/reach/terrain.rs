@@ -52,10 +52,6 @@ const FIRST_STEP: f64 = 0.5;
 const NEAR_STEP: f64 = 0.1;
 /// Most facets by which it is sought.
 const MOST_FACETS: usize = 24;
-/// How much steeper the reached surface is followed than it is machined, so that its outline does not depend on
-/// single facets; and up to which slope at most, rad (4 and 88 degrees).
-const BEYOND: f64 = 4.0 * core::f64::consts::PI / 180.0;
-const STEEPEST: f64 = 88.0 * core::f64::consts::PI / 180.0;
 /// A machined facet is in sight where it is not lower than the part by more than this, mm.
 const IN_SIGHT: f64 = 1e-4;
 /// A start is at most this far away, cutter radii: just not at the cutter's side.
@@ -133,7 +129,7 @@ impl<'a> Terrain<'a> {
             floor: lowest - 1.0,
             meet: MEET * options.accuracy,
             fits: FITS * options.accuracy,
-            steepest: cos((options.steepest + BEYOND).min(STEEPEST)),
+            steepest: cos(options.followed()),
         }
     }
 
