@@ -203,6 +203,7 @@ impl Delivery<'_> {
         RestOptions {
             side_step: job.nominal_side_step(),
             limit: self.cusps.too_high().min(touched),
+            allowed: self.cusps.allowed().min(touched),
             close: self.cusps.limit.min(touched),
             lag: job.footprint().lag(0.5 * job.nominal_side_step()),
             has_open_rim: job.path.boundary == Boundary::Open,

@@ -12,6 +12,8 @@ pub struct RestOptions {
     pub side_step: f64,
     /// Places higher than this are machined again, mm.
     pub limit: f64,
+    /// Higher than this, mm, is left only where the cutter does not come as low.
+    pub allowed: f64,
     /// Places lower than this, mm, do not come near the limit again.
     pub close: f64,
     /// How far the edge of the strip trails behind the contact, mm: branches continue beyond the boundary by this.

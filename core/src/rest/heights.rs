@@ -18,6 +18,9 @@ const NEARLY: [f64; LEVELS as usize] = [0.85, 0.95];
 const LEAST: f64 = 0.3;
 /// Steepest flank of a cusp that is assumed.
 const STEEPEST: f64 = 1.0;
+/// Fraction of the limit from which on a sample that is higher than those before and behind it may lie beside a place
+/// that is too high: cusps are half as high a quarter of their width beside their ridge.
+const TOP: f64 = 0.6;
 /// Fraction of the limit by which a sample must be higher than another to count as clearly higher.
 const CLEARLY: f64 = 0.01;
 /// Size of the cells in each of which the cutter is tested at one sample, side steps. Smaller: slower.
@@ -63,7 +66,7 @@ impl Rest<'_> {
     /// Of samples beside passes, alternately on one side and the other, those that are nearly too high.
     fn high_or_top(&self, run: Vec<Sample>, path: &Strokes) -> Vec<Sample> {
         let close = self.options.close;
-        let heights = self.heights(&run, path, close);
+        let heights = self.heights(&run, path, close.min(TOP * self.options.limit));
         let is_top = |i: usize| i >= 2 && is_top([&heights[i - 2..], &heights[i..]], &self.options);
         let seen = |(i, sample)| Sample { is_top: is_top(i), ..sample };
         let kept = |(i, sample): &(usize, Sample)| heights[*i] >= close || sample.is_top;
@@ -235,7 +238,7 @@ fn is_top([before, here]: [&[f64]; 2], options: &RestOptions) -> bool {
     else {
         return false;
     };
-    (NEARLY[0] * options.limit..=options.limit).contains(&here)
+    (TOP * options.limit..=options.limit).contains(&here)
         && here >= before.max(behind)
         && here - before.min(behind) > CLEARLY * options.limit
 }

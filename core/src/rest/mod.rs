@@ -18,7 +18,7 @@
 //! 4. The branches are inserted into the path, which is not changed elsewhere: no sample gets higher.
 //! 5. The surroundings of what is nearly too high are searched for higher places, and 2 to 4 are repeated.
 
-use crate::cutter_location::{is_in_wall, lowest_off_walls, raise_at, standing_clear};
+use crate::cutter_location::{Standing, is_in_wall, lowest_off_walls, raise_at, standing_clear};
 use crate::geometry::{DVec2, DVec3};
 use crate::link::{DeliverError, Delivered};
 use crate::parallel;
@@ -198,10 +198,16 @@ impl Rest<'_> {
         let left = self.heights(&samples, &strokes, self.options.limit);
         let mut is_of_use = false;
         for (&i, left) in near.iter().zip(left) {
-            is_of_use |= left <= self.options.limit.max(WORTH * heights[i]);
+            is_of_use |= self.is_worth(heights[i], left);
             heights[i] = heights[i].min(left);
         }
         (is_of_use, near)
+    }
+
+    /// Whether it is worth lowering a height to another, mm.
+    fn is_worth(&self, height: f64, left: f64) -> bool {
+        let RestOptions { limit, allowed, .. } = self.options;
+        left <= limit.max(WORTH * height) || height > allowed && left <= allowed
     }
 
     /// How far from a branch it may lower a sample, mm.
@@ -290,21 +296,27 @@ impl Rest<'_> {
         let (limit, obstacles) = (self.options.limit, self.deliverer.obstacles);
         let pass = &self.deliverer.options.pass;
         let &Sample { at, normal, flat, .. } = sample;
-        let low = at + normal * (pass.allowance + limit);
+        let low = |height: f64| at + normal * (pass.allowance + height);
         if is_in_wall(at, normal, feed, pass, obstacles) {
             let beside = || lowest_off_walls(at, normal, feed, pass, obstacles);
-            let is_lowered = self.beside_walls && beside().is_some_and(|at| at.contains(low));
+            let is_lowered =
+                self.beside_walls && beside().is_some_and(|at| at.contains(low(limit)));
             return if is_lowered { Lowered::From(DVec2::ZERO) } else { Lowered::InWall };
         }
-        let raise = raise_at(at, normal, feed, pass, obstacles);
-        if raise <= limit.max(WORTH * height) {
+        if self.is_worth(height, raise_at(at, normal, feed, pass, obstacles)) {
             return Lowered::From(DVec2::ZERO);
         }
-        let reaches = |s: &Sample| {
-            standing_clear(s.at, s.normal, feed, pass, obstacles).is_some_and(|at| at.contains(low))
-        };
-        let place = self.places.around(sample).find(reaches);
-        place.map_or(Lowered::Nowhere, |place| Lowered::From(place.flat - flat))
+        let places: Vec<(Sample, Standing)> = self
+            .places
+            .around(sample)
+            .filter_map(|s| Some((s, standing_clear(s.at, s.normal, feed, pass, obstacles)?)))
+            .collect();
+        let allowed = self.options.allowed;
+        let heights = [limit, allowed].into_iter().filter(|h| *h < height);
+        let place = heights
+            .into_iter()
+            .find_map(|height| places.iter().find(|(_, standing)| standing.contains(low(height))));
+        place.map_or(Lowered::Nowhere, |(place, _)| Lowered::From(place.flat - flat))
     }
 }
 

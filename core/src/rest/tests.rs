@@ -73,7 +73,7 @@ fn lag(beside: f64) -> f64 {
 }
 
 fn options(limit: f64, close: f64, lag: f64) -> RestOptions {
-    RestOptions { side_step: SIDE_STEP, limit, close, lag, has_open_rim: true }
+    RestOptions { side_step: SIDE_STEP, limit, allowed: limit, close, lag, has_open_rim: true }
 }
 
 /// A ball whose passes are a side step apart.

@@ -9,7 +9,9 @@ use crate::surface::{CurvatureField, Surface};
 /// most the fraction of the limit given second.
 const CHORDS: (f64, f64) = (0.2, 0.05);
 /// Fraction of the tolerance above the limit from which on a place is too high: samples may miss the highest point.
-const TOO_HIGH: f64 = 0.7;
+const TOO_HIGH: f64 = 0.8;
+/// Fraction of it that may be left above the limit where the cutter does not come lower.
+const ALLOWED: f64 = 0.9;
 
 /// Heights of the cusps of a job on a surface.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -45,5 +47,10 @@ impl CuspBudget {
     /// Sampled height from which on a place is too high, mm.
     pub fn too_high(&self) -> f64 {
         self.limit + TOO_HIGH * self.tolerance
+    }
+
+    /// The highest sampled height that may be left where the cutter does not come lower, mm.
+    pub fn allowed(&self) -> f64 {
+        self.limit + ALLOWED * self.tolerance
     }
 }
