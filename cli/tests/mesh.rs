@@ -141,3 +141,35 @@ fn small_numbers_are_taken_as_other_units() {
         assert!(job.contains(line) && job.contains("a guess"), "{job}");
     }
 }
+
+/// Where the concave places of a scan are much smaller than a useful cutter, what the cutter reaches is machined, though
+/// all of it looks up.
+#[test]
+fn a_new_job_for_a_rough_relief_machines_what_is_reached() {
+    let directory = scratch("rough");
+    let side = 60;
+    let mut text = String::new();
+    for (i, j) in (0..=side).flat_map(|i| (0..=side).map(move |j| (i, j))) {
+        // A wave, and on it what looks like noise.
+        let noise = (f64::from(i * i * 7919 + j * j * 104_729 + i * j) * 0.618_034).fract() - 0.5;
+        let wave = 2.0 * (f64::from(i) * 0.1).sin();
+        text += &format!(
+            "v {} {} {:.4}\n",
+            0.5 * f64::from(i),
+            0.5 * f64::from(j),
+            wave + 0.3 * noise
+        );
+    }
+    for (i, j) in (0..side).flat_map(|i| (0..side).map(move |j| (i, j))) {
+        let a = i * (side + 1) + j + 1;
+        let (b, c, d) = (a + side + 1, a + side + 2, a + 1);
+        text += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
+    }
+    fs::write(directory.join("scan.obj"), text).unwrap();
+    let output = evencut(&directory, &["new", "scan.obj"]);
+    assert_eq!(output.status.code(), Some(0), "{}", streams(&output).2);
+    let job = fs::read_to_string(directory.join("scan.toml")).unwrap();
+    assert!(job.contains("steepest = 80.0"), "{job}");
+    let output = evencut(&directory, &["plan", "scan.toml"]);
+    assert_eq!(output.status.code(), Some(0), "{}", streams(&output).2);
+}

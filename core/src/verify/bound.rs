@@ -130,7 +130,7 @@ mod tests {
             let position = DVec3::new(x, 0.0, z);
             Sample {
                 position,
-                centroid: position,
+                to_centroid: [0.0; 3],
                 normal,
                 area: 0.01,
                 machined: true,

@@ -360,7 +360,7 @@ impl Section<'_> {
             let place = chain.at(way);
             Sample {
                 position: place.position,
-                centroid: place.position,
+                to_centroid: [0.0; 3],
                 normal: place.normal,
                 area: 0.0,
                 machined: true,

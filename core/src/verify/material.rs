@@ -35,7 +35,7 @@ pub struct Swept {
     /// The move that took the upper half of the stock.
     pub opened_by: Option<u32>,
     /// The last rapid that reached it, and the height it found, mm.
-    pub(super) rapid: Option<(u32, f64)>,
+    pub(super) rapid: Option<(u32, f32)>,
 }
 
 /// The basis of the mean height over a sample's cell.

@@ -213,6 +213,8 @@ pub fn verify(
     let search = Search { tiles: &tiles, cuts: &cuts, material, spacing, inset, walled, options };
     let [scallops, gouges] =
         [Sought::Scallop, Sought::Gouge].map(|what| search.search(what, &swept, &outcomes));
+    // Millions of samples: what was swept is as large as all else, and no longer asked.
+    drop(swept);
     let all = outcomes.into_iter().flatten();
     let (samples, mut further): (Vec<Outcome>, Vec<Outcome>) = all.partition(|s| s.area > 0.0);
     further.extend([&scallops, &gouges].into_iter().flat_map(|found| &found.peaks));

@@ -74,8 +74,8 @@ pub struct Tile {
 pub struct Sample {
     /// Place on the part, mm.
     pub position: DVec3,
-    /// Centroid of its cell, mm.
-    pub centroid: DVec3,
+    /// From there to the centroid of its cell, mm: one of millions of samples, and short.
+    pub to_centroid: [f32; 3],
     /// Unit normal, outward.
     pub normal: DVec3,
     /// The area that it represents, mm².
@@ -91,6 +91,11 @@ pub struct Sample {
 }
 
 impl Sample {
+    /// Centroid of its cell, mm.
+    pub fn centroid(&self) -> DVec3 {
+        self.position + DVec3::from_array(self.to_centroid.map(f64::from))
+    }
+
     /// Distance at which cells of this size repeat: two triangles make a square.
     pub fn cell_width(&self) -> f64 {
         (2.0 * self.area).sqrt()
@@ -278,7 +283,9 @@ impl Patch {
         let pull = |x: f64| SCATTER * x + (1.0 - SCATTER) / 3.0;
         let (u, v) = (pull(u), pull(v));
         let centroid = (self.corners[0] + self.corners[1] + self.corners[2]) / 3.0;
-        Sample { centroid, area: self.area, ..self.at([1.0 - u - v, u, v]) }
+        let sample = self.at([1.0 - u - v, u, v]);
+        let to_centroid = (centroid - sample.position).as_vec3().to_array();
+        Sample { to_centroid, area: self.area, ..sample }
     }
 
     /// Samples without area on the edges that lie on the rim, at the start and the middle of each, and one beside the
@@ -308,7 +315,7 @@ impl Patch {
         let position = mix(&self.corners);
         Sample {
             position,
-            centroid: position,
+            to_centroid: [0.0; 3],
             normal: mix(&self.normals).normalize_or(self.normals[0]),
             area: 0.0,
             machined: self.machined,

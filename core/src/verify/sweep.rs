@@ -271,8 +271,8 @@ impl StepCut<'_> {
         }
         let Some(height) = height else { return lowered };
         if self.rapid {
-            let found = s.rapid.filter(|r| r.0 == step.of).map_or(s.height, |r| r.1);
-            s.rapid = Some((step.of, found));
+            let found = s.rapid.filter(|r| r.0 == step.of).map_or(s.height, |r| f64::from(r.1));
+            s.rapid = Some((step.of, found as f32));
             if self.worst.is_none_or(|w| found - height > w.depth) {
                 let place = s.sample.position + s.sample.normal * height;
                 self.worst = Some(Touch { of: step.of, place, depth: found - height });
@@ -364,7 +364,7 @@ fn left_on_cell(
     body: &Body,
     material: Material,
 ) -> (f64, Cell) {
-    let Sample { centroid, normal, .. } = s.sample;
+    let (centroid, normal) = (s.sample.centroid(), s.sample.normal);
     let width = s.sample.cell_width();
     // How far the top of the line is beside its foot, seen along the axis: a wall takes as long to pass over it.
     let lean = material.height * normal.cross(step.to.axis).length();
@@ -578,7 +578,7 @@ impl Block {
         let cells = Cells { open: 0, covered: 0, tops: zero, middles: zero, reach };
         let mut block = Self { all: 0, tops: zero, normals: zero, cells };
         for (lane, s) in samples.iter().enumerate() {
-            let Sample { centroid, normal, .. } = s.sample;
+            let (centroid, normal) = (s.sample.centroid(), s.sample.normal);
             block.all |= 1 << lane;
             block.normals.set(lane, normal);
             block.cells.middles.set(lane, centroid + normal * (0.5 * material.height));
@@ -591,7 +591,8 @@ impl Block {
 
     /// Updates the bound with what is left of a sample.
     fn note(&mut self, lane: usize, s: &Swept) {
-        let Sample { position, centroid, normal, .. } = s.sample;
+        let (position, centroid, normal) =
+            (s.sample.position, s.sample.centroid(), s.sample.normal);
         self.tops.set(lane, position + normal * (s.height - NOTHING));
         self.cells.tops.set(lane, centroid + normal * (s.left - NOTHING));
         let mark =
