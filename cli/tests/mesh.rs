@@ -152,7 +152,7 @@ fn a_new_job_for_a_rough_relief_machines_what_is_reached() {
     for (i, j) in (0..=side).flat_map(|i| (0..=side).map(move |j| (i, j))) {
         // A wave, and on it what looks like noise.
         let noise = (f64::from(i * i * 7919 + j * j * 104_729 + i * j) * 0.618_034).fract() - 0.5;
-        let wave = 2.0 * (f64::from(i) * 0.1).sin();
+        let wave = f64::from((i - 30) * (i - 30)) * 0.004;
         text +=
             &format!("v {} {} {:.4}\n", 0.5 * f64::from(i), 0.5 * f64::from(j), wave + 0.3 * noise);
     }

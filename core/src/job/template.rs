@@ -77,9 +77,11 @@ const STEEPEST: f64 = 80.0;
 const NEARLY_UP: f64 = core::f64::consts::PI / 9.0;
 /// A surface none of whose faces looks down is machined from above; rad (92 degrees).
 const UPRIGHT: f64 = 92.0 * core::f64::consts::PI / 180.0;
-/// An open surface is a relief or scan, of which is machined what a cutter reaches from above, where no cutter larger
-/// than this part of its middle extent fits its concave places.
+/// An open surface with faces in all directions is a relief or scan, of which is machined what a cutter reaches from
+/// above, where no cutter larger than this part of its middle extent fits its concave places.
 const ROUGH: f64 = 1.0 / 15.0;
+/// The same where all of it looks up, so that nothing but such places is lost.
+const ROUGH_ABOVE: f64 = 1.0 / 12.0;
 /// Tolerance of a part, and the coarsest of a surface, cusp heights.
 const OF_SCALLOP: f64 = 0.5;
 /// Tolerance of a surface, cusp heights, unless that is finer than the least one or the facets.
@@ -273,16 +275,16 @@ impl Placed {
         let lean = math::acos_clamped(mean.normalize().z);
         // A body stands as it was drawn.
         let is_body = facts.solid.is_some() || facts.has_several_faces();
-        let is_rough = placed.is_part || placed.is_rough(facts);
+        let is_part = |rough: f64| placed.is_part || placed.is_rough(facts, rough);
         if !is_body && facts.from_mean + lean < steepest {
-            Self { is_part: is_rough, ..placed }
+            Self { is_part: is_part(ROUGH_ABOVE), ..placed }
         } else if !is_body && facts.from_mean < steepest {
-            Self { is_part: is_rough, turn: Some(turned_up(mean)), ..placed }
+            Self { is_part: is_part(ROUGH_ABOVE), turn: Some(turned_up(mean)), ..placed }
         } else {
             // Walls are no reason for five axes.
             let from_above = if flip { facts.from_down } else { facts.from_up };
             let stands = from_above < UPRIGHT;
-            let is_part = is_rough || stands;
+            let is_part = is_part(ROUGH) || stands;
             // A relief or scan is turned as a smooth sheet is, unless it nearly looks up.
             let leans = !is_body && !stands && is_part && lean > NEARLY_UP;
             let turn = leans.then(|| turned_up(mean)).or(placed.turn);
@@ -290,10 +292,10 @@ impl Placed {
         }
     }
 
-    fn is_rough(&self, facts: &SurfaceFacts) -> bool {
+    fn is_rough(&self, facts: &SurfaceFacts, rough: f64) -> bool {
         let mut size = facts.size;
         size.order_by(f64::total_cmp);
-        self.concave_radius.is_some_and(|radius| 2.0 * radius < ROUGH * size[1])
+        self.concave_radius.is_some_and(|radius| 2.0 * radius < rough * size[1])
     }
 
     fn lines(&self) -> String {
