@@ -9,7 +9,7 @@ use crate::surface::{CurvatureField, Surface};
 /// most the fraction of the limit given second.
 const CHORDS: (f64, f64) = (0.2, 0.05);
 /// Fraction of the tolerance above the limit from which on a place is too high: samples may miss the highest point.
-const TOO_HIGH: f64 = 0.8;
+const TOO_HIGH: f64 = 0.7;
 /// Fraction of it that may be left above the limit where the cutter does not come lower.
 const ALLOWED: f64 = 0.9;
 
