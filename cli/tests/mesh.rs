@@ -150,11 +150,15 @@ fn a_new_job_for_a_rough_relief_machines_what_is_reached() {
     let side = 60;
     let mut text = String::new();
     for (i, j) in (0..=side).flat_map(|i| (0..=side).map(move |j| (i, j))) {
-        // A wave, and on it what looks like noise.
+        // A trough, and on it what looks like noise.
         let noise = (f64::from(i * i * 7919 + j * j * 104_729 + i * j) * 0.618_034).fract() - 0.5;
-        let wave = f64::from((i - 30) * (i - 30)) * 0.004;
-        text +=
-            &format!("v {} {} {:.4}\n", 0.5 * f64::from(i), 0.5 * f64::from(j), wave + 0.3 * noise);
+        let trough = f64::from((i - 30) * (i - 30)) * 0.004;
+        text += &format!(
+            "v {} {} {:.4}\n",
+            0.5 * f64::from(i),
+            0.5 * f64::from(j),
+            trough + 0.3 * noise
+        );
     }
     for (i, j) in (0..side).flat_map(|i| (0..side).map(move |j| (i, j))) {
         let a = i * (side + 1) + j + 1;

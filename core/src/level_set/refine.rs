@@ -17,8 +17,8 @@ const FINEST: f64 = 0.25;
 const CHEAP: f64 = 1.2e5;
 /// Edges longer than this many passes are split in a coarse mesh: good enough to compare fields.
 pub(super) const COARSE: f64 = 6.0;
-/// Refinement stops with an error above this many triangles, or above twice as many as the mesh had before: they take
-/// about 0.4 kB each, and all memory of WebAssembly is 4 GB.
+/// Refinement stops with an error above this many triangles, or above twice as many as the mesh had before; fewer
+/// in WebAssembly, all of whose memory is 4 GB.
 const MOST_FACES: usize = if cfg!(target_pointer_width = "32") { 2_500_000 } else { 12_000_000 };
 
 /// A mesh that is fine already costs what was given, whatever the side step.

@@ -21,7 +21,7 @@ const STEEP: f64 = 0.25;
 const BRIDGE: f64 = 1.0 / 8.0;
 /// Shortest base over an edge beside which it bridges the part, cutter radii.
 const EDGE: f64 = 1.0 / 128.0;
-/// Most heights that are asked; more are refused. They take about 0.2 kB each, and all memory of WebAssembly is 4 GB.
+/// Most heights that are asked; more are refused; fewer in WebAssembly, all of whose memory is 4 GB.
 const MOST: usize = if cfg!(target_pointer_width = "32") { 1_500_000 } else { 8_000_000 };
 
 /// The triangles, and the height at every place that was asked.

@@ -19,7 +19,7 @@ const LEAST: f64 = 0.3;
 /// Steepest flank of a cusp that is assumed.
 const STEEPEST: f64 = 1.0;
 /// Fraction of the limit from which on a sample that is higher than those before and behind it may lie beside a place
-/// that is too high: cusps are half as high a quarter of their width beside their ridge.
+/// that is too high: a cusp is as much lower a ninth of its width beside its ridge, half the distance between samples.
 const TOP: f64 = 0.6;
 /// Fraction of the limit by which a sample must be higher than another to count as clearly higher.
 const CLEARLY: f64 = 0.01;
@@ -28,7 +28,7 @@ const CELL: f64 = 0.1;
 /// Greatest number of steps toward higher places, halved where none is higher; and the shortest step, side steps.
 const CLIMBS: usize = 18;
 const FINEST: f64 = 0.0003;
-/// The same for a ball, whose cusps are less steep: within half of this from its ridge a cusp is lower by 0.5 %.
+/// The same for a ball, whose cusps are less steep: at this distance from its ridge a cusp is lower by 0.5 %.
 const FINEST_OF_BALL: f64 = 0.00125;
 /// Width of what is measured together, side steps. Wider: more of the path comes near it; narrower: more of them.
 const TOGETHER: f64 = 0.5;
