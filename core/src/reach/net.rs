@@ -21,6 +21,8 @@ const STEEP: f64 = 0.25;
 const BRIDGE: f64 = 1.0 / 8.0;
 /// Shortest base over an edge beside which it bridges the part, cutter radii.
 const EDGE: f64 = 1.0 / 128.0;
+/// Rounds in which heights are passed on from place to place.
+const SETTLED: usize = 16;
 /// Most heights that are asked; more are refused; fewer in WebAssembly, all of whose memory is 4 GB.
 const MOST: usize = if cfg!(target_pointer_width = "32") { 1_500_000 } else { 8_000_000 };
 
@@ -161,6 +163,36 @@ impl<'a> Net<'a> {
             open = off;
         }
         self.refine()
+    }
+
+    /// Lowers heights where the cutter bridges, to what it leaves that stands for a place beside: alone, the search for
+    /// them may miss that.
+    pub fn settle(&mut self) {
+        let triangles = self.triangles();
+        let sides = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let mut sides: Vec<[Key; 2]> = sides.flat_map(|[a, b]| [[a, b], [b, a]]).collect();
+        let is_bridge = |k: &Key| self.known(*k).is_some_and(|h| h.is_bridge());
+        sides.retain(|side| side.iter().all(is_bridge));
+        sides.order_total();
+        sides.dedup();
+        for _ in 0..SETTLED {
+            let lower = |[own, other]: &[Key; 2]| {
+                let other = (self.lattice.at(*other), self.known(*other)?);
+                let height =
+                    self.terrain.also_left(self.lattice.at(*own), self.known(*own)?, other)?;
+                Some((*own, height))
+            };
+            let found: Vec<(Key, Height)> = sides.iter().filter_map(lower).collect();
+            if found.is_empty() {
+                break;
+            }
+            for (key, height) in found {
+                let is_lowest = self.known(key).is_some_and(|h| height.z < h.z);
+                if is_lowest {
+                    self.heights.insert(key, Some(height));
+                }
+            }
+        }
     }
 
     /// Asks for heights.

@@ -14,7 +14,8 @@
 //!    linear functions.
 //!
 //! Beside walls the sum jumps, and a narrow valley of it may be missed: then the height is one that another place of
-//! the cutter leaves, higher than the lowest, and no cutter that is led by it cuts into the part.
+//! the cutter leaves, higher than the lowest, and no cutter that is led by it cuts into the part. What the cutter leaves
+//! that stands for a place nearby is looked at, too, in the end (`net`).
 
 use super::facet::area_normal;
 use super::minimax::lowest;
@@ -146,6 +147,23 @@ impl<'a> Terrain<'a> {
             None => self.bridge(at, &top, around),
         };
         (height.normal.z >= self.steepest).then_some(height)
+    }
+
+    /// The height over a place, if that is lower, which the cutter leaves where it stands to leave the height over another.
+    pub fn also_left(&self, at: DVec2, now: Height, other: (DVec2, Height)) -> Option<Height> {
+        let by = now.by.and(other.1.by)?;
+        let across = [at, other.0].map(|place| place.distance(by));
+        if across[0] > WITHIN * self.cutter.radius() {
+            return None;
+        }
+        let [own, there] = across.map(|across| self.cutter.lower_side(across));
+        let height = Height {
+            z: other.1.z - there + own,
+            normal: self.cutter.normal(at - by),
+            by: Some(by),
+        };
+        let is_lower = height.z < now.z - ROUNDED && height.normal.z >= self.steepest;
+        is_lower.then_some(height)
     }
 
     /// Whether a place of the part is in sight from above.

@@ -1,4 +1,5 @@
 use super::*;
+use crate::geometry::DVec2;
 use crate::mesh::FaceId;
 use crate::surface::AnalyticSurface;
 use crate::tool::Tool;
@@ -167,4 +168,49 @@ fn threads_change_nothing() {
     let (one, two) = (of(1), of(2));
     assert_eq!(one.surface.positions(), two.surface.positions());
     assert_eq!(one.surface.connectivity().faces(), two.surface.connectivity().faces());
+}
+
+/// Boxes on a floor, turned, so that the cutter stands on upright edges on all sides.
+fn boxes() -> Part {
+    let mut part = Part::default();
+    let mut add = |middle: DVec2, half: DVec3, turn: f64| {
+        use crate::geometry::math::{cos, sin};
+        let along = DVec2::new(cos(turn), sin(turn));
+        let corner = |k: u32| {
+            let sign = |bit: u32| if k >> bit & 1 == 1 { 1.0 } else { -1.0 };
+            let place = middle + along * (sign(0) * half.x) + along.perp() * (sign(1) * half.y);
+            place.extend(if k >> 2 & 1 == 1 { half.z } else { -1.0 })
+        };
+        let sides =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [3, 2, 6, 7], [1, 3, 7, 5], [2, 0, 4, 6]];
+        let faces = sides.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]);
+        part.add(&Part { positions: (0..8).map(corner).collect(), faces: faces.collect() });
+    };
+    add(DVec2::ZERO, DVec3::new(15.0, 15.0, 0.0), 0.0);
+    add(DVec2::new(-4.0, 1.0), DVec3::new(2.0, 3.0, 5.0), 0.4);
+    add(DVec2::new(4.0, 2.5), DVec3::new(3.0, 1.0, 4.0), 1.1);
+    add(DVec2::new(1.0, -5.0), DVec3::new(2.5, 2.5, 6.0), 0.7);
+    part
+}
+
+/// The cutter that leaves one place leaves no other higher than it is.
+#[test]
+fn no_place_is_higher_than_what_is_left_by_a_cutter_beside_it() {
+    let (part, radius) = (boxes(), 3.0);
+    let reached = reach(&part, &part, &options(radius, radius)).unwrap();
+    let (surface, of_cutter) = (&reached.surface, &reached.is_of_cutter);
+    let mut worst: f64 = 0.0;
+    for (face, _) in surface.connectivity().faces().iter().zip(of_cutter).filter(|f| *f.1) {
+        for (own, other) in [(0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2)] {
+            let at = |i: usize| surface.positions()[face[i].index()];
+            let centre = at(other) + radius * surface.vertex_normals()[face[other].index()];
+            let across = (at(own) - centre).truncate().length();
+            if across < 0.98 * radius {
+                let left = centre.z - (radius * radius - across * across).sqrt();
+                worst = worst.max(at(own).z - left);
+            }
+        }
+    }
+    // Ten times the accuracy: corners at the outline are single searches, where it is the steepest.
+    assert!(worst < 0.05, "{worst}");
 }
