@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use evencut_core::cutter_location::{
-    CheckMesh, Contact, Obstacles, PassOptions, ToolAxis, locate_pass, tip,
+    CheckMesh, Contact, Obstacles, PassOptions, ToolAxis, locate_pass, tip, tool_axes,
 };
 use evencut_core::geometry::DVec3;
 use evencut_core::geometry::math::{cos, sin};
@@ -69,12 +69,17 @@ fn cutters(criterion: &mut Criterion) {
                 tool,
                 axis,
                 axis_rate: f64::INFINITY,
+                largest_tilt: 0.0,
                 allowance: 0.0,
                 tolerance: 0.005,
                 reach: 40.0,
             };
             group.bench_function(format!("pass/{kind}"), |b| {
-                b.iter(|| locate_pass(black_box(&contacts), &options, &obstacles))
+                b.iter(|| {
+                    let contacts = black_box(&contacts);
+                    let axes = tool_axes(contacts, None, &options, &obstacles);
+                    locate_pass(contacts, &axes, &options, &obstacles)
+                })
             });
         }
         group.finish();

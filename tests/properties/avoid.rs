@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use evencut_core::job::{self, Job};
 use evencut_core::plan::{Files, Planned, plan};
-use evencut_core::report::{AvoidedFigures, VerificationFigures};
+use evencut_core::report::{AvoidedFigures, TiltFigures, VerificationFigures};
 use evencut_core::verify::{Broken, verify};
 use evencut_service::compare::judged;
 use evencut_service::results::verify_options;
@@ -223,4 +223,50 @@ fn a_hundred_may_be_avoided_and_no_more() {
     let faults = read(101).unwrap_err();
     let text = faults.render("avoid", b"");
     assert!(text.contains("avoid: 101 items, expected an array of at most 100"), "{text}");
+}
+
+/// A plane with five axes, a tool with a holder that is much wider than the cutter, and a wall 6 mm beside the plane, far
+/// higher than the tool stands out.
+fn beside_a_wall(tool: &str, pattern: &str, tilt: &str) -> Job {
+    job(&format!(
+        "[surface.analytic]\nkind = \"bump\"\nsize = 50.0\nheight = 4.0\n[tool]\n{tool}\
+         length = 16.0\nstickout = 24.0\n[[tool.holder]]\ndiameter = 30.0\nupper_diameter = 40.0\n\
+         length = 20.0\n[cut]\nscallop = 0.05\nfeed = 1200.0\naxial_depth = 0.5\n{tilt}\
+         [path]\npattern = \"{pattern}\"\n[force]\ncontrol = \"off\"\n[machine]\naxes = \"xyzac\"\n{}",
+        avoid("wall", 0.5)
+    ))
+}
+
+/// The axis is tilted, so that the holder clears the wall by what is asked; where it may not be, the judge finds that the
+/// holder cuts into it.
+#[test]
+fn a_ball_is_tilted_for_its_holder_to_clear_a_wall() {
+    let wall = held(&[("wall", block([31.0, -30.0, -5.0], [36.0, 30.0, 60.0]))]);
+    let files = Files { avoid: &wall, ..Files::default() };
+    let ball = "kind = \"ball\"\ndiameter = 8.0\n";
+    for pattern in ["contour", "iso-planar", "iso-scallop"] {
+        let job = beside_a_wall(ball, pattern, "");
+        assert_eq!(job::read(job.to_toml().as_bytes()).unwrap().job, job);
+        let (plan, v) = planned(&job, files);
+        let tilt = TiltFigures::of(&plan.toolpath, job.cut.lead).unwrap();
+        println!("{pattern}: {tilt:?}, {:?}", v.avoided);
+        assert!(v.passed, "{pattern}: {:?}", v.broken);
+        assert!(named(&v, "wall").clearance_mm >= 0.5, "{pattern}: {:?}", v.avoided);
+        assert!(tilt.largest_deg < 46.0 && tilt.length_mm > 100.0, "{pattern}: {tilt:?}");
+    }
+    let job = beside_a_wall(ball, "iso-planar", "max_tilt = 0.0\n");
+    let (plan, v) = planned(&job, files);
+    assert_eq!(TiltFigures::of(&plan.toolpath, job.cut.lead), None);
+    assert!(!v.passed && named(&v, "wall").clearance_mm < 0.0, "{:?}", v.avoided);
+}
+
+/// Away from everything the axis keeps the lead.
+#[test]
+fn nothing_is_tilted_where_nothing_is_near() {
+    let wall = held(&[("wall", block([61.0, -30.0, -5.0], [66.0, 30.0, 60.0]))]);
+    let files = Files { avoid: &wall, ..Files::default() };
+    let job = beside_a_wall("kind = \"ball\"\ndiameter = 8.0\n", "iso-planar", "");
+    let (plan, v) = planned(&job, files);
+    assert!(v.passed, "{:?}", v.broken);
+    assert_eq!(TiltFigures::of(&plan.toolpath, job.cut.lead), None);
 }

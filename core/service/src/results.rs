@@ -35,7 +35,8 @@ use evencut_core::reach::Aside;
 use evencut_core::report::{
     AsideFigures, ByKind, CoverageFigures, DivisionFigures, FORMAT, FileRecord, FlattenFigures,
     ForceFigures, GougeFigures, LiftedSpan, Lines, PassFigures, PathFigures, PlaneFigures, Profile,
-    RateFigures, Report, StepoverFigures, SurfaceFigures, VerificationFigures, Versions, Warning,
+    RateFigures, Report, StepoverFigures, SurfaceFigures, TiltFigures, VerificationFigures,
+    Versions, Warning,
 };
 use evencut_core::surface;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
@@ -717,6 +718,12 @@ fn division_of(job: &Job) -> &'static str {
     }
 }
 
+/// Where the axis of a path is off the lead of its job; of a hub all axes are sought.
+fn tilted(job: &Job, path: &Toolpath) -> Option<TiltFigures> {
+    let turns = job.machine.axes != Axes::ThreeAxis && job.hub.is_none();
+    turns.then(|| TiltFigures::of(path, job.cut.lead)).flatten()
+}
+
 fn report_on(
     job: &Job,
     planned: &Planned,
@@ -798,6 +805,7 @@ fn report_on(
             length_over_floor: length / planned.passes.length_floor,
             retracts: planned.toolpath.retracts() as u64,
             even_share: planned.passes.even_share,
+            tilted: tilted(job, &planned.toolpath),
         },
         setup: None,
         hub: planned.channels.as_ref().map(|figures| hub::figures(job, planned, figures)),

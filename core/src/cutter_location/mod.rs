@@ -1,8 +1,10 @@
 //! Cutter contact → cutter location: where the tip must be for the cutter to touch the surface at a point, and how
 //! far it must be lifted to clear the rest of the part.
 
+mod above;
 mod axis;
 mod check_mesh;
+mod clearance;
 mod drop;
 mod error;
 mod obstacles;
@@ -11,16 +13,21 @@ mod pass;
 mod probe;
 mod ruling;
 mod solid;
+mod tilt;
 mod tip;
 mod upright;
 
+pub use above::{AboveEnd, KeptClear};
 pub use axis::{ToolAxis, tool_axis};
 pub use check_mesh::CheckMesh;
+pub use clearance::{Clearance, Hindrance, clearance, clearance_above_end};
+pub(crate) use clearance::{Pose, Solid, above_end, is_clear};
 pub use error::LocateError;
 pub use obstacles::{Avoided, Obstacles, Standing};
 pub use options::PassOptions;
 pub use pass::{Contact, LiftedSpan, Located, LocatedPass, facet_error, locate_pass};
 pub use probe::{is_in_wall, is_way_clear, lowest_off_walls, raise_at, standing_clear};
 pub use ruling::{Pushed, Ruling, Rulings, Stand};
+pub use tilt::tool_axes;
 pub use tip::{contact_offset, tip};
 pub use upright::{Landing, Upright};

@@ -2,6 +2,7 @@
 //!
 //! A distance is kept by a cutter that is larger by it on all sides and just touches.
 
+use super::above::AboveEnd;
 use super::check_mesh::CheckMesh;
 use super::ruling::{Pushed, Ruling, Rulings};
 use crate::geometry::DVec3;
@@ -30,6 +31,7 @@ pub struct Obstacles {
     walls: CheckMesh,
     avoided: Vec<Avoided>,
     rulings: Rulings,
+    above: Option<Arc<AboveEnd>>,
 }
 
 /// A cutter in place, for a query.
@@ -81,7 +83,13 @@ impl Obstacles {
     /// A part without walls.
     pub fn of_part(part: CheckMesh) -> Self {
         let rulings = Rulings::default();
-        Self { part: part.into(), walls: CheckMesh::nothing(), avoided: Vec::new(), rulings }
+        Self {
+            part: part.into(),
+            walls: CheckMesh::nothing(),
+            avoided: Vec::new(),
+            rulings,
+            above: None,
+        }
     }
 
     /// A part with walls and what is avoided: as facets, and as rulings of both off which the cutter is pushed.
@@ -91,7 +99,17 @@ impl Obstacles {
         avoided: Vec<Avoided>,
         rulings: Vec<Ruling>,
     ) -> Self {
-        Self { part, walls, avoided, rulings: Rulings::new(rulings) }
+        Self { part, walls, avoided, rulings: Rulings::new(rulings), above: None }
+    }
+
+    /// The same, and what is above the cutting end, for which the axis is tilted.
+    pub fn with_above(self, above: AboveEnd) -> Self {
+        Self { above: Some(above.into()), ..self }
+    }
+
+    /// What is above the cutting end, if the axis is tilted for it.
+    pub fn above(&self) -> Option<&AboveEnd> {
+        self.above.as_deref()
     }
 
     /// The walls and what is avoided alone.

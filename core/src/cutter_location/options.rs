@@ -12,6 +12,9 @@ pub struct PassOptions {
     pub axis: ToolAxis,
     /// Fastest turn of the axis along the pass, rad/mm; infinity for none.
     pub axis_rate: f64,
+    /// Largest angle between axis and surface normal, rad, to which the axis is tilted where something would touch; 0 for
+    /// never.
+    pub largest_tilt: f64,
     /// Allowance left on the surface, mm.
     pub allowance: f64,
     /// Largest deviation of the path and largest penetration, mm.

@@ -8,7 +8,6 @@
 //! The tolerance is divided: a quarter for penetration that is accepted at contacts (walls beside the cutter), a
 //! quarter for penetration between them, half for the dropped points.
 
-use super::axis::tool_axis;
 use super::error::LocateError;
 use super::obstacles::Obstacles;
 use super::options::PassOptions;
@@ -101,9 +100,9 @@ pub fn facet_error(corners: [DVec3; 3], normals: [DVec3; 3], radius: f64) -> f64
     })
 }
 
-/// Locates the cutter along a pass.
+/// Locates the cutter along a pass. `axes`: the unit tool axis at each contact ([`tool_axes`](super::tool_axes)).
 ///
-/// Three-axis passes keep the axis; five-axis ones turn it by at most `axis_rate`. Every straight piece of the result
+/// Every straight piece of the result
 /// stays within `tolerance` of the lifted path and penetrates the part (grown by the allowance) no deeper than that;
 /// in five axes the depth of the cut follows from tip and axis and is held to the same tolerance. Where the wanted
 /// position would require a jump, the cutter is lifted along its axis beside the obstacle.
@@ -113,14 +112,14 @@ pub fn facet_error(corners: [DVec3; 3], normals: [DVec3; 3], radius: f64) -> f64
 /// [`LocateError::NotFinite`] for an invalid contact.
 pub fn locate_pass(
     contacts: &[Contact],
+    axes: &[DVec3],
     options: &PassOptions,
     obstacles: &Obstacles,
 ) -> Result<LocatedPass, LocateError> {
     require_finite(contacts)?;
-    let axes = pass_axes(contacts, options);
-    require_reachable(contacts, &axes)?;
+    require_reachable(contacts, axes)?;
     let probe = Probe::new(options, obstacles);
-    let dense = dense_path(contacts, &axes, options, &probe);
+    let dense = dense_path(contacts, axes, options, &probe);
     let kept = reduce(&dense, contacts, options, &probe);
     let points = kept
         .iter()
@@ -217,56 +216,6 @@ fn require_reachable(contacts: &[Contact], axes: &[DVec3]) -> Result<(), LocateE
         place: contacts[first].position,
         degrees: crate::geometry::math::acos_clamped(cosine).to_degrees(),
     })
-}
-
-/// The axis at every contact, turning no faster than allowed.
-///
-/// The means of the wanted axes over longer windows turn more slowly; the shortest window, by doubling, that is slow
-/// enough is used.
-fn pass_axes(contacts: &[Contact], options: &PassOptions) -> Vec<DVec3> {
-    let wanted: Vec<DVec3> =
-        contacts.iter().map(|c| tool_axis(options.axis, c.normal, c.feed_direction)).collect();
-    let mut travel = vec![0.0; contacts.len()];
-    for i in 1..contacts.len() {
-        travel[i] = travel[i - 1] + contacts[i].position.distance(contacts[i - 1].position);
-    }
-    let total = travel.last().copied().unwrap_or(0.0);
-    let mut axes = wanted.clone();
-    let mut half = 0.125;
-    while turns_faster(&axes, &travel, options.axis_rate) && half < total {
-        axes = window_means(&wanted, &travel, half);
-        half *= 2.0;
-    }
-    axes
-}
-
-fn turns_faster(axes: &[DVec3], travel: &[f64], rate: f64) -> bool {
-    (1..axes.len())
-        .any(|i| axes[i].distance(axes[i - 1]) > rate * (travel[i] - travel[i - 1]) + 1e-12)
-}
-
-/// Means over `half` mm of travel to either side, by the trapezoidal rule.
-fn window_means(wanted: &[DVec3], travel: &[f64], half: f64) -> Vec<DVec3> {
-    let mut integral = vec![DVec3::ZERO; wanted.len()];
-    for i in 1..wanted.len() {
-        let mean = 0.5 * (wanted[i] + wanted[i - 1]);
-        integral[i] = integral[i - 1] + mean * (travel[i] - travel[i - 1]);
-    }
-    let up_to = |s: f64| -> DVec3 {
-        let i = travel.partition_point(|&t| t <= s).clamp(1, wanted.len() - 1);
-        let step = travel[i] - travel[i - 1];
-        let part = if step > 0.0 { (s - travel[i - 1]) / step } else { 0.0 };
-        let end = wanted[i - 1].lerp(wanted[i], part);
-        integral[i - 1] + (wanted[i - 1] + end) * (0.5 * part * step)
-    };
-    let total = travel[wanted.len() - 1];
-    (0..wanted.len())
-        .map(|i| {
-            let reach = half.min(travel[i]).min(total - travel[i]);
-            let sum = up_to(travel[i] + reach) - up_to(travel[i] - reach);
-            sum.try_normalize().unwrap_or(wanted[i])
-        })
-        .collect()
 }
 
 /// Steps 1 and 2.
@@ -589,6 +538,7 @@ fn lifted_spans(contacts: &[Contact], dense: &[Dense], tolerance: f64) -> Vec<Li
 
 #[cfg(test)]
 mod tests {
+    use super::super::tilt::tool_axes;
     use super::*;
     use crate::cutter_location::axis::ToolAxis;
     use crate::cutter_location::check_mesh::CheckMesh;
@@ -598,7 +548,24 @@ mod tests {
 
     fn options(radius: f64, corner: f64, axis: ToolAxis) -> PassOptions {
         let tool = Tool::new(radius, corner).unwrap();
-        PassOptions { tool, axis, axis_rate: OPEN, allowance: 0.0, tolerance: 0.005, reach: 40.0 }
+        PassOptions {
+            tool,
+            axis,
+            axis_rate: OPEN,
+            largest_tilt: 0.0,
+            allowance: 0.0,
+            tolerance: 0.005,
+            reach: 40.0,
+        }
+    }
+
+    fn located(
+        contacts: &[Contact],
+        options: &PassOptions,
+        obstacles: &Obstacles,
+    ) -> Result<LocatedPass, LocateError> {
+        let axes = tool_axes(contacts, None, options, obstacles);
+        locate_pass(contacts, &axes, options, obstacles)
     }
 
     fn wave(x: f64) -> f64 {
@@ -679,7 +646,7 @@ mod tests {
         for (radius, corner) in [(4.0, 4.0), (4.0, 0.0), (4.0, 1.0), (25.0, 25.0)] {
             for axis in [ToolAxis::Fixed(DVec3::Z), ToolAxis::Lead(0.2)] {
                 let o = options(radius, corner, axis);
-                let pass = locate_pass(&contacts, &o, &mesh).unwrap();
+                let pass = located(&contacts, &o, &mesh).unwrap();
                 for pair in pass.points.windows(2) {
                     let tip = pair[0].tip.lerp(pair[1].tip, 0.4);
                     let axis = pair[0].axis.lerp(pair[1].axis, 0.4).normalize();
@@ -701,7 +668,7 @@ mod tests {
         for (radius, corner) in [(4.0, 4.0), (4.0, 0.0), (4.0, 1.0)] {
             for axis in [ToolAxis::Fixed(DVec3::Z), ToolAxis::Lead(0.3)] {
                 let o = options(radius, corner, axis);
-                let pass = locate_pass(&contacts, &o, &mesh).unwrap();
+                let pass = located(&contacts, &o, &mesh).unwrap();
                 assert!(pass.points.len() < 400, "{} points", pass.points.len());
                 let deepest = penetration(&pass, &o, &mesh);
                 assert!(deepest <= o.tolerance, "cuts {deepest} deep");
@@ -733,7 +700,7 @@ mod tests {
             .collect();
         let o = options(5.0, 5.0, ToolAxis::Fixed(DVec3::Z));
         let nothing = Obstacles::of_part(CheckMesh::new(Vec::new(), Vec::new()));
-        let pass = locate_pass(&contacts, &o, &nothing).unwrap();
+        let pass = located(&contacts, &o, &nothing).unwrap();
         for p in &pass.points {
             assert!(((p.tip + DVec3::Z * 5.0).length() - 35.0).abs() < 1e-12);
         }
@@ -748,7 +715,7 @@ mod tests {
     fn a_change_of_feed_keeps_its_point() {
         let contacts = wave_pass(1200);
         let o = options(4.0, 4.0, ToolAxis::Fixed(DVec3::Z));
-        let pass = locate_pass(&contacts, &o, &wave_mesh(800)).unwrap();
+        let pass = located(&contacts, &o, &wave_mesh(800)).unwrap();
         let last = pass.points.iter().rposition(|p| p.feed == 20.0).unwrap();
         assert_eq!(pass.points[last].keys.1, 400);
         assert!(pass.points[last + 1..].iter().all(|p| p.feed == 10.0));
@@ -760,7 +727,7 @@ mod tests {
         let contacts = wave_pass(600);
         let tight = options(30.0, 30.0, ToolAxis::Fixed(DVec3::Z));
         let mesh = wave_mesh(800);
-        let pass = locate_pass(&contacts, &tight, &mesh).unwrap();
+        let pass = located(&contacts, &tight, &mesh).unwrap();
         assert!(!pass.lifted.is_empty() && pass.lifted.len() <= 3, "{}", pass.lifted.len());
         for span in &pass.lifted {
             assert!(span.raise > 0.5 && span.length > 5.0);
@@ -768,7 +735,7 @@ mod tests {
         }
         assert!(penetration(&pass, &tight, &mesh) <= tight.tolerance);
         let fits = options(4.0, 4.0, ToolAxis::Fixed(DVec3::Z));
-        assert_eq!(locate_pass(&contacts, &fits, &mesh).unwrap().lifted, vec![]);
+        assert_eq!(located(&contacts, &fits, &mesh).unwrap().lifted, vec![]);
     }
 
     #[test]
@@ -786,7 +753,7 @@ mod tests {
             c.position.z = wave(left) + (wave(left + 2.0) - wave(left)) * u;
             c.normal = normals[0].lerp(normals[1], u).normalize();
         }
-        let pass = locate_pass(&contacts, &o, &mesh).unwrap();
+        let pass = located(&contacts, &o, &mesh).unwrap();
         let highest = pass.points.iter().map(|p| p.raise).fold(0.0, f64::max);
         assert!(highest > 0.005, "facets do raise the cutter: {highest}");
         assert_eq!(pass.lifted, vec![]);
@@ -806,10 +773,10 @@ mod tests {
         };
         let o = options(5.0, 5.0, ToolAxis::Fixed(DVec3::Z));
         let beside: Vec<_> = (0..50).map(|i| along(-5.0 + 1e-3, i as f64 * 0.2, i)).collect();
-        let pass = locate_pass(&beside, &o, &mesh).unwrap();
+        let pass = located(&beside, &o, &mesh).unwrap();
         assert!(pass.lifted.is_empty() && pass.points.len() == 2, "{pass:?}");
         let into: Vec<_> = (0..100).map(|i| along(-20.0 + i as f64 * 0.19, 0.0, i)).collect();
-        let pass = locate_pass(&into, &o, &mesh).unwrap();
+        let pass = located(&into, &o, &mesh).unwrap();
         assert_eq!(pass.lifted.len(), 1);
         assert!(penetration(&pass, &o, &mesh) <= o.tolerance);
     }
@@ -848,7 +815,7 @@ mod tests {
             let contacts: Vec<_> = (0..20)
                 .map(|i| contact(centre(0.2 * f64::from(i)) - normal * 5.0, normal, i as usize))
                 .collect();
-            let pass = locate_pass(&contacts, &o, &step()).unwrap();
+            let pass = located(&contacts, &o, &step()).unwrap();
             for l in &pass.points {
                 assert!((-5.04..-5.0 + 0.0013).contains(&l.tip.x), "{}", l.tip);
                 assert!(l.tip.z.abs() < 0.005, "{}", l.tip);
@@ -866,7 +833,7 @@ mod tests {
         let (up, out) = (DVec3::Z, DVec3::new(-0.995, 0.0, 0.0999).normalize());
         let contacts =
             [contact(place(1.0), up, 0), contact(place(0.003), up, 1), contact(place(0.0), out, 2)];
-        let pass = locate_pass(&contacts, &o, &step()).unwrap();
+        let pass = located(&contacts, &o, &step()).unwrap();
         for l in pass.points.iter().filter(|l| l.tip.x < 0.0) {
             let from_edge = (l.tip + DVec3::Z * 5.0).distance(DVec3::Z * 8.0);
             assert!(l.raise.is_finite() && (from_edge - 5.0).abs() < 0.005, "{l:?}");
@@ -882,7 +849,7 @@ mod tests {
         }
         let mut o = options(4.0, 0.0, ToolAxis::Lead(0.3));
         o.axis_rate = 0.15;
-        let pass = locate_pass(&contacts, &o, &wave_mesh(800)).unwrap();
+        let pass = located(&contacts, &o, &wave_mesh(800)).unwrap();
         for pair in pass.points.windows(2) {
             let turn = pair[0].axis.distance(pair[1].axis);
             let travel = pair[0].contact.distance(pair[1].contact);
@@ -908,7 +875,7 @@ mod tests {
             kind: MoveKind::Cut,
             facet_error: 0.0,
         };
-        let pass = locate_pass(&[contact], &o, &mesh).unwrap();
+        let pass = located(&[contact], &o, &mesh).unwrap();
         // A ball of 2.5 in a right-angled valley has its centre 2.5 sqrt 2 above the bottom.
         assert!((pass.points[0].tip.z - (2.5 * 2.0f64.sqrt() - 2.0)).abs() < 1e-5);
     }
@@ -919,7 +886,7 @@ mod tests {
         contacts[4].normal = -DVec3::Z;
         contacts[7].normal = DVec3::X;
         let o = options(4.0, 4.0, ToolAxis::Fixed(DVec3::Z));
-        let error = locate_pass(&contacts, &o, &wave_mesh(10)).unwrap_err();
+        let error = located(&contacts, &o, &wave_mesh(10)).unwrap_err();
         let place = contacts[4].position;
         assert_eq!(error, LocateError::BelowHorizon { count: 2, total: 11, place, degrees: 180.0 });
     }

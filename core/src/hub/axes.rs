@@ -31,8 +31,8 @@
 //! # Source
 //! The bisector of two blades as in spec 07; the spline: Catmull, Rom, "A class of local interpolating splines", 1974.
 
-use super::clearance::{Clearance, Hindrance, Pose, Solid, above_end, clearance_above_end};
 use super::error::HubError;
+use crate::cutter_location::{Clearance, Hindrance, Pose, Solid, above_end, clearance_above_end};
 use crate::geometry::math::{acos_clamped, cos, sin};
 use crate::geometry::{DVec3, any_perpendicular};
 use crate::parallel;

@@ -4,12 +4,12 @@
 //! the hub, so that the ball touches it there, the curve is moved farther out, along geodesics square to it, until the
 //! ball is clear; (3) these moves are spread to both sides and smoothed, never made smaller.
 
-use super::clearance::Hindrance;
 use super::error::HubError;
 use super::geodesic::geodesic;
 use super::offset::{Side, offset};
 use super::spline::ParameterCurve;
 use super::wheel::Wheel;
+use crate::cutter_location::Hindrance;
 use crate::geometry::DVec2;
 
 /// Places of the curve that are tried.

@@ -5,12 +5,12 @@
 
 use super::beside::beside;
 use super::channel::{Channel, ROWS, closed_line, part};
-use super::clearance::Hindrance;
 use super::error::HubError;
 use super::sides::{Flanks, narrowest, spaced};
 use super::spline::ParameterCurve;
 use super::strips::Line;
 use super::wheel::Wheel;
+use crate::cutter_location::Hindrance;
 use crate::geometry::{DVec2, DVec3};
 use crate::nurbs::TrimLoop;
 

@@ -7,7 +7,7 @@
 //! Steps, a file each: the edge as a B-spline in (u, v) (`edge`, `spline`); its geodesic offset (`geodesic`, `offset`), moved out where the blade leans over the
 //! ball (`beside`);
 //! sides of the channel, between one blade's curve and the next one's (`sides`, `layout`); its map to the unit square
-//! (`channel`); passes (`strips`); tool axes between the blades (`axes`, `clearance`); points, extensions and links
+//! (`channel`); passes (`strips`); tool axes between the blades (`axes`); points, extensions and links
 //! (`path`); what the path leaves too high, and passes over that (`rest`). One channel is planned; the others are turned.
 //!
 //! Source: S-HUB, spec of the project, with its corrections: neighbours are turned in space, and passes leave a radial
@@ -16,7 +16,6 @@
 mod axes;
 mod beside;
 mod channel;
-mod clearance;
 mod edge;
 mod error;
 mod geodesic;
@@ -34,7 +33,6 @@ mod strips;
 mod wheel;
 
 pub use axes::{AxisField, AxisOptions, Stand};
-pub use clearance::{Clearance, Hindrance, clearance, clearance_above_end};
 pub use error::HubError;
 pub use passage::{
     Blade, ChannelFigures, ChannelLines, ChannelOptions, Channels, Passage, PassageOptions,

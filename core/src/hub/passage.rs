@@ -2,7 +2,6 @@
 
 use super::axes::{AxisField, AxisOptions, Stand};
 use super::channel::{Channel, ROWS, part};
-use super::clearance::{Clearance, Hindrance, Pose, clearance, clearance_above_end, is_clear};
 use super::edge::{edge_along, edge_on_hub};
 use super::error::HubError;
 use super::layout::{ALIKE, Edges, Layout, Part};
@@ -12,6 +11,9 @@ use super::sides::Flanks;
 use super::spline::ParameterCurve;
 use super::strips::{Line, Measured, Strip, ways};
 use super::wheel::Wheel;
+use crate::cutter_location::{
+    Clearance, Hindrance, Pose, clearance, clearance_above_end, is_clear,
+};
 use crate::footprint::Footprint;
 use crate::geometry::{DVec2, DVec3, OrderBy};
 use crate::job::{HubChannels, HubOptions, HubPasses};

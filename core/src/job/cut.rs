@@ -45,6 +45,8 @@ pub struct Cut {
     pub spindle: f64,
     /// Lead angle (five-axis), rad.
     pub lead: f64,
+    /// Largest angle between axis and surface normal where the axis is tilted for clearance, rad; 0 for never.
+    pub largest_tilt: f64,
     /// Chord tolerance, mm.
     pub tolerance: f64,
     /// Allowance left on the surface, mm.

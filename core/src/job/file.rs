@@ -436,6 +436,11 @@ pub struct CutTable {
     /// Lead angle: tilt of the tool axis in the feed direction. Five axes only.
     #[schemars(extend("x-unit" = "deg", "x-default" = "0 on three axes, else 5", "minimum" = 0.0, "maximum" = 60.0))]
     pub lead: Option<f64>,
+    /// Largest angle between tool axis and surface normal to which the axis is tilted where the cutter's side, the shank or
+    /// the holder would touch the part or an avoided mesh; 0: never. A ball end is tilted to all sides, others get more
+    /// lead. Five axes only.
+    #[schemars(extend("x-unit" = "deg", "x-default" = "45 on five axes", "minimum" = 0.0, "maximum" = 80.0))]
+    pub max_tilt: Option<f64>,
     /// Chord tolerance of the path.
     #[schemars(extend("x-unit" = "mm", "x-default" = "0.005 mm", "minimum" = 1e-6, "maximum" = 10.0))]
     pub tolerance: Option<f64>,

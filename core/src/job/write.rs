@@ -20,7 +20,7 @@ use super::surface::{AnalyticOptions, Component, Faces, Selection, SurfaceOption
 use super::texture::TextureOptions;
 use super::units::{to_degrees, to_per_minute};
 use crate::load::Material;
-use crate::machine::{Arrangement, Chain, Machine, RotaryAxis, Setup};
+use crate::machine::{Arrangement, Axes, Chain, Machine, RotaryAxis, Setup};
 use crate::tool::AssemblyPart;
 use core::f64::consts::PI;
 use serde::Serialize;
@@ -72,7 +72,12 @@ impl Job {
 
     fn cut_table(&self) -> CutTable {
         let table = cut_table(&self.cut, &self.setup);
-        CutTable { lead: table.lead.filter(|_| self.hub.is_none()), ..table }
+        let turns = self.machine.axes != Axes::ThreeAxis && self.hub.is_none();
+        CutTable {
+            lead: table.lead.filter(|_| self.hub.is_none()),
+            max_tilt: table.max_tilt.filter(|_| turns),
+            ..table
+        }
     }
 
     fn tool_table(&self) -> ToolTable {
@@ -313,6 +318,7 @@ fn cut_table(cut: &Cut, setup: &Setup) -> CutTable {
         spindle_direction: Some(setup.spindle),
         coolant: Some(setup.coolant),
         lead: Some(to_degrees(cut.lead)),
+        max_tilt: Some(to_degrees(cut.largest_tilt)),
         tolerance: Some(cut.tolerance),
         allowance: Some(cut.allowance),
         direction: Some(cut.direction),

@@ -2,7 +2,7 @@
 
 use crate::cutter_location::{
     LiftedSpan, LocateError, Located, LocatedPass, Obstacles, PassOptions, Standing, ToolAxis,
-    locate_pass,
+    locate_pass, tool_axes,
 };
 use crate::flat_path::FlatPoint;
 use crate::flatten::OutsideChart;
@@ -113,13 +113,14 @@ impl Deliverer<'_> {
         Ok(out)
     }
 
-    /// A path on the surface all the way, from its first point; `None` where the cutter would have to retract, or
+    /// A path on the surface all the way, from its first point, where the tool axis is `start`, and back to it; `None` where the cutter would have to retract, or
     /// cannot be located at all.
-    pub fn on_surface(&self, flat: &[FlatPoint]) -> Option<Delivered> {
+    pub fn on_surface(&self, flat: &[FlatPoint], start: DVec3) -> Option<Delivered> {
         let Self { lift, obstacles, ref options } = *self;
         let mapped = lift.run(flat, 0).ok()?;
+        let axes = tool_axes(&mapped.contacts, Some(start), &options.pass, obstacles);
         let LocatedPass { points, lifted } =
-            locate_pass(&mapped.contacts, &options.pass, obstacles).ok()?;
+            locate_pass(&mapped.contacts, &axes, &options.pass, obstacles).ok()?;
         if points.iter().any(|l| l.raise > options.highest_raise) {
             return None;
         }
@@ -161,8 +162,12 @@ fn locate(
         starts.map(move |from| (k, from..(from + PIECE + 1).min(count)))
     };
     let pieces: Vec<(usize, Range<usize>)> = runs.iter().enumerate().flat_map(pieces).collect();
+    let axes = parallel::map(options.threads, runs, |run| {
+        tool_axes(&run.contacts, None, &options.pass, obstacles)
+    });
     let located = parallel::map(options.threads, &pieces, |(k, piece)| {
-        locate_pass(&runs[*k].contacts[piece.clone()], &options.pass, obstacles)
+        let (contacts, axes) = (&runs[*k].contacts[piece.clone()], &axes[*k][piece.clone()]);
+        locate_pass(contacts, axes, &options.pass, obstacles)
     });
     let mut all = vec![LocatedPass::default(); runs.len()];
     for ((k, _), piece) in pieces.into_iter().zip(located) {
@@ -249,7 +254,10 @@ impl Run<'_> {
     fn is_open(&self, l: &Located) -> bool {
         let PassOptions { tool, allowance, tolerance, .. } = self.options.pass;
         let at = Standing { tool, tip: l.tip, axis: l.axis, reach: f64::INFINITY };
-        self.obstacles.is_clear(at, allowance, tolerance)
+        let height = (self.options.rapid_plane - l.tip.dot(l.axis)).max(0.0);
+        let is_above_clear =
+            || self.obstacles.above().is_none_or(|a| a.is_way_out_clear(l.tip, l.axis, height));
+        self.obstacles.is_clear(at, allowance, tolerance) && is_above_clear()
     }
 
     /// A piece that cannot be entered, as a stretch from which the cutter is kept away.
@@ -457,6 +465,7 @@ mod tests {
                 tool: Tool::new(3.0, 3.0).unwrap(),
                 axis: ToolAxis::Fixed(DVec3::Z),
                 axis_rate: f64::INFINITY,
+                largest_tilt: 0.0,
                 allowance: 0.0,
                 tolerance: 0.01,
                 reach: 10.0,

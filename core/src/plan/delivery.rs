@@ -3,7 +3,7 @@
 use super::error::{PlanError, SLOWEST};
 use super::load::Avoided;
 use super::prepared::Prepared;
-use crate::cutter_location::{LiftedSpan, PassOptions, ToolAxis};
+use crate::cutter_location::{AboveEnd, Hindrance, KeptClear, LiftedSpan, PassOptions, ToolAxis};
 use crate::flat_path::FlatPoint;
 use crate::flatten::{Chart, Locator};
 use crate::geometry::DVec3;
@@ -27,6 +27,9 @@ const TOUCHED: f64 = 0.98;
 /// How much farther than asked the cutter is kept from what is avoided, tolerances: it may come nearer by one, and what
 /// is left covers the rounding of coordinates in programs.
 const SPARE: f64 = 1.25;
+/// How much farther than asked wide sections are kept from everything, mm: between two points of the program the tool
+/// turns by its own interpolation.
+const BETWEEN: f64 = 0.2;
 /// How far from the surface what is avoided may push the cutter aside, radii of the cutter with the distance: it is
 /// pushed no farther.
 const NEAR: f64 = 4.0;
@@ -265,6 +268,7 @@ pub fn deliver_options(job: &Job, rapid_plane: f64, threads: usize) -> DeliverOp
             tool: job.tool,
             axis: ToolAxis::on(job.machine.axes, job.cut.lead),
             axis_rate: f64::INFINITY,
+            largest_tilt: job.cut.largest_tilt,
             allowance: job.cut.allowance,
             tolerance: job.cut.tolerance,
             reach: job.cutter_length(),
@@ -312,4 +316,29 @@ pub fn walls(job: &Job, prepared: &Prepared) -> Walls {
         walls.avoid(mesh, distance, surface, &options, near);
     }
     walls
+}
+
+/// What the cutter's side, shank and holder keep clear of: the surface, on which there is stock, the rest of the part, and
+/// what is avoided. All distances are larger than the judge asks for by [`SPARE`] tolerances and [`BETWEEN`].
+pub fn above_end(job: &Job, prepared: &Prepared) -> AboveEnd {
+    let Prepared { design, .. } = prepared;
+    let tolerance = job.cut.tolerance;
+    let spare = SPARE * tolerance + BETWEEN;
+    let wide = job.clearance + spare;
+    let stock = job.cut.allowance + job.cut.axial_depth;
+    let kept = |mesh: &Part, wide: f64, slim: f64| KeptClear {
+        hindrance: Hindrance::new(&mesh.positions, &mesh.faces),
+        wide,
+        slim,
+    };
+    let (positions, faces) = design.surface.triangles();
+    let surface = Part { positions: positions.to_vec(), faces };
+    let rest = design.part.without(&design.surface);
+    let avoided = design.avoided.iter().map(|Avoided { mesh, distance, .. }| {
+        let distance = distance + SPARE * tolerance;
+        kept(mesh, distance + BETWEEN, distance)
+    });
+    let own = [kept(&surface, wide + stock, -tolerance), kept(&rest, wide, -tolerance)];
+    let all = own.into_iter().chain(avoided).filter(|kept| !kept.hindrance.is_empty());
+    AboveEnd::new(&job.assembly, all.collect())
 }

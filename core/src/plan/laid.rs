@@ -1,6 +1,6 @@
 //! A prepared surface → regions, passes on each, their order, and the path over them in the flat plane.
 
-use super::delivery::{Delivery, Plain, deliver_options, rapid_plane, walls};
+use super::delivery::{Delivery, Plain, above_end, deliver_options, rapid_plane, walls};
 use super::error::PlanError;
 use super::plane::{FlatCut, Plane, centring};
 use super::prepared::Prepared;
@@ -14,6 +14,7 @@ use crate::job::{Boundary, Division, ForceControl, Job, Start};
 use crate::level_set::{PassMesh, StripMetric};
 use crate::lift::Lift;
 use crate::link::{DeliverOptions, Deliverer, Excess};
+use crate::machine::Axes;
 use crate::outline::Outline;
 use crate::pattern;
 use crate::regions::tensor::{self, Topology};
@@ -149,6 +150,10 @@ impl<'a> Ground<'a> {
             options.pass.tolerance *= ON_REACHED;
         }
         let obstacles = walls.obstacles(Arc::clone(&prepared.obstacle));
+        let obstacles = match job.machine.axes {
+            Axes::ThreeAxis => obstacles,
+            Axes::FiveAxis(_) => obstacles.with_above(above_end(job, prepared)),
+        };
         let clearance =
             Clearance { surface, chart: locator, obstacles: &obstacles, pass: options.pass };
         let layout_options = LayoutOptions {

@@ -24,7 +24,7 @@ pub(crate) use page::escaped;
 pub use path::{ByKind, PathFigures, PlaneFigures, RateFigures};
 pub use plan::{
     AsideFigures, CoverageFigures, FlattenFigures, ForceFigures, GougeFigures, LiftedSpan,
-    PassFigures, Report, StepoverFigures, SurfaceFigures, Warning,
+    PassFigures, Report, StepoverFigures, SurfaceFigures, TiltFigures, Warning,
 };
 pub use profile::Profile;
 pub use record::{BadReport, FileRecord, Recorded, RecordedCoverage, Versions};

@@ -8,7 +8,12 @@ use super::setup::SetupFigures;
 use super::tensor::TensorFigures;
 use super::texture::TextureFigures;
 use super::verification::VerificationFigures;
+use crate::geometry::math::acos_clamped;
+use crate::toolpath::{MoveKind, Toolpath};
 use serde::Serialize;
+
+/// Angle by which the axis stands off the lead where it counts as tilted, rad: facets and smoothing make less.
+const OFF_LEAD: f64 = 2.0 / 180.0 * core::f64::consts::PI;
 
 /// The report of one plan.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -180,6 +185,44 @@ pub struct PassFigures {
     /// Share of the area on which neighbouring passes are at least 0.9 of the allowed side step apart, by
     /// the passes' field.
     pub even_share: f64,
+    /// Where the tool axis is tilted off the job's lead; null where it is nowhere.
+    pub tilted: Option<TiltFigures>,
+}
+
+/// Cutting moves whose tool axis is tilted off the job's lead by more than 2 degrees, mostly for shank or holder to clear.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct TiltFigures {
+    /// Largest angle between the axis and the surface normal.
+    pub largest_deg: f64,
+    /// Tip of the tool there.
+    pub largest_at_mm: [f64; 3],
+    /// Length of these moves.
+    pub length_mm: f64,
+}
+
+impl TiltFigures {
+    /// Of a path that was planned with a lead, rad; `None` where its axis is nowhere off it.
+    pub fn of(path: &Toolpath, lead: f64) -> Option<Self> {
+        let mut figures: Option<Self> = None;
+        for pair in path.points.windows(2) {
+            let (from, to) = (&pair[0], &pair[1]);
+            let tilt = acos_clamped(to.axis.dot(to.normal));
+            if to.kind != MoveKind::Cut || (tilt - lead).abs() <= OFF_LEAD {
+                continue;
+            }
+            let own = figures.get_or_insert(Self {
+                largest_deg: 0.0,
+                largest_at_mm: to.tip.to_array(),
+                length_mm: 0.0,
+            });
+            own.length_mm += from.tip.distance(to.tip);
+            if tilt.to_degrees() > own.largest_deg {
+                (own.largest_deg, own.largest_at_mm) = (tilt.to_degrees(), to.tip.to_array());
+            }
+        }
+        figures
+    }
 }
 
 /// The side step.

@@ -171,6 +171,11 @@ pub(super) fn report() -> Report {
             length_over_floor: 1.05,
             retracts: 3,
             even_share: 0.97,
+            tilted: Some(TiltFigures {
+                largest_deg: 31.4,
+                largest_at_mm: [24.2, -3.5, 3.9],
+                length_mm: 412.0,
+            }),
         },
         setup: Some(setup()),
         hub: Some(hub()),

@@ -88,11 +88,28 @@ pub fn facts(report: &Report) -> Vec<(&'static str, String)> {
             format!("{:.2} mm²{}", c.inaccessible_mm2, place(c.inaccessible_at_mm)),
         ));
     }
-    if let Some(highest) = report.gouge.lifted.iter().map(|r| r.lifted_by_mm).reduce(f64::max) {
-        let count = counted(report.gouge.lifted.len() as u64, "span");
-        facts.push(("lifted", format!("{count}, by up to {highest:.3} mm")));
-    }
+    facts.extend(moved(report));
     facts
+}
+
+/// Where the cutter is lifted off the surface, and its axis off the lead.
+fn moved(report: &Report) -> Option<(&'static str, String)> {
+    let spans = &report.gouge.lifted;
+    let highest = spans.iter().map(|r| r.lifted_by_mm).reduce(f64::max);
+    let lifted = highest.map(|highest| {
+        format!("{}, by up to {highest:.3} mm", counted(spans.len() as u64, "span"))
+    });
+    let tilted = report.passes.tilted.as_ref().map(|t| {
+        format!(
+            "up to {:.1}° from the normal, off the lead over {:.0} mm",
+            t.largest_deg, t.length_mm
+        )
+    });
+    match (lifted, tilted) {
+        (Some(lifted), Some(tilted)) => Some(("lifted", format!("{lifted}; axis {tilted}"))),
+        (Some(lifted), None) => Some(("lifted", lifted)),
+        (None, tilted) => tilted.map(|tilted| ("axis", tilted)),
+    }
 }
 
 /// The regions, and how even passes are in them.

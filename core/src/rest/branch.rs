@@ -93,7 +93,7 @@ impl Rest<'_> {
             [(anchor.place.flat, 0.0), (rear, 0.0), (front, overrun), (anchor.place.flat, 0.0)];
         let flat = there.map(|(at, overrun)| point(at, MoveKind::Cut, overrun));
         let leave = path.toolpath.points[anchor.to - 1].toward(model, anchor.part);
-        let on = self.deliverer.on_surface(&flat).filter(|branch| {
+        let on = self.deliverer.on_surface(&flat, leave.axis).filter(|branch| {
             let points = &branch.toolpath.points;
             let is_joined = |p: &PathPoint| self.is_way_clear(&leave, p);
             points.first().is_some_and(is_joined) && points.last().is_some_and(is_joined)

@@ -51,6 +51,7 @@ fn ball() -> PassOptions {
         tool: Tool::new(RADIUS, RADIUS).unwrap(),
         axis: ToolAxis::Fixed(DVec3::Z),
         axis_rate: f64::INFINITY,
+        largest_tilt: 0.0,
         allowance: 0.5,
         tolerance: 0.001,
         reach: f64::INFINITY,

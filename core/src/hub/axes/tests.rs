@@ -1,5 +1,5 @@
-use super::super::clearance::clearance;
 use super::*;
+use crate::cutter_location::clearance;
 use crate::geometry::DVec2;
 use crate::geometry::math::{atan2, hypot};
 use crate::nurbs::{MeshOptions, NurbsSurface, Trim, mesh, read_json};

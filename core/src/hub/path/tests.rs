@@ -2,10 +2,10 @@
 
 use super::super::axes::AxisOptions;
 use super::super::axes::Stand;
-use super::super::clearance::Hindrance;
 use super::super::shapes::{Cylinder, options};
 use super::super::strips::{Measured, Strip, ways};
 use super::*;
+use crate::cutter_location::Hindrance;
 use crate::footprint::Footprint;
 use crate::geometry::math::{atan2, cos};
 use crate::nurbs::NurbsCurve;

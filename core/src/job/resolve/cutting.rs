@@ -8,6 +8,8 @@ use crate::machine::{Axes, Machine};
 use crate::tool::{Tool, ToolKind};
 use crate::units::per_second;
 
+/// Largest angle between axis and normal by default, deg.
+const LARGEST_TILT: f64 = 45.0;
 /// Cutting speed that the default spindle speed is made of, mm/min.
 const CUTTING_SPEED: f64 = 150_000.0;
 
@@ -85,6 +87,11 @@ impl Resolver<'_> {
             self.check_stepover(tool, stepover, lead);
         }
         self.check_lead(tool, machine.axes, lead);
+        self.check_tilt(machine.axes);
+        let largest_tilt = match machine.axes {
+            Axes::ThreeAxis => 0.0,
+            Axes::FiveAxis(_) => radians(table.max_tilt.unwrap_or(LARGEST_TILT)),
+        };
         let axial_depth = self.length(table.axial_depth, 0.05 * diameter);
         if tool.is_some() && axial_depth > 4.0 * diameter {
             let help = format!("give at most 4 diameters, {}", self.show(4.0 * diameter));
@@ -103,6 +110,7 @@ impl Resolver<'_> {
             feed,
             spindle: per_second(table.spindle.unwrap_or(speed.min(12_000.0))),
             lead,
+            largest_tilt,
             tolerance: self.length(table.tolerance, 0.005),
             allowance: self.length(table.allowance, 0.0),
             direction: table.direction.unwrap_or(CutDirection::Climb),
@@ -184,6 +192,15 @@ impl Resolver<'_> {
                 self.fault("cut.lead", message, "give a lead above 0; 3 to 10 deg are usual");
             }
             _ => {}
+        }
+    }
+
+    fn check_tilt(&mut self, axes: Axes) {
+        if axes == Axes::ThreeAxis && self.places.has("cut.max_tilt") {
+            let message =
+                format!("the axis does not turn: {} has three axes", self.named("machine.axes"));
+            let help = "leave it out, or give five axes in [machine], such as `axes = \"xyzac\"`";
+            self.fault("cut.max_tilt", message, help);
         }
     }
 

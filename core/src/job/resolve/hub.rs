@@ -179,6 +179,7 @@ impl Resolver<'_> {
         }
         for (key, is_given) in [
             ("cut.lead", self.places.has("cut.lead")),
+            ("cut.max_tilt", self.places.has("cut.max_tilt")),
             ("surface.steepest", surface.steepest.is_some()),
             ("avoid", self.file.avoid.as_ref().is_some_and(|all| !all.is_empty())),
             ("surface.flip", self.places.has("surface.flip")),

@@ -97,7 +97,7 @@ pub fn clearance_above_end(
 }
 
 /// Whether the whole assembly is at least so far from the triangles, mm; without its cutting end, only what is above that.
-pub(super) fn is_clear(
+pub(crate) fn is_clear(
     hindrance: &Hindrance,
     assembly: &Assembly,
     pose: Pose,
@@ -120,7 +120,7 @@ fn nearest_of(hindrance: &Hindrance, solids: &[Solid], pose: Pose, beyond: f64) 
 }
 
 /// The solids of all above the cutting end, from there upward.
-pub(super) fn above_end(assembly: &Assembly) -> Vec<Solid> {
+pub(crate) fn above_end(assembly: &Assembly) -> Vec<Solid> {
     let (corner, radius) = (assembly.tool.corner_radius(), assembly.tool.radius());
     let side = [corner, assembly.cutter_length.max(corner)];
     let mut solids = vec![Solid::new(AssemblyPart::Cutter, side, [radius; 2], 0.0)];
@@ -131,7 +131,7 @@ pub(super) fn above_end(assembly: &Assembly) -> Vec<Solid> {
 
 /// Where the tool stands.
 #[derive(Copy, Clone, Debug)]
-pub(super) struct Pose {
+pub(crate) struct Pose {
     /// Its tip, mm.
     pub tip: DVec3,
     /// Unit vector from there to the holder.
@@ -140,7 +140,7 @@ pub(super) struct Pose {
 
 /// A convex piece of the assembly.
 #[derive(Copy, Clone, Debug)]
-pub(super) struct Solid {
+pub(crate) struct Solid {
     /// Which part it belongs to.
     pub part: AssemblyPart,
     heights: [f64; 2],
@@ -162,7 +162,7 @@ struct Tangent {
 
 /// The place of the triangles that was found.
 #[derive(Copy, Clone, Debug)]
-pub(super) struct Near {
+pub(crate) struct Near {
     /// Signed distance, mm.
     pub distance: f64,
     /// Where, mm.
@@ -171,7 +171,7 @@ pub(super) struct Near {
 
 impl Solid {
     /// A frustum between two heights above the tip, with a radius at each, made larger by `round`; all mm.
-    pub(super) fn new(
+    pub(crate) fn new(
         part: AssemblyPart,
         mut heights: [f64; 2],
         mut radii: [f64; 2],
@@ -198,7 +198,7 @@ impl Solid {
     }
 
     /// Its pieces between the given heights, mm, rising; what is lower and higher than all of them too.
-    pub(super) fn cut_at(&self, heights: &[f64]) -> Vec<Self> {
+    pub(crate) fn cut_at(&self, heights: &[f64]) -> Vec<Self> {
         let [low, high] = self.heights;
         let inner = heights.iter().copied().filter(|h| *h > low && *h < high);
         let ends: Vec<f64> = [low].into_iter().chain(inner).chain([high]).collect();
@@ -212,13 +212,20 @@ impl Solid {
         ends.windows(2).map(piece).collect()
     }
 
+    /// What it sweeps beyond itself when it moves up by `height` mm: a cylinder, from where it is the widest.
+    pub(crate) fn drawn_up(&self, height: f64) -> Self {
+        let ([low, high], [r0, r1]) = (self.heights, self.radii);
+        let from = if r1 >= r0 { high } else { low };
+        Self::new(self.part, [from, high + height], [r0.max(r1); 2], self.round)
+    }
+
     /// Heights above the tip at which it begins and ends, mm.
-    pub(super) fn heights(&self) -> [f64; 2] {
+    pub(crate) fn heights(&self) -> [f64; 2] {
         self.heights
     }
 
     /// Its largest radius, mm.
-    pub(super) fn largest_radius(&self) -> f64 {
+    pub(crate) fn largest_radius(&self) -> f64 {
         self.radii[0].max(self.radii[1]) + self.round
     }
 
@@ -440,6 +447,11 @@ impl Hindrance {
         Self { nodes, triangles: order.iter().map(|&i| triangles[i]).collect() }
     }
 
+    /// Whether there is no triangle.
+    pub fn is_empty(&self) -> bool {
+        self.triangles.is_empty()
+    }
+
     /// Whether a ball around `centre` of a radius, mm, is nowhere nearer than `clearance`, mm.
     pub fn clears_ball(&self, centre: DVec3, radius: f64, clearance: f64) -> bool {
         let ball = Solid::new(AssemblyPart::Cutter, [0.0; 2], [0.0; 2], radius);
@@ -449,7 +461,7 @@ impl Hindrance {
     /// The place of the triangles with the smallest signed distance from a solid, if that is below `beyond`.
     ///
     /// Stops at the first that is below `enough`, which need not be the smallest; both mm.
-    pub(super) fn nearest(
+    pub(crate) fn nearest(
         &self,
         solid: &Solid,
         pose: Pose,
