@@ -285,8 +285,8 @@ impl<'a> Run<'a> {
         let mut states: Vec<Vec<State>> =
             candidates.iter().map(|own| vec![State::default(); own.len()]).collect();
         let mut waiting = BinaryHeap::new();
-        for own in 0..candidates[0].len() {
-            let cost = self.cost(from, candidates[0][own]);
+        for (own, &axis) in candidates.iter().take(1).flatten().enumerate() {
+            let cost = self.cost(from, axis);
             waiting.push(Reverse(Move { cost, to: (0, own), before: 0, is_paid: false }));
         }
         let mut end = None;
