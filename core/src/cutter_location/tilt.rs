@@ -9,14 +9,15 @@
 //!
 //! In steps: (1) the room of the nominal axis at all stations; where there is enough, and between stations more than the
 //! tool can move, it stays. (2) On every stretch, the way through the candidates of its stations that is clear and costs
-//! the least: the square of the deviation, over the length, and of its change per length (Dijkstra's algorithm; a
-//! candidate is tested when its turn comes, so most never are). A station without a clear candidate keeps the nominal
+//! the least: the square of the deviation, over the length, and of its change per length (A*, with the cheapest clear
+//! candidate of each station for what is ahead; a candidate is tested when its turn comes, so most never are). A station without a clear candidate keeps the nominal
 //! axis: what comes too near there is for the simulation to refuse. (3) Between the candidates, deviations that cost less are
 //! sought, while they stay clear. (4) Contacts between stations that are not clear then become stations, too, and all is
 //! done again.
 //!
 //! # Source
-//! Axis as in spec 08: lead raised locally, rotation about the normal. Motion between two places by their distances:
+//! Axis as in spec 08: lead raised locally, rotation about the normal. A*: Hart, Nilsson, Raphael, "A formal basis for the
+//! heuristic determination of minimum cost paths", IEEE Trans. Systems Science and Cybernetics 4 (1968). Motion between two places by their distances:
 //! Schwarzer, Saha, Latombe, "Exact collision checking of robot paths", Algorithmic Foundations of Robotics V (2004).
 
 use super::above::AboveEnd;
@@ -284,14 +285,16 @@ impl<'a> Run<'a> {
     fn way(&self, from: usize, candidates: &[Vec<DVec3>]) -> Vec<usize> {
         let mut states: Vec<Vec<State>> =
             candidates.iter().map(|own| vec![State::default(); own.len()]).collect();
+        let ahead = self.ahead(from, candidates, &mut states);
         let mut waiting = BinaryHeap::new();
         for (own, &axis) in candidates.iter().take(1).flatten().enumerate() {
             let cost = self.cost(from, axis);
-            waiting.push(Reverse(Move { cost, to: (0, own), before: 0, is_paid: false }));
+            let whole = cost + ahead[0];
+            waiting.push(Reverse(Move { whole, cost, to: (0, own), before: 0, is_paid: false }));
         }
         let mut end = None;
         while let Some(Reverse(step)) = waiting.pop() {
-            let Move { cost, to: (k, own), before, is_paid } = step;
+            let Move { cost, to: (k, own), before, is_paid, .. } = step;
             if states[k][own].before.is_some() {
                 continue;
             }
@@ -308,8 +311,8 @@ impl<'a> Run<'a> {
             };
             if !is_paid && (room < 0.0 || !is_way_clear()) {
                 if own == 0 {
-                    let cost = cost + TOO_NEAR;
-                    waiting.push(Reverse(Move { cost, is_paid: true, ..step }));
+                    let (cost, whole) = (cost + TOO_NEAR, step.whole + TOO_NEAR);
+                    waiting.push(Reverse(Move { whole, cost, is_paid: true, ..step }));
                 }
                 continue;
             }
@@ -324,8 +327,8 @@ impl<'a> Run<'a> {
                     && is_open
                 {
                     let cost = cost + change + self.cost(from + k + 1, other);
-                    let to = (k + 1, next);
-                    waiting.push(Reverse(Move { cost, to, before: own, is_paid: false }));
+                    let (to, whole) = ((k + 1, next), cost + ahead[k + 1]);
+                    waiting.push(Reverse(Move { whole, cost, to, before: own, is_paid: false }));
                 }
             }
         }
@@ -336,6 +339,25 @@ impl<'a> Run<'a> {
             own = states[k][way[k]].before;
         }
         way
+    }
+
+    /// What the stations behind each one cost at least: the cheapest candidate of each that is clear, without turns.
+    fn ahead(&self, from: usize, candidates: &[Vec<DVec3>], states: &mut [Vec<State>]) -> Vec<f64> {
+        let mut ahead = vec![0.0; candidates.len()];
+        for k in (1..candidates.len()).rev() {
+            let cost = |own: usize| self.cost(from + k, candidates[k][own]);
+            let mut order: Vec<usize> = (0..candidates[k].len()).collect();
+            order.order_by(|a, b| cost(*a).total_cmp(&cost(*b)));
+            let is_clear = |own: &usize| {
+                let room = self.room(from + k, candidates[k][*own]);
+                states[k][*own].room = Some(room);
+                room >= 0.0
+            };
+            // Where none is clear, the first one is taken.
+            let least = order.into_iter().find(is_clear).unwrap_or(0);
+            ahead[k - 1] = ahead[k] + cost(least);
+        }
+        ahead
     }
 
     /// Step 3: the deviations that cost the least with those beside them, one after the other, or half the way there.
@@ -537,7 +559,9 @@ struct State {
 /// A way to a candidate.
 #[derive(Copy, Clone, Debug)]
 struct Move {
-    /// Of the whole way up to there.
+    /// Of the way up to there, and at least of what follows.
+    whole: f64,
+    /// Of the way up to there.
     cost: f64,
     /// Station, of the stretch, and candidate.
     to: (usize, usize),
@@ -555,7 +579,7 @@ impl Move {
 
 impl Ord for Move {
     fn cmp(&self, other: &Self) -> Ordering {
-        self.cost.total_cmp(&other.cost).then(self.key().cmp(&other.key()))
+        self.whole.total_cmp(&other.whole).then(self.key().cmp(&other.key()))
     }
 }
 
