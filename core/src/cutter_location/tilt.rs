@@ -60,6 +60,9 @@ const TOO_NEAR: f64 = 1e6;
 const FARTHEST: f64 = 1.5;
 /// So many times as far at most where stations are farther apart.
 const MOST_STEPS: f64 = 4.0;
+/// Deviation of the first axis above which the run that is continued is tilted, rad: below it differs because that run
+/// turns otherwise.
+const BEGUN: f64 = 0.05;
 /// Deviations that are none, rad.
 const STILL: f64 = 1e-4;
 /// What rounding may add to a turn, rad.
@@ -205,7 +208,7 @@ impl<'a> Run<'a> {
     fn deviations(&self, start: Option<DVec3>) -> Vec<DVec3> {
         let mut deviations = vec![DVec3::ZERO; self.stations.len()];
         let begun = start.map(|axis| axis - self.nominal_at(0));
-        let begun = begun.filter(|deviation| deviation.length() > STILL);
+        let begun = begun.filter(|deviation| deviation.length() > BEGUN);
         let frames = self.frames();
         for (from, to) in self.stretches(begun.is_some()) {
             let candidates: Vec<Vec<DVec3>> = (from..=to)

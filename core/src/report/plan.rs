@@ -12,8 +12,8 @@ use crate::geometry::math::acos_clamped;
 use crate::toolpath::{MoveKind, Toolpath};
 use serde::Serialize;
 
-/// Angle by which the axis stands off the lead where it counts as tilted, rad: facets and smoothing make less.
-const OFF_LEAD: f64 = 2.0 / 180.0 * core::f64::consts::PI;
+/// Angle by which the axis stands off the lead where it counts as tilted, rad: turning between two points makes less.
+const OFF_LEAD: f64 = 5.0 / 180.0 * core::f64::consts::PI;
 
 /// The report of one plan.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -189,7 +189,7 @@ pub struct PassFigures {
     pub tilted: Option<TiltFigures>,
 }
 
-/// Cutting moves whose tool axis is tilted off the job's lead by more than 2 degrees, mostly for shank or holder to clear.
+/// Cutting moves whose tool axis is tilted off the job's lead by more than 5 degrees, mostly for shank or holder to clear.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct TiltFigures {
