@@ -26,7 +26,7 @@ use super::obstacles::Obstacles;
 use super::options::PassOptions;
 use super::pass::Contact;
 use super::tip::tip;
-use crate::geometry::math::{cos, sin};
+use crate::geometry::math::{acos_clamped, cos, sin};
 use crate::geometry::{DVec3, OrderBy, any_perpendicular};
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
@@ -60,8 +60,8 @@ const TOO_NEAR: f64 = 1e6;
 const FARTHEST: f64 = 1.5;
 /// So many times as far at most where stations are farther apart.
 const MOST_STEPS: f64 = 4.0;
-/// Deviation of the first axis above which the run that is continued is tilted, rad: below it differs because that run
-/// turns otherwise.
+/// By how much an axis with which a run begins is off the nominal one, and leans more, where it is tilted, rad: less, or
+/// leaning less, it belongs to a run that turns there.
 const BEGUN: f64 = 0.05;
 /// Deviations that are none, rad.
 const STILL: f64 = 1e-4;
@@ -207,8 +207,7 @@ impl<'a> Run<'a> {
     /// The deviations from the nominal axis at all stations.
     fn deviations(&self, start: Option<DVec3>) -> Vec<DVec3> {
         let mut deviations = vec![DVec3::ZERO; self.stations.len()];
-        let begun = start.map(|axis| axis - self.nominal_at(0));
-        let begun = begun.filter(|deviation| deviation.length() > BEGUN);
+        let begun = start.filter(|axis| self.is_tilted(*axis));
         let frames = self.frames();
         for (from, to) in self.stretches(begun.is_some()) {
             let candidates: Vec<Vec<DVec3>> = (from..=to)
@@ -228,6 +227,14 @@ impl<'a> Run<'a> {
             self.smooth((from, to), begun.is_some(), &mut deviations);
         }
         deviations
+    }
+
+    /// Whether an axis with which the run begins is tilted for something to clear.
+    fn is_tilted(&self, axis: DVec3) -> bool {
+        let nominal = self.nominal_at(0);
+        let normal = self.contacts[0].normal;
+        let leans_more = acos_clamped(axis.dot(normal)) > acos_clamped(nominal.dot(normal)) + BEGUN;
+        axis.distance(nominal) > BEGUN && (leans_more || self.room(0, nominal) < 0.0)
     }
 
     /// The axes of all contacts with these deviations at the stations.
@@ -621,7 +628,6 @@ mod tests {
     use super::super::check_mesh::CheckMesh;
     use super::super::clearance::{Hindrance, clearance};
     use super::*;
-    use crate::geometry::math::acos_clamped;
     use crate::tool::{Assembly, AssemblyPart, Section, Tool};
     use crate::toolpath::MoveKind;
 
