@@ -16,6 +16,8 @@ struct Cells<const N: usize> {
 /// The samples that are too high, in the order in which they are lowered.
 pub(super) struct High {
     order: Vec<usize>,
+    /// Height of the first, mm.
+    most: f64,
     /// Place in that order of every sample that is still too high.
     rank: BTreeMap<usize, usize>,
     /// How many of the first are done.
@@ -71,7 +73,8 @@ impl High {
         let aimed = |i: usize| (samples[i].flat + samples[i].beside).to_array();
         let flat = Cells::of(side_step / scale, order.iter().map(|&i| (i, aimed(i))));
         let rank = order.iter().enumerate().map(|(rank, &i)| (i, rank)).collect();
-        Self { order, rank, done: 0, in_space, flat }
+        let most = order.first().map_or(0.0, |&i| heights[i]);
+        Self { order, most, rank, done: 0, in_space, flat }
     }
 
     /// The highest at first of those that are left.
@@ -83,6 +86,11 @@ impl High {
             self.done += 1;
         }
         None
+    }
+
+    /// The greatest height at first, mm.
+    pub(super) fn most(&self) -> f64 {
+        self.most
     }
 
     /// Leaves one out.

@@ -140,7 +140,7 @@ impl Rest<'_> {
         let lowerable: BTreeSet<usize> = high.iter().copied().collect();
         let moves = Moves::of(path);
         let mut high =
-            High::of(high, &self.samples, &heights, self.reach(), self.options.side_step);
+            High::of(high, &self.samples, &heights, self.reach(0.0), self.options.side_step);
         let mut branches: Vec<Branch> = Vec::new();
         for _ in 0..MOST_TRIED {
             let Some(worst) = high.worst().filter(|_| branches.len() < MOST_BRANCHES) else {
@@ -187,12 +187,13 @@ impl Rest<'_> {
     /// Lowers the heights of what is too high by those that a branch leaves; whether one comes low enough, or much
     /// lower where the cutter does not fit, and all that are near the branch.
     fn lower(&self, heights: &mut [f64], high: &High, branch: &Branch) -> (bool, Vec<usize>) {
-        let tips = branch.path().toolpath.points.iter().map(|p| p.tip);
-        let (from, to) = tips
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), tip| (l.min(tip), h.max(tip)));
-        let (from, to) = (from - self.reach(), to + self.reach());
-        let mut near = high.within(from, to);
-        near.retain(|&i| self.is_near(i, branch));
+        let all = branch.path().toolpath.points.iter().map(|p| self.centre(p));
+        let (from, to) =
+            all.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), c| (l.min(c), h.max(c)));
+        // The highest comes first.
+        let most = DVec3::splat(self.reach(high.most()));
+        let mut near = high.within(from - most, to + most);
+        near.retain(|&i| self.is_near(i, heights[i], branch));
         let samples: Vec<Sample> = near.iter().map(|&i| self.samples[i]).collect();
         let strokes = self.strokes(&branch.path().toolpath);
         let left = self.heights(&samples, &strokes, self.options.limit);
@@ -210,9 +211,16 @@ impl Rest<'_> {
         left <= limit.max(WORTH * height) || height > allowed && left <= allowed
     }
 
-    /// How far from a branch it may lower a sample, mm.
-    fn reach(&self) -> f64 {
-        2.0 * self.deliverer.options.pass.tool.radius() + self.options.side_step
+    /// How far from the centre of the cutter's end it may lower a sample of a height, mm. What the side of a cutter
+    /// lowers is left out: it is measured in the next round.
+    fn reach(&self, height: f64) -> f64 {
+        let pass = &self.deliverer.options.pass;
+        pass.tool.radius() + pass.allowance + height
+    }
+
+    /// The centre of the cutter's end, mm: of its ball, or of the disc around which its corner is.
+    fn centre(&self, point: &PathPoint) -> DVec3 {
+        point.tip + point.axis * self.deliverer.options.pass.tool.corner_radius()
     }
 
     /// A cell of the chart, a little wider than a branch lowers the surface beside it.
@@ -247,13 +255,14 @@ impl Rest<'_> {
         own.iter().flat_map(around).collect()
     }
 
-    /// Whether a branch may lower a sample.
-    fn is_near(&self, sample: usize, branch: &Branch) -> bool {
+    /// Whether a branch may lower a sample of a height.
+    fn is_near(&self, sample: usize, height: f64, branch: &Branch) -> bool {
         let Sample { at, .. } = self.samples[sample];
         let points = &branch.path().toolpath.points;
-        let reach = self.reach();
+        let reach = self.reach(height);
         let is_beside = |w: &[PathPoint]| {
-            let (from, way) = (w[0].tip, w[1].tip - w[0].tip);
+            let (from, to) = (self.centre(&w[0]), self.centre(&w[1]));
+            let way = to - from;
             let along = (at - from).dot(way) / way.length_squared().max(f64::MIN_POSITIVE);
             (from + way * along.clamp(0.0, 1.0)).distance(at) <= reach
         };
