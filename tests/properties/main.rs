@@ -4,6 +4,7 @@
 mod architecture;
 mod avoid;
 mod cusps;
+mod entries;
 mod gcode;
 mod hub;
 mod jobs;

@@ -55,8 +55,18 @@ impl Pattern {
     }
 
     /// Keys of `[path]` that belong to some patterns only.
-    pub const KEYS: [&str; 9] =
-        ["start", "curve", "along", "angle", "traverse", "order", "first", "links", "boundary"];
+    pub const KEYS: [&str; 10] = [
+        "start",
+        "curve",
+        "along",
+        "angle",
+        "traverse",
+        "order",
+        "first",
+        "links",
+        "entry_radius",
+        "boundary",
+    ];
 
     /// Whether one of [`KEYS`](Self::KEYS) says anything about it.
     pub fn uses(self, key: &str) -> bool {
@@ -203,6 +213,8 @@ pub struct PathOptions {
     pub order: RingOrder,
     /// Joining of passes.
     pub links: Links,
+    /// Radius of the arcs on which passes are entered and left, mm; 0 for straight down and up.
+    pub entry_radius: f64,
     /// Outside of the boundary.
     pub boundary: Boundary,
     /// Height of walls above the edge of the surface, mm.

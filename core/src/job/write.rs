@@ -231,6 +231,7 @@ fn path_table(path: &PathOptions) -> PathTable {
         first: uses("first").then_some(path.first),
         order: uses("order").then_some(path.order),
         links: uses("links").then_some(path.links),
+        entry_radius: uses("entry_radius").then_some(path.entry_radius),
         boundary: uses("boundary").then_some(path.boundary),
         wall_height: (path.boundary == Boundary::Wall).then_some(path.wall_height),
     }

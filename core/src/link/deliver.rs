@@ -10,6 +10,7 @@ use crate::geometry::{DVec2, DVec3, math};
 use crate::lift::{Lift, Lifted};
 use crate::parallel;
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
+use core::f64::consts::FRAC_PI_2;
 use core::ops::Range;
 use thiserror::Error;
 
@@ -20,6 +21,10 @@ const PIECE: usize = 2048;
 const BATCH: usize = 256;
 /// Largest turn between two points of a rapid, rad.
 const RAPID_TURN: f64 = 0.1;
+/// Radii of an arc that are tried, each half of the one before.
+const HALVINGS: u32 = 4;
+/// Most points of an arc.
+const MOST_ON_ARC: f64 = 90.0;
 
 /// Why a flat path cannot be delivered.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -42,6 +47,8 @@ pub struct DeliverOptions {
     pub rapid_plane: f64,
     /// Where the cutter would have to be lifted by more than this, mm, it retracts instead if that is quicker.
     pub highest_raise: f64,
+    /// Radius of the arcs on which the cutter comes to passes and leaves them, mm, where that touches nothing; 0 for none.
+    pub entry_radius: f64,
     /// Number of threads; the path does not depend on it.
     pub threads: usize,
     /// Feed of approach and retract through air, mm/s.
@@ -232,31 +239,111 @@ impl Run<'_> {
     /// what it has just cut. A piece without such a place is out of reach.
     fn append_piece(&self, out: &mut Delivered, piece: Range<usize>) {
         let mut indices = piece.clone();
-        let Some(entry) = indices.clone().find(|&i| self.is_open(&self.located[i])) else {
+        let is_open = |i: &usize| self.is_open(self.located[*i].tip, self.located[*i].axis);
+        let Some(entry) = indices.clone().find(is_open) else {
             out.lifted.push(self.out_of_reach(piece));
             return;
         };
-        let exit = indices.rfind(|&i| self.is_open(&self.located[i])).unwrap_or(entry);
-        let (down, up) = (&self.located[entry], &self.located[exit]);
-        let above = self.options.above(down.tip, down.axis);
-        let points = &mut out.toolpath.points;
-        rapid(points, self.options, self.source(down), above, down.axis);
-        out.places.resize(out.toolpath.points.len(), None);
-        let arrived = OnSurface { facing: DVec2::ZERO, ..self.place(down) };
-        out.push_all([(self.link(down.tip, down), Some(arrived))]);
-        out.push_all((piece.start..entry).rev().map(|i| self.back_to(i)));
-        out.push_all(self.located[piece.start + 1..piece.end].iter().map(|l| self.point(l)));
+        let exit = indices.rfind(is_open).unwrap_or(entry);
+        if entry != piece.start || !self.come_down_on_arc(out, piece.clone()) {
+            let down = &self.located[entry];
+            self.come_to(out, down.tip, down);
+            let arrived = OnSurface { facing: DVec2::ZERO, ..self.place(down) };
+            out.push_all([(self.link(down.tip, down), Some(arrived))]);
+            out.push_all((piece.start..entry).rev().map(|i| self.back_to(i)));
+            out.push_all(self.located[piece.start + 1..piece.end].iter().map(|l| self.point(l)));
+        }
         out.push_all((exit..piece.end - 1).rev().map(|i| self.back_to(i)));
-        out.push_all([(self.link(self.options.above(up.tip, up.axis), up), None)]);
+        self.go_up(out, piece, exit);
+    }
+
+    /// From wherever the path ends to above a place at which the cutter is to come down.
+    fn come_to(&self, out: &mut Delivered, tip: DVec3, l: &Located) {
+        let above = self.options.above(tip, l.axis);
+        rapid(&mut out.toolpath.points, self.options, self.source(l), above, l.axis);
+        out.places.resize(out.toolpath.points.len(), None);
+    }
+
+    /// Comes down to the first point of a piece on the surface on an arc, and cuts the piece from there; whether there is
+    /// room for an arc.
+    fn come_down_on_arc(&self, out: &mut Delivered, piece: Range<usize>) -> bool {
+        let touch = self.touch(&piece);
+        let arc = self.arc(touch, touch + 1..piece.end);
+        let Some(&first) = arc.first() else { return false };
+        let down = &self.located[touch];
+        let feed = self.located.get(touch + 1).unwrap_or(down).feed;
+        self.come_to(out, first, down);
+        out.push_all([(self.link(first, down), None)]);
+        let on_arc = |tip: &DVec3| (PathPoint { feed, ..self.link(*tip, down) }, None);
+        out.push_all(arc[1..].iter().map(on_arc));
+        let (arrived, place) = self.point(down);
+        out.push_all([(PathPoint { kind: MoveKind::Link, feed, ..arrived }, place)]);
+        out.push_all(self.located[touch + 1..piece.end].iter().map(|l| self.point(l)));
+        true
+    }
+
+    /// The first point of a piece on the surface: before it a path may come down from over it.
+    fn touch(&self, piece: &Range<usize>) -> usize {
+        let source = |i: usize| self.mapped.points[self.located[i].keys.1].source;
+        let first = source(piece.start);
+        if self.flat[first].height == 0.0 {
+            return piece.start;
+        }
+        // On the way down points belong to the one at its end.
+        piece.clone().take_while(|&i| source(i) <= first + 1).last().unwrap_or(piece.start)
+    }
+
+    /// From a point of a piece, where the path ends, up to the rapid plane.
+    fn go_up(&self, out: &mut Delivered, piece: Range<usize>, exit: usize) {
+        let up = &self.located[exit];
+        let arc = match exit + 1 == piece.end && exit > piece.start {
+            true => self.arc(exit, (piece.start..exit).rev()),
+            false => Vec::new(),
+        };
+        let on_arc = |tip: &DVec3| (PathPoint { feed: up.feed, ..self.link(*tip, up) }, None);
+        out.push_all(arc.iter().rev().map(on_arc));
+        let last = arc.first().copied().unwrap_or(up.tip);
+        out.push_all([(self.link(self.options.above(last, up.axis), up), None)]);
+    }
+
+    /// Tips along a quarter of a circle that touches a piece at one of its ends, `at`, from its far end on, without `at`
+    /// itself: in the plane of the tool axis and of the way to the points `onward` from there. Of the radius in the
+    /// options, or a half, quarter, eighth of it, whichever is clear first; empty where none is.
+    fn arc(&self, at: usize, mut onward: impl Iterator<Item = usize>) -> Vec<DVec3> {
+        let (end, options) = (&self.located[at], self.options);
+        let way = |i: usize| self.located[i].tip - end.tip;
+        // Points at one place have no direction.
+        let is_away = |i: &usize| way(*i).length() > options.pass.tolerance;
+        let Some(toward) = onward.find(is_away).filter(|_| options.entry_radius > 0.0) else {
+            return Vec::new();
+        };
+        let ahead = way(toward).normalize_or_zero();
+        let up = (end.axis - ahead * end.axis.dot(ahead)).normalize_or_zero();
+        if up == DVec3::ZERO {
+            return Vec::new();
+        }
+        let tips = |radius: f64| {
+            let step = (8.0 * options.pass.tolerance / radius).sqrt();
+            let count = (FRAC_PI_2 / step).ceil().clamp(2.0, MOST_ON_ARC) as u32;
+            let tip = move |k: u32| {
+                let turn = FRAC_PI_2 * f64::from(k) / f64::from(count);
+                let (sine, cosine) = (math::sin(turn), math::cos(turn));
+                end.tip + radius * (up * (1.0 - cosine) - ahead * sine)
+            };
+            (1..=count).rev().map(tip).collect::<Vec<DVec3>>()
+        };
+        let is_open = |tip: &DVec3| self.is_open(*tip, end.axis);
+        let radii = (0..HALVINGS).map(|k| options.entry_radius / f64::from(1u32 << k));
+        radii.map(tips).find(|tips| tips.iter().all(is_open)).unwrap_or_default()
     }
 
     /// Whether the part leaves the line along the axis free from here to the rapid plane.
-    fn is_open(&self, l: &Located) -> bool {
+    fn is_open(&self, tip: DVec3, axis: DVec3) -> bool {
         let PassOptions { tool, allowance, tolerance, .. } = self.options.pass;
-        let at = Standing { tool, tip: l.tip, axis: l.axis, reach: f64::INFINITY };
-        let height = (self.options.rapid_plane - l.tip.dot(l.axis)).max(0.0);
+        let at = Standing { tool, tip, axis, reach: f64::INFINITY };
+        let height = (self.options.rapid_plane - tip.dot(axis)).max(0.0);
         let is_above_clear =
-            || self.obstacles.above().is_none_or(|a| a.is_way_out_clear(l.tip, l.axis, height));
+            || self.obstacles.above().is_none_or(|a| a.is_way_out_clear(tip, axis, height));
         self.obstacles.is_clear(at, allowance, tolerance) && is_above_clear()
     }
 
@@ -429,8 +516,21 @@ mod tests {
         delivered_lifted(spans, |_| 0.0)
     }
 
+    /// The same pass, entered and left on arcs.
+    fn delivered_on_arcs(spans: &[[f64; 2]], entry_radius: f64) -> Delivered {
+        delivered_with(spans, |_| 0.0, entry_radius)
+    }
+
     /// The same pass, lifted over places of it.
     fn delivered_lifted(spans: &[[f64; 2]], raise: impl Fn(u32) -> f64) -> Delivered {
+        delivered_with(spans, raise, 0.0)
+    }
+
+    fn delivered_with(
+        spans: &[[f64; 2]],
+        raise: impl Fn(u32) -> f64,
+        entry_radius: f64,
+    ) -> Delivered {
         let located: Vec<Located> = (0..=30)
             .map(|i| {
                 let raise = raise(i);
@@ -472,6 +572,7 @@ mod tests {
             },
             rapid_plane: 50.0,
             highest_raise: 3.0,
+            entry_radius,
             threads: 1,
             air_feed: 20.0,
             rapid_feed: 100.0,
@@ -515,6 +616,33 @@ mod tests {
         assert_eq!(rapids(&delivered_lifted(&[], over(20.0))), 1);
         assert_eq!(rapids(&delivered_lifted(&[], over(30.0))), 2);
         assert_eq!(rapids(&delivered_lifted(&[], over(f64::INFINITY))), 2);
+    }
+
+    #[test]
+    fn a_pass_is_entered_and_left_on_arcs() {
+        let points = delivered_on_arcs(&[], 4.0).toolpath.points;
+        assert!(points[1].tip.distance(DVec3::new(-4.0, 0.0, 4.0)) < 1e-9);
+        let cut = points.iter().position(|p| p.kind == MoveKind::Cut).unwrap();
+        for p in &points[1..cut] {
+            assert!((DVec3::new(0.0, 0.0, 4.0).distance(p.tip) - 4.0).abs() < 1e-12);
+        }
+        // The chords are off the circle by the tolerance at most, and so is the last of them off the pass by an angle.
+        let chord = points[cut - 1].tip - points[cut - 2].tip;
+        assert!(chord.z < 0.0 && -chord.z / chord.x < 2.0 * (2.0 * 0.01f64 / 4.0).sqrt());
+        // Down at the feed of air, on the arc at that of the cut.
+        assert!(points[1].feed == 20.0 && points[2..cut].iter().all(|p| p.feed == 10.0));
+        let mirrored: Vec<DVec3> = points.iter().rev().map(|p| p.tip).collect();
+        for (p, q) in points.iter().zip(mirrored) {
+            assert!(p.tip.distance(DVec3::new(30.0 - q.x, q.y, q.z)) < 1e-9);
+        }
+    }
+
+    /// Beside a roof that ends at x = -4.5 a ball of radius 3 has room for an arc of 1 mm, not of 2.
+    #[test]
+    fn an_arc_is_smaller_where_something_is_in_the_way() {
+        let first = |spans: &[[f64; 2]]| delivered_on_arcs(spans, 4.0).toolpath.points[1].tip;
+        assert!(first(&[[-9.0, -4.5]]).distance(DVec3::new(-1.0, 0.0, 1.0)) < 1e-9);
+        assert_eq!(first(&[[-9.0, -3.2]]), DVec3::ZERO);
     }
 
     #[test]

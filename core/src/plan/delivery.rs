@@ -276,6 +276,7 @@ pub fn deliver_options(job: &Job, rapid_plane: f64, threads: usize) -> DeliverOp
         rapid_plane,
         threads,
         highest_raise: job.tool.radius().max(2.0 * job.cut.axial_depth),
+        entry_radius: job.path.entry_radius,
         air_feed: job.trochoid.return_feed.min(job.machine.max_feed),
         rapid_feed: job.machine.max_feed,
     }

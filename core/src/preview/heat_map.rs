@@ -30,7 +30,6 @@ const MOST_PLACES: usize = 10;
 const APART_PX: f64 = 60.0;
 /// What sums of durations may be off, s.
 const CLOCK: f64 = 1e-6;
-/// mm³/s in mm³/min.
 /// mm in µm.
 const MICRO: f64 = 1e3;
 

@@ -139,6 +139,7 @@ fn done(flat: &[FlatPoint], pass: PassOptions, check: CheckMesh, options: RestOp
         pass,
         rapid_plane: 20.0,
         highest_raise: RADIUS,
+        entry_radius: 0.0,
         threads: 2,
         air_feed: 20.0,
         rapid_feed: 100.0,

@@ -224,6 +224,9 @@ fn path(r: &mut Random, text: &mut String, diameter: f64) -> String {
     if r.happens(0.2) {
         text.push_str("links = \"retract\"\n");
     }
+    if r.happens(0.25) {
+        text.push_str("entry_radius = 1.5\n");
+    }
     if rings && r.happens(0.25) {
         text.push_str("order = \"inside-out\"\n");
     }

@@ -30,6 +30,7 @@ impl Resolver<'_> {
             first: table.first.unwrap_or(first),
             order: table.order.unwrap_or(RingOrder::OutsideIn),
             links: table.links.unwrap_or(Links::Surface),
+            entry_radius: self.length(table.entry_radius, 0.0),
             boundary,
             wall_height: self.length(table.wall_height, 0.0),
         };
