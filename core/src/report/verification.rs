@@ -804,6 +804,11 @@ fn counted(count: usize, thing: &str) -> String {
     format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
 }
 
+/// How deep something cuts in, which is known to a tenth of a millimetre.
+fn up_to(depth: f64) -> String {
+    if depth < 0.05 { "less than 0.1 mm".to_owned() } else { format!("up to {depth:.1} mm") }
+}
+
 /// A broken limit as a sentence.
 fn described(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String {
     let at = |p: DVec3| spelled(p.to_array());
@@ -852,8 +857,7 @@ fn described(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String 
                 (None, _) => "; no longer stickout would clear it".to_owned(),
             };
             let how = match n.distance < 0.0 {
-                // Depths are known to a tenth.
-                true => format!("the {part} cuts up to {:.1} mm into part or stock", -n.distance),
+                true => format!("the {part} cuts {} into part or stock", up_to(-n.distance)),
                 false => format!(
                     "the {part} stays only {:.3} mm clear of part and stock, asked are {:.3} mm,",
                     n.distance, n.wanted
@@ -875,7 +879,7 @@ fn described(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String 
             };
             let rapid = if *on_rapid { " on a rapid" } else { "" };
             let how = match n.distance < 0.0 {
-                true => format!("the {part} cuts up to {:.1} mm into {name:?}{rapid}", -n.distance),
+                true => format!("the {part} cuts {} into {name:?}{rapid}", up_to(-n.distance)),
                 false => format!(
                     "the {part} stays only {:.3} mm clear of {name:?}{rapid}, asked are {:.3} mm,",
                     n.distance, n.wanted

@@ -2,7 +2,7 @@
 
 use super::context::{Rest, RestOptions};
 use super::samples::{Ball, LEVELS, Sample};
-use crate::cutter_location::ToolAxis;
+use crate::cutter_location::{PassOptions, ToolAxis};
 use crate::geometry::math::cos;
 use crate::geometry::{DVec2, OrderBy};
 use crate::link::Delivered;
@@ -18,6 +18,9 @@ const NEARLY: [f64; LEVELS as usize] = [0.85, 0.95];
 const LEAST: f64 = 0.3;
 /// Steepest flank of a cusp that is assumed.
 const STEEPEST: f64 = 1.0;
+/// How much steeper than on a plane the flank of a cusp that a rounded corner leaves may be: on places as convex as the
+/// corner itself the square root of 2.
+const ON_CONVEX: f64 = 1.5;
 /// Fraction of the limit from which on a sample that is higher than those before and behind it may lie beside a place
 /// that is too high: a cusp is as much lower a ninth of its width beside its ridge, half the distance between samples.
 const TOP: f64 = 0.6;
@@ -116,38 +119,57 @@ impl Rest<'_> {
     }
 
     /// The height of a sample from which on a place around it may be too high, mm.
-    ///
-    /// Where the edge of a flat bottom leaves a cusp, its flank is as steep as the bottom lies on the surface.
     fn nearly(&self, sample: &Sample) -> f64 {
         let RestOptions { limit, close, .. } = self.options;
         let nearly = NEARLY.get(usize::from(sample.level)).map_or(close, |n| n * limit);
         if self.ball().is_some() {
             return nearly;
         }
-        let cosine = match self.deliverer.options.pass.axis {
+        nearly.min((limit - self.rise(sample)).max(LEAST * limit))
+    }
+
+    /// How much higher a place halfway to the next sample may be, mm.
+    ///
+    /// Where the edge of a flat bottom leaves a cusp, its flank is as steep as the bottom lies on the surface. A rounded
+    /// corner of radius `r` that touches the surface has risen to the limit `h` where it is `acos(1 - h/r)` steep, or at
+    /// its bottom before; on convex places it is a little steeper.
+    fn rise(&self, sample: &Sample) -> f64 {
+        let PassOptions { axis, tool, .. } = self.deliverer.options.pass;
+        let cosine = match axis {
             ToolAxis::Fixed(axis) => axis.dot(sample.normal),
             ToolAxis::Lead(lead) => cos(lead),
         };
-        let steepness = (1.0 - cosine * cosine).max(0.0).sqrt() / cosine.max(f64::MIN_POSITIVE);
-        let rise = 0.5 * sample.spacing * steepness.min(STEEPEST);
-        nearly.min((limit - rise).max(LEAST * limit))
+        let of_bottom = (1.0 - cosine * cosine).max(0.0).sqrt() / cosine.max(f64::MIN_POSITIVE);
+        let of_corner = match tool.corner_radius() {
+            corner if corner > 0.0 => ON_CONVEX * (2.0 * self.options.limit / corner).sqrt(),
+            _ => STEEPEST,
+        };
+        0.5 * sample.spacing * of_bottom.min(of_corner).min(STEEPEST)
     }
 
     /// Height of a sample from which on its surroundings are searched for higher places, mm.
-    pub(super) fn climbed_from(&self) -> f64 {
+    pub(super) fn climbed_from(&self, sample: &Sample) -> f64 {
         let RestOptions { limit, close, .. } = self.options;
-        // Beside passes samples lie on ridges already.
-        if self.on_ridges { close } else { close.min(NEARLY[0] * limit) }
+        let nearly = NEARLY[0] * limit;
+        let has_corner =
+            self.ball().is_none() && self.deliverer.options.pass.tool.corner_radius() > 0.0;
+        match (self.on_ridges, has_corner) {
+            // Beside passes samples lie on ridges already.
+            (true, _) => close,
+            (false, true) => nearly.min((limit - self.rise(sample)).max(LEAST * limit)),
+            // Peaks that the edge of a flat end leaves are narrow.
+            (false, false) => close.min(nearly),
+        }
     }
 
     /// Climbs from samples that are nearly too high to higher places beside them: samples leave gaps, and the peaks
     /// left by the edge of a flat end are narrow.
     pub(super) fn climb(&mut self, heights: &mut Vec<f64>, path: &Strokes) {
         let (limit, close) = (self.options.limit, self.options.close);
-        let low = self.climbed_from();
         let is_nearly = |i: &usize| {
             let sample = &self.samples[*i];
-            let is_high = (low..=limit).contains(&heights[*i]) || self.on_ridges && sample.is_top;
+            let is_nearly = (self.climbed_from(sample)..=limit).contains(&heights[*i]);
+            let is_high = is_nearly || self.on_ridges && sample.is_top;
             is_high && !sample.is_climbed
         };
         let finest = if self.ball().is_some() { FINEST_OF_BALL } else { FINEST };
@@ -161,6 +183,8 @@ impl Rest<'_> {
             let threads = self.deliverer.options.threads;
             let beside = parallel::map(threads, &front, |&i| self.places.beside(&self.samples[i]));
             front.iter().for_each(|&i| self.samples[i].is_climbed = true);
+            let low = front.iter().map(|&i| self.climbed_from(&self.samples[i]));
+            let low = low.fold(f64::INFINITY, f64::min);
             let found = self.heights(&beside.concat(), path, low);
             let mut next = Vec::new();
             let mut known = 0;

@@ -136,7 +136,6 @@ impl Rest<'_> {
         high: Vec<usize>,
     ) -> Vec<Branch> {
         let RestOptions { limit, .. } = self.options;
-        let low = self.climbed_from();
         let lowerable: BTreeSet<usize> = high.iter().copied().collect();
         let moves = Moves::of(path);
         let mut high =
@@ -167,7 +166,8 @@ impl Rest<'_> {
                 }
             }
         }
-        let is_left = |i: &usize| heights[*i] > low || lowerable.contains(i);
+        let is_left =
+            |i: &usize| heights[*i] > self.climbed_from(&self.samples[*i]) || lowerable.contains(i);
         let is_excused = |i: &usize| heights[*i] > limit && !lowerable.contains(i);
         let left = (0..heights.len()).filter(|i| is_left(i) && !is_excused(i));
         // Where branches lowered some, the highest place between them may be another.
