@@ -555,8 +555,10 @@ pub struct PathTable {
     /// How consecutive passes are joined.
     #[schemars(extend("default" = "surface"))]
     pub links: Option<Links>,
-    /// Radius of the arcs on which the cutter comes down to passes and leaves them, in the plane of feed direction and
-    /// tool axis; smaller where that would touch the part. With 0 it comes straight down the tool axis.
+    /// Radius of the arcs on which the cutter comes down to passes from above and leaves them upward, in the plane of
+    /// feed direction and tool axis; smaller where that would touch the part or reach above the rapids. Passes that are
+    /// joined on the surface (`links`) and those that begin with a helix have none. With 0 it comes straight down the
+    /// tool axis.
     #[schemars(extend("x-unit" = "mm", "default" = 0.0, "minimum" = 0.0, "maximum" = 500.0))]
     pub entry_radius: Option<f64>,
     /// What lies outside of the surface's boundary.

@@ -186,6 +186,14 @@ fn locate(
     Ok(all)
 }
 
+/// A way down to a piece, or up from it.
+struct Arc {
+    /// The located point that it touches.
+    at: usize,
+    /// Tips along it from its far end on, without that point; one at least.
+    tips: Vec<DVec3>,
+}
+
 /// Moves between two retracts.
 struct Run<'a> {
     flat: &'a [FlatPoint],
@@ -245,16 +253,35 @@ impl Run<'_> {
             return;
         };
         let exit = indices.rfind(is_open).unwrap_or(entry);
-        if entry != piece.start || !self.come_down_on_arc(out, piece.clone()) {
-            let down = &self.located[entry];
-            self.come_to(out, down.tip, down);
-            let arrived = OnSurface { facing: DVec2::ZERO, ..self.place(down) };
-            out.push_all([(self.link(down.tip, down), Some(arrived))]);
-            out.push_all((piece.start..entry).rev().map(|i| self.back_to(i)));
-            out.push_all(self.located[piece.start + 1..piece.end].iter().map(|l| self.point(l)));
+        let into = if entry == piece.start { self.arc_into(&piece) } else { None };
+        let out_of = if exit + 1 == piece.end { self.arc_out_of(&piece) } else { None };
+        // What an arc begins or ends at, or the whole piece.
+        let first = into.as_ref().map_or(piece.start, |arc| arc.at);
+        let end = out_of.as_ref().map_or(piece.end, |arc| arc.at + 1);
+        match &into {
+            Some(arc) => self.come_down_on(out, arc),
+            None => {
+                let down = &self.located[entry];
+                self.come_to(out, down.tip, down);
+                let arrived = OnSurface { facing: DVec2::ZERO, ..self.place(down) };
+                out.push_all([(self.link(down.tip, down), Some(arrived))]);
+                out.push_all((piece.start..entry).rev().map(|i| self.back_to(i)));
+            }
         }
-        out.push_all((exit..piece.end - 1).rev().map(|i| self.back_to(i)));
-        self.go_up(out, piece, exit);
+        out.push_all(self.located[first + 1..end.max(first + 1)].iter().map(|l| self.point(l)));
+        let up = match &out_of {
+            Some(arc) => {
+                let l = &self.located[arc.at];
+                let on_arc = |tip: &DVec3| (PathPoint { feed: l.feed, ..self.link(*tip, l) }, None);
+                out.push_all(arc.tips.iter().rev().map(on_arc));
+                Located { tip: arc.tips[0], ..*l }
+            }
+            None => {
+                out.push_all((exit..piece.end - 1).rev().map(|i| self.back_to(i)));
+                self.located[exit]
+            }
+        };
+        out.push_all([(self.link(self.options.above(up.tip, up.axis), &up), None)]);
     }
 
     /// From wherever the path ends to above a place at which the cutter is to come down.
@@ -264,64 +291,72 @@ impl Run<'_> {
         out.places.resize(out.toolpath.points.len(), None);
     }
 
-    /// Comes down to the first point of a piece on the surface on an arc, and cuts the piece from there; whether there is
-    /// room for an arc.
-    fn come_down_on_arc(&self, out: &mut Delivered, piece: Range<usize>) -> bool {
-        let touch = self.touch(&piece);
-        let arc = self.arc(touch, touch + 1..piece.end);
-        let Some(&first) = arc.first() else { return false };
-        let down = &self.located[touch];
-        let feed = self.located.get(touch + 1).unwrap_or(down).feed;
-        self.come_to(out, first, down);
-        out.push_all([(self.link(first, down), None)]);
+    /// Comes down on an arc, from wherever the path ends, to where it touches the surface.
+    fn come_down_on(&self, out: &mut Delivered, arc: &Arc) {
+        let down = &self.located[arc.at];
+        let feed = self.located.get(arc.at + 1).unwrap_or(down).feed;
+        self.come_to(out, arc.tips[0], down);
+        out.push_all([(self.link(arc.tips[0], down), None)]);
         let on_arc = |tip: &DVec3| (PathPoint { feed, ..self.link(*tip, down) }, None);
-        out.push_all(arc[1..].iter().map(on_arc));
+        out.push_all(arc.tips[1..].iter().map(on_arc));
         let (arrived, place) = self.point(down);
         out.push_all([(PathPoint { kind: MoveKind::Link, feed, ..arrived }, place)]);
-        out.push_all(self.located[touch + 1..piece.end].iter().map(|l| self.point(l)));
-        true
     }
 
-    /// The first point of a piece on the surface: before it a path may come down from over it.
-    fn touch(&self, piece: &Range<usize>) -> usize {
+    /// The arc on which a piece is entered; `None` where it is entered another way, by a helix or along what is above
+    /// it, and where there is no room.
+    fn arc_into(&self, piece: &Range<usize>) -> Option<Arc> {
         let source = |i: usize| self.mapped.points[self.located[i].keys.1].source;
         let first = source(piece.start);
-        if self.flat[first].height == 0.0 {
-            return piece.start;
-        }
-        // On the way down points belong to the one at its end.
-        piece.clone().take_while(|&i| source(i) <= first + 1).last().unwrap_or(piece.start)
-    }
-
-    /// From a point of a piece, where the path ends, up to the rapid plane.
-    fn go_up(&self, out: &mut Delivered, piece: Range<usize>, exit: usize) {
-        let up = &self.located[exit];
-        let arc = match exit + 1 == piece.end && exit > piece.start {
-            true => self.arc(exit, (piece.start..exit).rev()),
-            false => Vec::new(),
+        let at = match self.flat[first].height > 0.0 {
+            false => piece.start,
+            // From over the surface straight down to it, and out to the end of its overrun.
+            true => {
+                let touch = self.flat.get(first + 1).filter(|touch| touch.height == 0.0)?;
+                let down = piece.clone().take_while(|&i| source(i) <= first + 1);
+                self.farthest(down.filter(|&i| source(i) > first), touch.overrun)?
+            }
         };
-        let on_arc = |tip: &DVec3| (PathPoint { feed: up.feed, ..self.link(*tip, up) }, None);
-        out.push_all(arc.iter().rev().map(on_arc));
-        let last = arc.first().copied().unwrap_or(up.tip);
-        out.push_all([(self.link(self.options.above(last, up.axis), up), None)]);
+        self.arc(at, at + 1..piece.end)
     }
 
-    /// Tips along a quarter of a circle that touches a piece at one of its ends, `at`, from its far end on, without `at`
-    /// itself: in the plane of the tool axis and of the way to the points `onward` from there. Of the radius in the
-    /// options, or a half, quarter, eighth of it, whichever is clear first; empty where none is.
-    fn arc(&self, at: usize, mut onward: impl Iterator<Item = usize>) -> Vec<DVec3> {
+    /// The arc on which a piece is left, from the end of its overrun.
+    fn arc_out_of(&self, piece: &Range<usize>) -> Option<Arc> {
+        let source = |i: usize| self.mapped.points[self.located[i].keys.1].source;
+        let last = source(piece.end - 1);
+        // An overrun has the flat place of its end.
+        let uv = |i: usize| self.mapped.points[self.located[i].keys.1].uv;
+        let is_end = |i: &usize| source(*i) == last && uv(*i) == self.flat[last].at;
+        let end = piece.clone().rev().take_while(is_end);
+        let at = self.farthest(end, self.flat[last].overrun)?;
+        self.arc(at, (piece.start..at).rev())
+    }
+
+    /// Of located points of a flat one, in either order from the surface on, that which is farthest out on its overrun.
+    fn farthest(&self, points: impl Iterator<Item = usize>, overrun: f64) -> Option<usize> {
+        let points: Vec<usize> = points.collect();
+        let touch = points.iter().copied().max_by_key(|&i| self.located[i].keys.1)?;
+        if overrun == 0.0 {
+            return Some(touch);
+        }
+        let end = &self.located[touch];
+        let out =
+            |i: usize| (self.located[i].contact - end.contact).reject_from(end.normal).length();
+        points.into_iter().max_by(|&a, &b| out(a).total_cmp(&out(b)))
+    }
+
+    /// A quarter of a circle that touches a piece at the point `at`, in the plane of the tool axis and of the way to the
+    /// points `onward` from there. Its radius is that of the options, but no more than the height up to the rapid plane,
+    /// or a half, quarter, eighth of it, whichever is clear first.
+    fn arc(&self, at: usize, mut onward: impl Iterator<Item = usize>) -> Option<Arc> {
         let (end, options) = (&self.located[at], self.options);
+        let height = (options.rapid_plane - end.tip.dot(end.axis)).max(0.0);
+        let largest = options.entry_radius.min(height);
         let way = |i: usize| self.located[i].tip - end.tip;
         // Points at one place have no direction.
         let is_away = |i: &usize| way(*i).length() > options.pass.tolerance;
-        let Some(toward) = onward.find(is_away).filter(|_| options.entry_radius > 0.0) else {
-            return Vec::new();
-        };
-        let ahead = way(toward).normalize_or_zero();
-        let up = (end.axis - ahead * end.axis.dot(ahead)).normalize_or_zero();
-        if up == DVec3::ZERO {
-            return Vec::new();
-        }
+        let ahead = way(onward.find(is_away).filter(|_| largest > 0.0)?).normalize_or_zero();
+        let up = (end.axis - ahead * end.axis.dot(ahead)).try_normalize()?;
         let tips = |radius: f64| {
             let step = (8.0 * options.pass.tolerance / radius).sqrt();
             let count = (FRAC_PI_2 / step).ceil().clamp(2.0, MOST_ON_ARC) as u32;
@@ -333,8 +368,9 @@ impl Run<'_> {
             (1..=count).rev().map(tip).collect::<Vec<DVec3>>()
         };
         let is_open = |tip: &DVec3| self.is_open(*tip, end.axis);
-        let radii = (0..HALVINGS).map(|k| options.entry_radius / f64::from(1u32 << k));
-        radii.map(tips).find(|tips| tips.iter().all(is_open)).unwrap_or_default()
+        let mut radii = (0..HALVINGS).map(|k| largest / f64::from(1u32 << k));
+        let tips = radii.find_map(|r| Some(tips(r)).filter(|tips| tips.iter().all(is_open)))?;
+        Some(Arc { at, tips })
     }
 
     /// Whether the part leaves the line along the axis free from here to the rapid plane.
