@@ -71,6 +71,10 @@ fn passes_are_entered_and_left_on_arcs() {
         let entry = |w: &[PathPoint]| w[..2].iter().all(is_over) && w[2..].iter().all(is_on);
         let exit = |w: &[PathPoint]| w[..2].iter().all(is_cut) && w[2..].iter().all(is_over);
         let (mut tangential, mut straight, mut beside) = ([0, 0], 0, 0);
+        // Straight up is a single move.
+        let is_straight_up =
+            |w: &&[PathPoint]| is_on(&w[0]) && is_over(&w[1]) && w[2].kind == MoveKind::Rapid;
+        straight += points.windows(3).filter(is_straight_up).count();
         for w in points.windows(4) {
             let mut of = [w[0], w[1], w[2], w[3]];
             let way = match (entry(w), exit(w)) {

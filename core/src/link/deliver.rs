@@ -254,9 +254,10 @@ impl Run<'_> {
         };
         let exit = indices.rfind(is_open).unwrap_or(entry);
         let into = if entry == piece.start { self.arc_into(&piece) } else { None };
-        let out_of = if exit + 1 == piece.end { self.arc_out_of(&piece) } else { None };
         // What an arc begins or ends at, or the whole piece.
         let first = into.as_ref().map_or(piece.start, |arc| arc.at);
+        let out_of = if exit + 1 == piece.end { self.arc_out_of(&piece) } else { None };
+        let out_of = out_of.filter(|arc| arc.at > first);
         let end = out_of.as_ref().map_or(piece.end, |arc| arc.at + 1);
         match &into {
             Some(arc) => self.come_down_on(out, arc),
@@ -268,7 +269,7 @@ impl Run<'_> {
                 out.push_all((piece.start..entry).rev().map(|i| self.back_to(i)));
             }
         }
-        out.push_all(self.located[first + 1..end.max(first + 1)].iter().map(|l| self.point(l)));
+        out.push_all(self.located[first + 1..end].iter().map(|l| self.point(l)));
         let up = match &out_of {
             Some(arc) => {
                 let l = &self.located[arc.at];
