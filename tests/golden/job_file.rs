@@ -362,8 +362,10 @@ fn templates_are_valid_jobs() {
             is_part: draw.below(2) == 0,
             mean_normal: [(0.6, 0.0, 0.8), (0.0, 0.8, -0.6), (0.0, 0.0, 0.0)][draw.below(3)].into(),
             from_mean: draw.between(0.0, 3.0),
-            from_up: draw.between(0.0, 3.0),
-            from_down: draw.between(0.0, 3.0),
+            most_from_mean: draw.between(0.0, 3.0),
+            most_from_up: draw.between(0.0, 3.0),
+            most_from_down: draw.between(0.0, 3.0),
+            sharpest: [draw.between(0.0, 1.0), draw.between(0.0, 1.0)],
             seen_from: [None, Some([[0.0, 0.6, -0.8], [0.0, 0.0, -1.0]][draw.below(2)])],
         };
         let text = job::template("sub dir/a \"quoted\" 'part'.stl", &facts);

@@ -8,6 +8,7 @@ use evencut_core::job::{self, Job};
 use evencut_core::plan::{Files, Planned, plan};
 use evencut_core::toolpath::MoveKind;
 use evencut_service::compare::{Figures, judged};
+use evencut_service::new_job::contents;
 use evencut_tests::shared_data;
 
 /// Tolerance of the jobs, mm.
@@ -271,4 +272,66 @@ fn closed_and_folded_real_meshes_are_planned_from_above() {
         let (planned, _) = kept(file, &job, &bytes);
         assert!(planned.prepared.aside.is_some());
     }
+}
+
+/// A scan of 16 x 12 mm as OBJ: places half a millimetre apart, moved aside by up to 0.2 mm, so that some faces fold
+/// over, and up or down by up to 8 µm.
+fn scan(seed: u64) -> (Vec<u8>, usize) {
+    let mut state = seed;
+    let mut random = || {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f64 / f64::from(1 << 23) - 1.0
+    };
+    let (columns, rows) = (33, 25);
+    let is_rim = |k: usize, count: usize| k == 0 || k + 1 == count;
+    let mut places = Vec::new();
+    for i in 0..columns {
+        for j in 0..rows {
+            let aside = if is_rim(i, columns) || is_rim(j, rows) { 0.0 } else { 0.2 };
+            let x = 0.5 * i as f64 + aside * random();
+            let y = 0.5 * j as f64 + aside * random();
+            let bump = 0.02 * ((x - 8.0) * (x - 8.0) - (y - 6.0) * (y - 6.0));
+            places.push([x, y, bump + 0.008 * random()]);
+        }
+    }
+    let mut faces = Vec::new();
+    for (i, j) in (0..columns - 1).flat_map(|i| (0..rows - 1).map(move |j| (i, j))) {
+        let (a, b) = (i * rows + j, (i + 1) * rows + j);
+        faces.extend([[a, b, b + 1], [a, b + 1, a + 1]]);
+    }
+    let area = |[a, b, c]: &[usize; 3]| {
+        let [a, b, c] = [*a, *b, *c].map(|v| places[v]);
+        (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])
+    };
+    let folded = faces.iter().filter(|face| area(face) < 0.0).count();
+    let mut text = String::new();
+    places.iter().for_each(|[x, y, z]| writeln!(text, "v {x} {y} {z}").unwrap());
+    for face in faces {
+        let [a, b, c] = face.map(|v| v + 1);
+        writeln!(text, "f {a} {b} {c}").unwrap();
+    }
+    (text.into_bytes(), folded)
+}
+
+/// Noise makes valleys that no cutter fits into, and folds a few faces over; the job that is written for such a scan keeps
+/// its limits all the same, whatever the noise.
+#[test]
+fn scans_with_noise_and_folded_faces_keep_their_limits() {
+    let mut folded = 0;
+    for seed in 1..=4 {
+        let (file, turned) = scan(seed);
+        folded += turned;
+        let contents = contents("scan.obj", &file, 1.0).unwrap();
+        let asked = "scallop = 0.01\ntolerance = 0.005\ndiameter = 3.0\n";
+        let key = |line: &str| line.split(" =").next().unwrap().to_owned();
+        let line = |line: &str| match asked.lines().find(|asked| key(asked) == key(line)) {
+            Some(asked) => format!("{asked}\n"),
+            None => format!("{line}\n"),
+        };
+        let text: String = contents.job("scan.obj").lines().map(line).collect();
+        let job = job::read(text.as_bytes()).unwrap().job;
+        kept(&format!("scan {seed}"), &job, &file);
+    }
+    assert!(folded > 0, "no face is turned over");
 }

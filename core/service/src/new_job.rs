@@ -154,6 +154,7 @@ impl Contents {
             vector_area,
             enclosed,
             off_smooth,
+            sharpest,
             ..
         } = &self.inspection;
         SurfaceFacts {
@@ -168,8 +169,10 @@ impl Contents {
             cad_faces: self.faces,
             mean_normal: facing.mean.to_array(),
             from_mean: facing.from_mean,
-            from_up: facing.from_up,
-            from_down: facing.from_down,
+            most_from_mean: facing.most_from_mean,
+            most_from_up: facing.most_from_up,
+            most_from_down: facing.most_from_down,
+            sharpest: if self.is_mesh { *sharpest } else { [0.0; 2] },
             seen_from: facing.fronts.map(|front| {
                 let hardly = front.from_up < HARDLY * front.most;
                 hardly.then(|| front.direction.to_array())

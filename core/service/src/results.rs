@@ -919,9 +919,19 @@ fn warnings(
     slowed: Option<&PathFigures>,
     delivered: &PathFigures,
 ) -> Vec<Warning> {
+    // What the cutter leaves of a part has no such places.
+    let is_as_given = job.surface.steepest.is_none() && job.machine.axes == Axes::ThreeAxis;
+    let reached = if is_as_given {
+        "where they are noise, folds or edges, surface.steepest = 80.0 machines what the cutter reaches"
+    } else {
+        ""
+    };
     let about_surface = planned.prepared.warnings.iter().filter(|w| w.repair().is_none());
-    let mut out: Vec<Warning> =
-        about_surface.map(|w| warning("surface", without_stage(&w.to_string()), "")).collect();
+    let about_surface = about_surface.map(|w| {
+        let is_of_creases = matches!(w, surface::Warning::Creases { .. });
+        warning("surface", without_stage(&w.to_string()), if is_of_creases { reached } else { "" })
+    });
+    let mut out: Vec<Warning> = about_surface.collect();
     if let Some(aside) = &planned.prepared.aside {
         warn_of_aside(&mut out, job, aside);
     }
@@ -957,7 +967,11 @@ fn warnings(
                 worst.place.z,
                 worst.raise
             ),
-            "use a smaller cutter or corner radius there, or a smaller cut.allowance if there is one",
+            match is_as_given {
+                true => "use a smaller cutter or corner radius there, a smaller cut.allowance if there is one, or \
+                         surface.steepest = 80.0, which machines what the cutter reaches",
+                false => "use a smaller cutter or corner radius there, or a smaller cut.allowance if there is one",
+            },
         ));
     }
     let q = &planned.prepared.quality;

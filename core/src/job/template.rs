@@ -29,10 +29,14 @@ pub struct SurfaceFacts {
     pub mean_normal: [f64; 3],
     /// Largest angle of a face normal from the mean, rad.
     pub from_mean: f64,
-    /// Largest angle of a face normal from +Z, rad.
-    pub from_up: f64,
-    /// Largest angle of a face normal from -Z, rad.
-    pub from_down: f64,
+    /// The same but for a thousandth of the area, which a few folded faces of a scan may have.
+    pub most_from_mean: f64,
+    /// Largest angle of a face normal from +Z but for a thousandth of the area, rad.
+    pub most_from_up: f64,
+    /// Largest angle of a face normal from -Z but for a thousandth of the area, rad.
+    pub most_from_down: f64,
+    /// Sharpest turn of a mesh from face to face on a concave and on a convex edge, rad.
+    pub sharpest: [f64; 2],
     /// From where most of the faces is seen, as they are and turned over, if hardly any of it is seen from +Z.
     pub seen_from: [Option<[f64; 3]>; 2],
 }
@@ -73,6 +77,9 @@ const STEPS_ACROSS: f64 = 200.0;
 const ACROSS_PART: f64 = 100.0;
 /// Faces steeper than this, degrees from the axis, are not for three axes.
 const STEEPEST: f64 = 80.0;
+/// A valley sharper than this between two faces of a mesh is one that no cutter fits into, rad (20 degrees): noise of a
+/// scan, folded faces or an edge of the part.
+const VALLEY: f64 = core::f64::consts::PI / 9.0;
 /// A relief whose mean normal leans less than this from +Z is not turned, rad (20 degrees).
 const NEARLY_UP: f64 = core::f64::consts::PI / 9.0;
 /// A surface none of whose faces looks down is machined from above; rad (92 degrees).
@@ -276,13 +283,17 @@ impl Placed {
         // A body stands as it was drawn.
         let is_body = facts.solid.is_some() || facts.has_several_faces();
         let is_part = |rough: f64| placed.is_part || placed.is_rough(facts, rough);
-        if !is_body && facts.from_mean + lean < steepest {
-            Self { is_part: is_part(ROUGH_ABOVE), ..placed }
-        } else if !is_body && facts.from_mean < steepest {
-            Self { is_part: is_part(ROUGH_ABOVE), turn: Some(turned_up(mean)), ..placed }
+        // Where nearly all of it looks up, nothing is lost.
+        let has_valleys = facts.sharpest[usize::from(flip)] > VALLEY;
+        let is_reached =
+            |lean: f64| is_part(ROUGH_ABOVE) || has_valleys || facts.from_mean + lean >= steepest;
+        if !is_body && facts.most_from_mean + lean < steepest {
+            Self { is_part: is_reached(lean), ..placed }
+        } else if !is_body && facts.most_from_mean < steepest {
+            Self { is_part: is_reached(0.0), turn: Some(turned_up(mean)), ..placed }
         } else {
             // Walls are no reason for five axes.
-            let from_above = if flip { facts.from_down } else { facts.from_up };
+            let from_above = if flip { facts.most_from_down } else { facts.most_from_up };
             let stands = from_above < UPRIGHT;
             let is_part = is_part(ROUGH) || stands;
             // A relief or scan is turned as a smooth sheet is, unless it nearly looks up.

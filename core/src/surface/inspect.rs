@@ -26,6 +26,8 @@ const MOST_OF_EDGES: f64 = 0.9;
 /// Faces that lean farther than this are not seen from a direction, rad (80 degrees); and by which part more has to be
 /// seen from another one to prefer it.
 const SEEN: f64 = 80.0 * core::f64::consts::PI / 180.0;
+/// Share of the area that a few folded faces of a scan or turned-over slivers may have.
+const FEW: f64 = 1e-3;
 const CLEARLY: f64 = 0.01;
 /// Lengths of boundary loops and areas of components that are written out.
 const LISTED: usize = 6;
@@ -48,6 +50,8 @@ pub struct Inspection {
     /// How far the facets are off the smooth surface that they stand for, as their angles suggest: on nine tenths of the
     /// edges less than this. Edges between which the mesh turns sharply are left out.
     pub off_smooth: f64,
+    /// The sharpest turn from face to face on a concave and on a convex edge, rad; 0 where there is none.
+    pub sharpest: [f64; 2],
     /// Smallest radius of a concave place and where it is; `None` if nothing is concave or the
     /// mesh is not a manifold.
     pub concave: Option<(f64, DVec3)>,
@@ -70,10 +74,14 @@ pub struct Facing {
     pub mean: DVec3,
     /// Largest angle of a face from the mean, rad.
     pub from_mean: f64,
+    /// The same but for a thousandth of the area.
+    pub most_from_mean: f64,
     /// Largest angle of a face from +Z, rad.
     pub from_up: f64,
-    /// Largest angle of a face from -Z, rad.
-    pub from_down: f64,
+    /// The same but for a thousandth of the area.
+    pub most_from_up: f64,
+    /// Largest angle of a face from -Z but for a thousandth of the area, rad.
+    pub most_from_down: f64,
     /// What of the faces is seen from where, of the faces as they are and turned over.
     pub fronts: [Front; 2],
 }
@@ -116,15 +124,16 @@ impl Facing {
     /// The directions of the normals, each twice a face's area long.
     fn of(normals: &[DVec3]) -> Self {
         let mean = normals.iter().copied().sum::<DVec3>().normalize_or_zero();
-        let farthest = |axis: DVec3| {
-            let angle = |n: &DVec3| math::acos_clamped(n.normalize_or_zero().dot(axis));
-            normals.iter().map(angle).fold(0.0, f64::max)
-        };
+        let farthest = |axis: DVec3| farthest(normals, axis);
+        let ([from_mean, most_from_mean], [from_up, most_from_up]) =
+            (farthest(mean), farthest(DVec3::Z));
         Self {
             mean,
-            from_mean: farthest(mean),
-            from_up: farthest(DVec3::Z),
-            from_down: farthest(DVec3::NEG_Z),
+            from_mean,
+            most_from_mean,
+            from_up,
+            most_from_up,
+            most_from_down: farthest(DVec3::NEG_Z)[1],
             fronts: [1.0, -1.0].map(|side| Front::of(normals, side)),
         }
     }
@@ -146,6 +155,8 @@ impl Inspection {
         let judgement = judge(&mesh.positions, &mesh.faces);
         let bounds = bounding_box(&mesh.positions);
         let (vector_area, enclosed) = looking(&mesh);
+        let bends = bends(&mesh);
+        let (off_smooth, sharpest) = (off_smooth(&bends), sharpest(&bends));
         let [concave, convex] = smallest_radii(mesh.clone(), (bounds.1 - bounds.0).length());
         Ok(Self {
             read,
@@ -153,7 +164,8 @@ impl Inspection {
             area: mesh.faces.iter().map(|face| face_area(&mesh.positions, *face)).sum(),
             bounds,
             edges: edge_range(&mesh),
-            off_smooth: off_smooth(&mesh),
+            off_smooth,
+            sharpest,
             faults: several_pieces(&judgement, &mesh)
                 .into_iter()
                 .chain(topology_faults(&judgement))
@@ -190,9 +202,30 @@ fn looking(mesh: &TriangleSoup) -> (DVec3, Option<f64>) {
     (sum, encloses.then_some(volume))
 }
 
-/// See [`Inspection::off_smooth`]: an arc that turns by an angle from one chord of length `w` to the next is `w / 8` times
-/// that above its chords.
-fn off_smooth(mesh: &TriangleSoup) -> f64 {
+/// Largest angle of normals from an axis, and that of all but [`FEW`] of their length, rad.
+fn farthest(normals: &[DVec3], axis: DVec3) -> [f64; 2] {
+    let angle = |n: &DVec3| (math::acos_clamped(n.normalize_or_zero().dot(axis)), n.length());
+    let mut angles: Vec<(f64, f64)> = normals.iter().map(angle).collect();
+    angles.order_by(|a, b| b.0.total_cmp(&a.0));
+    let mut left = FEW * angles.iter().map(|a| a.1).sum::<f64>();
+    let is_most = |a: &&(f64, f64)| {
+        left -= a.1;
+        left < 0.0
+    };
+    let all = angles.first().map_or(0.0, |a| a.0);
+    [all, angles.iter().find(is_most).map_or(all, |a| a.0)]
+}
+
+/// An edge between two faces.
+struct Bend {
+    /// Width of the two faces across it.
+    across: f64,
+    /// Angle between their normals, rad: negative where they form a valley.
+    turn: f64,
+}
+
+/// All edges between two faces.
+fn bends(mesh: &TriangleSoup) -> Vec<Bend> {
     let at = |v: u32| mesh.positions[v as usize];
     let mut sides: Vec<([u32; 2], usize)> = Vec::with_capacity(3 * mesh.faces.len());
     for (f, &[a, b, c]) in mesh.faces.iter().enumerate() {
@@ -200,21 +233,37 @@ fn off_smooth(mesh: &TriangleSoup) -> f64 {
     }
     sides.order_total();
     let normal = |f: usize| doubled_normal(mesh, &mesh.faces[f]);
-    let off = |group: &[([u32; 2], usize)]| match group {
+    let bend = |group: &[([u32; 2], usize)]| match group {
         [([a, b], f), (_, g)] => {
             let (m, n) = (normal(*f), normal(*g));
-            let across = 0.5 * (m.length() + n.length()) / at(*a).distance(at(*b));
             let turn = math::atan2(m.cross(n).length(), m.dot(n));
-            (turn < SHARP).then_some(across * turn / 8.0)
+            let height = |v: u32| m.dot(at(v) - at(*a));
+            let is_valley = mesh.faces[*g].iter().map(|v| height(*v)).sum::<f64>() > 0.0;
+            Some(Bend {
+                across: 0.5 * (m.length() + n.length()) / at(*a).distance(at(*b)),
+                turn: if is_valley { -turn } else { turn },
+            })
         }
         _ => None,
     };
-    let mut all: Vec<f64> = sides.chunk_by(|a, b| a.0 == b.0).filter_map(off).collect();
+    sides.chunk_by(|a, b| a.0 == b.0).filter_map(bend).collect()
+}
+
+/// See [`Inspection::off_smooth`]: an arc that turns by an angle from one chord of length `w` to the next is `w / 8` times
+/// that above its chords.
+fn off_smooth(bends: &[Bend]) -> f64 {
+    let smooth = bends.iter().filter(|bend| bend.turn.abs() < SHARP);
+    let mut all: Vec<f64> = smooth.map(|bend| bend.across * bend.turn.abs() / 8.0).collect();
     let rank = (MOST_OF_EDGES * all.len() as f64) as usize;
     match rank < all.len() {
         true => *all.select_nth_unstable_by(rank, f64::total_cmp).1,
         false => 0.0,
     }
+}
+
+/// See [`Inspection::sharpest`].
+fn sharpest(bends: &[Bend]) -> [f64; 2] {
+    [-1.0, 1.0].map(|side| bends.iter().map(|bend| side * bend.turn).fold(0.0, f64::max))
 }
 
 fn edge_range(mesh: &TriangleSoup) -> (f64, f64) {
