@@ -352,7 +352,11 @@ fn templates_are_valid_jobs() {
             |draw: &mut Draw| (draw.below(2) == 0).then_some(draw.between(0.01, 0.05 * largest));
         let facts = job::SurfaceFacts {
             size: [largest, draw.between(0.1, 1.0) * largest, draw.between(0.0, 0.1) * largest],
-            middle: [draw.between(-1e4, 1e4), draw.between(-1.0, 1.0), 0.0],
+            middle: [
+                [1e4, 5e9][draw.below(2)] * draw.between(-1.0, 1.0),
+                draw.between(-1.0, 1.0),
+                0.0,
+            ],
             smallest_concave_radius: radius(&mut draw),
             smallest_convex_radius: radius(&mut draw),
             solid: [Some(Outside::Outward), Some(Outside::Inward), None][draw.below(3)],

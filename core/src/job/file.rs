@@ -170,7 +170,7 @@ pub struct SurfaceTable {
     #[schemars(extend("default" = [0.0, 0.0, 0.0], "items" = { "type": "number", "x-unit": "deg", "minimum": -360.0, "maximum": 360.0 }))]
     pub rotate: Option<[f64; 3]>,
     /// Shift along X, Y, Z, applied last.
-    #[schemars(extend("default" = [0.0, 0.0, 0.0], "items" = { "type": "number", "x-unit": "mm", "minimum": -1e6, "maximum": 1e6 }))]
+    #[schemars(extend("default" = [0.0, 0.0, 0.0], "items" = { "type": "number", "x-unit": "mm", "minimum": -1e10, "maximum": 1e10 }))]
     pub translate: Option<[f64; 3]>,
     /// Machine the surface from the side that its faces point away from.
     #[schemars(extend("default" = false))]

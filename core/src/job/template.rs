@@ -59,8 +59,10 @@ pub enum Outside {
 /// On five axes a part farther from the origin than this many of its diagonals is brought there: it cannot have been
 /// drawn about the rotary axes.
 const FAR: f64 = 5.0;
-/// Coordinates beyond which no key brings a part back, mm.
-const FARTHEST: f64 = 1e6;
+/// Distance from the origin beyond which no machine goes, on three axes too, mm; and the farthest from where the key brings
+/// a part back.
+const ANYWHERE: f64 = 5e5;
+const FARTHEST: f64 = 1e10;
 /// Diameters that cutters are sold in, mm.
 const DIAMETERS: [f64; 14] =
     [0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0];
@@ -174,7 +176,7 @@ svg = [\"flat\", \"surface\"{}, \"scallop\"{}]
         },
         unit.line(),
         placed.lines(),
-        if placed.five_axes { centred(facts, unit.mm()) } else { String::new() },
+        placed.centred(facts, unit.mm()),
         format!("diameter = {diameter:?}"),
         match radius {
             _ if whole => "narrower places are bridged".to_owned(),
@@ -334,18 +336,31 @@ impl Placed {
         };
         format!("{flip}{turn}{reached}")
     }
-}
 
-/// The line that brings a part to the centre of rotary axes, where it lies far from it; `mm`: the file's unit.
-fn centred(facts: &SurfaceFacts, mm: f64) -> String {
-    let [middle, size] = [facts.middle, facts.size].map(|v| mm * DVec3::from_array(v));
-    let is_far = middle.length() >= FAR * size.length();
-    let may_be_set = middle.abs().max_element() < FARTHEST;
-    if !is_far || !may_be_set {
-        return String::new();
+    /// The line that brings a part to the origin, where it lies far from it; `mm`: the file's unit.
+    fn centred(&self, facts: &SurfaceFacts, mm: f64) -> String {
+        let [middle, size] = [facts.middle, facts.size].map(|v| mm * DVec3::from_array(v));
+        let [x, y] = self.turn.unwrap_or_default().map(f64::to_radians);
+        let about_x = DVec3::new(
+            middle.x,
+            middle.y * math::cos(x) - middle.z * math::sin(x),
+            middle.y * math::sin(x) + middle.z * math::cos(x),
+        );
+        let turned = DVec3::new(
+            about_x.x * math::cos(y) + about_x.z * math::sin(y),
+            about_x.y,
+            about_x.z * math::cos(y) - about_x.x * math::sin(y),
+        );
+        let far = if self.five_axes { FAR * size.length() } else { ANYWHERE };
+        let may_be_set = turned.abs().max_element() < FARTHEST;
+        if turned.length() < far || !may_be_set {
+            return String::new();
+        }
+        let what =
+            if self.five_axes { "the centre of the rotary axes, the origin" } else { "the origin" };
+        let [x, y, z] = turned.to_array().map(|x| 0.0 - x.round());
+        format!("# To {what}.\ntranslate = [{x:?}, {y:?}, {z:?}]\n")
     }
-    let [x, y, z] = middle.to_array().map(|x| 0.0 - x.round());
-    format!("# To the centre of the rotary axes, the origin.\ntranslate = [{x:?}, {y:?}, {z:?}]\n")
 }
 
 /// Rotations about X and Y that turn a direction up, degrees.

@@ -12,6 +12,11 @@ use crate::surface::SurfaceError;
 use crate::units::per_minute;
 use thiserror::Error;
 
+/// A shift that undoes another, never a negative zero.
+fn back(x: f64) -> f64 {
+    0.0 - x.round()
+}
+
 /// Farthest distance of a part from the rotary centre, in diagonals of its box.
 pub(super) const FARTHEST: f64 = 20.0;
 /// If a move would have to be slower than this fraction of the feed, the limit cannot be kept.
@@ -106,7 +111,7 @@ pub enum PlanError {
     #[error(
         "machine: the middle of the part lies {:.0} m from the origin, farther than any machine goes: \
          set surface.translate = [{:.0}, {:.0}, {:.0}]",
-        1e-3 * distance, -middle.x, -middle.y, -middle.z
+        1e-3 * distance, back(middle.x), back(middle.y), back(middle.z)
     )]
     FarFromOrigin {
         /// Middle of the bounding box, mm.
@@ -136,7 +141,7 @@ pub enum PlanError {
         "machine: the middle of the part lies {distance:.0} mm from the rotary centre (the origin), \
          {times:.0} times its own size; at most {FARTHEST} times can be turned within the tolerance: \
          set surface.translate = [{:.0}, {:.0}, {:.0}]",
-        -middle.x, -middle.y, -middle.z
+        back(middle.x), back(middle.y), back(middle.z)
     )]
     FarFromCentre {
         /// Middle of the bounding box, mm.

@@ -503,8 +503,8 @@ impl VerificationFigures {
             let _ = write!(
                 line,
                 " of {} µm allowed (+ {} µm tolerance)",
-                micrometres(limit),
-                micrometres(s.tolerance_mm)
+                given(limit),
+                given(s.tolerance_mm)
             );
         }
         if self.scallop.kept_within_sampling_bound {
@@ -525,8 +525,7 @@ impl VerificationFigures {
                 self.gouged_mm2 + 0.0
             );
         }
-        let (deepest, tolerance) =
-            (micrometres(-self.gouge_mm), micrometres(self.scallop.tolerance_mm));
+        let (deepest, tolerance) = (micrometres(-self.gouge_mm), given(self.scallop.tolerance_mm));
         format!("none (deepest {deepest} µm, tolerance {tolerance} µm)")
     }
 
@@ -542,7 +541,7 @@ impl VerificationFigures {
                 walls.cut_mm2
             );
         }
-        let [deepest, tolerance] = [walls.deepest_mm, tolerance].map(micrometres);
+        let (deepest, tolerance) = (micrometres(walls.deepest_mm), given(tolerance));
         format!("none cut (deepest {deepest} µm, tolerance {tolerance} µm)")
     }
 
@@ -653,6 +652,16 @@ fn row(text: &mut String, name: &str, area: f64, above: Option<f64>, largest: f6
 fn micrometres(mm: f64) -> String {
     // No negative zero.
     format!("{:.1}", (1e4 * mm).round() / 10.0 + 0.0)
+}
+
+/// A limit or tolerance of a job in µm, also where it is less than the figures have decimals for.
+fn given(mm: f64) -> String {
+    let short = micrometres(mm);
+    if (1e4 * mm).round() >= 5.0 || mm <= 0.0 {
+        short
+    } else {
+        format!("{}", (1e6 * mm).round() / 1e3)
+    }
 }
 
 fn at_least(may_be_more: bool) -> &'static str {
@@ -824,15 +833,15 @@ fn described(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String 
             micrometres_above(worst.height, limit + options.tolerance),
             at(worst.place),
             left(worst),
-            micrometres(*limit),
-            micrometres(options.tolerance)
+            given(*limit),
+            given(options.tolerance)
         ),
         Broken::Gouge { worst, tolerance } => format!(
             "gouge of {} µm at {}{}; the tolerance is {} µm",
             micrometres_above(-worst.height, *tolerance),
             at(worst.place),
             left(worst),
-            micrometres(*tolerance)
+            given(*tolerance)
         ),
         Broken::Wall { worst, is_deeper, tolerance } => format!(
             "cuts {}{} into the wall at {}{}; the tolerance is {}",
@@ -843,7 +852,7 @@ fn described(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String 
             if worst.height >= MILLIMETRES {
                 format!("{tolerance} mm")
             } else {
-                format!("{} µm", micrometres(*tolerance))
+                format!("{} µm", given(*tolerance))
             }
         ),
         Broken::TooNear { nearest: n, farther_out } => {
