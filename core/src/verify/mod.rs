@@ -1,7 +1,8 @@
 //! Verification of every plan: what a path really leaves and really removes.
 //!
 //! - *Residual*: height along the surface normal that is left above the design surface (and its allowance) after the
-//!   cutter has swept every move; a *scallop* where positive, a *gouge* where negative.
+//!   cutter has swept every move; a *scallop* where positive, a *gouge* where negative. Beyond a limit it is the distance
+//!   from the part, if that is less (`profile`).
 //! - *Untouched*: where no move reached the stock.
 //! - *Wall*: material that stands outside the boundary of the machined surface and must stay, if the job has walls; a
 //!   cut into it is measured by its depth.
@@ -39,6 +40,7 @@ mod motion;
 mod options;
 mod outcome;
 mod peaks;
+mod profile;
 mod rate;
 mod samples;
 mod section;
@@ -68,6 +70,7 @@ use load::Gauge;
 use material::{Material, Swept};
 use motion::Motion;
 use peaks::{Search, Sought};
+use profile::Profile;
 use sweep::{Cut, SweptTile, Touch};
 use thiserror::Error;
 use walls::Outline;
@@ -208,9 +211,19 @@ pub fn verify(
     });
     let load = gauge.map(|gauge| gauge.load).filter(|_| options.tells_rate);
     let touches = touches(swept.iter().chain(&on_walls));
-    let outcomes = outcomes(&swept, &outline.walled, options);
+    let profile = Profile::new(design, rest);
     let walled = &outline.walled;
-    let search = Search { tiles: &tiles, cuts: &cuts, material, spacing, inset, walled, options };
+    let outcomes = outcomes(&swept, walled, &profile, options);
+    let search = Search {
+        tiles: &tiles,
+        cuts: &cuts,
+        material,
+        spacing,
+        inset,
+        walled,
+        profile: &profile,
+        options,
+    };
     let [scallops, gouges] =
         [Sought::Scallop, Sought::Gouge].map(|what| search.search(what, &swept, &outcomes));
     // Millions of samples: what was swept is as large as all else, and no longer asked.
@@ -413,15 +426,16 @@ fn touches<'a>(swept: impl Iterator<Item = &'a SweptTile>) -> Vec<Touch> {
 fn outcomes(
     swept: &[SweptTile],
     walled: &[[DVec3; 2]],
+    profile: &Profile,
     options: &VerifyOptions,
 ) -> Vec<Vec<Outcome>> {
     let of_tile = |tile: &SweptTile| {
         let (low, high) = samples::bounds(tile.samples.iter().map(|s| s.sample.position));
         let (centre, radius) = (0.5 * (low + high), 0.5 * low.distance(high));
-        let excused = Excused::near(options, walled, centre, radius);
+        let excused = Excused::near(options, walled, profile, (centre, radius));
         tile.samples.iter().map(|s| excused.outcome(s, options)).collect()
     };
-    swept.iter().map(of_tile).collect()
+    parallel::map(options.threads, swept, of_tile)
 }
 
 #[cfg(test)]
