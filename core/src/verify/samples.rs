@@ -17,6 +17,10 @@ const TILE: f64 = 1024.0;
 pub const BLOCK: usize = 16;
 /// Largest cell, as a fraction of the squared distance of samples: halving then leaves cells around it.
 const CELL: f64 = core::f64::consts::SQRT_2;
+/// Width over length up to which a piece is cut across instead of being halved; and by how much shorter its pieces are than
+/// they may be, so that their diagonals are no longer.
+const NARROW: f64 = 0.125;
+const LENGTH: f64 = 0.9;
 /// How far a sample may lie from its cell's centroid, as a fraction of the distance to the cell's rim. With 0, a row
 /// of samples that runs along a cusp may miss its top; with 1, cells are no longer evenly covered.
 const SCATTER: f64 = 0.5;
@@ -170,10 +174,10 @@ pub fn tiles(
             let area = 0.5 * doubled(corners).length();
             if area > 0.0 {
                 // Needles are as bad as large facets: their tile would reach far.
-                let fits = |area: f64, side: f64| area <= 0.25 * largest && side <= largest;
+                let most = Most { area: 0.25 * largest, side: largest };
                 let is_bridge = machined && bridges.get(f) == Some(&true);
                 let patch = Patch { corners, normals, area, machined, is_bridge, rim };
-                split(patch, &fits, &mut |p| patches.push(p));
+                split(patch, most, &mut |p| patches.push(p));
             }
         }
     }
@@ -182,21 +186,75 @@ pub fn tiles(
     out
 }
 
-/// Pieces of a patch for which `is_small` holds, given their area and squared longest side.
-fn split(patch: Patch, is_small: &impl Fn(f64, f64) -> bool, out: &mut impl FnMut(Patch)) {
+/// How large pieces of a patch may be.
+#[derive(Copy, Clone, Debug)]
+struct Most {
+    /// Area, mm².
+    area: f64,
+    /// Longest side, squared, mm².
+    side: f64,
+}
+
+/// The pieces of a patch that are no larger.
+fn split(patch: Patch, most: Most, out: &mut impl FnMut(Patch)) {
     let side = |i: usize| patch.corners[i].distance_squared(patch.corners[(i + 1) % 3]);
     let longest = (0..3).fold(0, |best, i| if side(i) > side(best) { i } else { best });
-    if is_small(patch.area, side(longest)) {
+    if patch.area <= most.area && side(longest) <= most.side {
         return out(patch);
     }
-    let turn = |a: [DVec3; 3]| [a[longest], a[(longest + 1) % 3], a[(longest + 2) % 3]];
-    let ([a, b, c], [na, nb, nc]) = (turn(patch.corners), turn(patch.normals));
+    let patch = patch.turned(longest);
+    if side(longest) > most.side && 2.0 * patch.area <= NARROW * side(longest) {
+        return slice(patch, most, out);
+    }
+    let ([a, b, c], [na, nb, nc]) = (patch.corners, patch.normals);
     let (m, nm) = (0.5 * (a + b), (na + nb).normalize_or(na));
     let area = 0.5 * patch.area;
     let half = |corners, normals, rim| Patch { corners, normals, area, rim, ..patch };
-    let [ab, bc, ca] = [0, 1, 2].map(|i| patch.rim[(longest + i) % 3]);
-    split(half([a, m, c], [na, nm, nc], [ab, false, ca]), is_small, out);
-    split(half([m, b, c], [nm, nb, nc], [ab, bc, false]), is_small, out);
+    let [ab, bc, ca] = patch.rim;
+    split(half([a, m, c], [na, nm, nc], [ab, false, ca]), most, out);
+    split(half([m, b, c], [nm, nb, nc], [ab, bc, false]), most, out);
+}
+
+/// Cuts a long and narrow patch whose first side is its longest across: at its widest place, and each part into pieces
+/// of equal length. Halves of needles are ever thinner needles, three times as many for half the length.
+fn slice(patch: Patch, most: Most, out: &mut impl FnMut(Patch)) {
+    let ([a, b, c], [na, nb, nc]) = (patch.corners, patch.normals);
+    let [ab, bc, ca] = patch.rim;
+    let along = b - a;
+    let part = ((c - a).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+    let (foot, normal) = (a + along * part, na.lerp(nb, part).normalize_or(na));
+    let of = |part: f64, corners, normals, rim| {
+        let area = part * patch.area;
+        Patch { corners, normals, area, rim, ..patch }
+    };
+    let from_a = of(part, [a, foot, c], [na, normal, nc], [ab, false, ca]);
+    let from_b = of(1.0 - part, [b, c, foot], [nb, nc, normal], [bc, false, ab]);
+    for needle in [from_a, from_b].into_iter().filter(|needle| needle.area > 0.0) {
+        let ([tip, u, v], [n, nu, nv]) = (needle.corners, needle.normals);
+        let length = tip.distance(u).max(tip.distance(v));
+        let count = (length / (LENGTH * most.side.sqrt())).ceil().max(1.0);
+        let [tip_u, u_v, v_tip] = needle.rim;
+        let at = |x: DVec3, nx: DVec3, j: f64| {
+            (tip.lerp(x, j / count), n.lerp(nx, j / count).normalize_or(n))
+        };
+        // The numbers are whole.
+        for j in (0..count as u32).map(f64::from) {
+            let [(u0, nu0), (u1, nu1)] = [at(u, nu, j), at(u, nu, j + 1.0)];
+            let [(v0, nv0), (v1, nv1)] = [at(v, nv, j), at(v, nv, j + 1.0)];
+            let is_last = j + 1.0 == count;
+            let share = needle.area / (count * count);
+            let piece = |times: f64, corners, normals, rim| {
+                let area = times * share;
+                Patch { corners, normals, area, rim, ..needle }
+            };
+            let rim = [tip_u, u_v && is_last, v_tip && j == 0.0];
+            split(piece(j + 1.0, [u0, u1, v1], [nu0, nu1, nv1], rim), most, out);
+            if j > 0.0 {
+                let rim = [false, v_tip, false];
+                split(piece(j, [u0, v1, v0], [nu0, nv1, nv0], rim), most, out);
+            }
+        }
+    }
 }
 
 /// Halves the patches at the middle of their widest direction until a half fits a tile.
@@ -258,9 +316,9 @@ impl Tile {
         let (mut out, mut rim) = (Vec::new(), Vec::new());
         let cell = CELL * spacing * spacing;
         // A needle's cells may be as long as a few squares.
-        let fits = |area: f64, side: f64| area <= cell && side <= 9.0 * cell;
+        let most = Most { area: cell, side: 9.0 * cell };
         for &patch in &self.patches {
-            split(patch, &fits, &mut |p| {
+            split(patch, most, &mut |p| {
                 out.push(p.sample(out.len()));
                 p.sample_rim(inset, &mut rim);
             });
@@ -274,6 +332,15 @@ impl Tile {
 }
 
 impl Patch {
+    /// The same, beginning at another corner.
+    fn turned(self, first: usize) -> Self {
+        let turn = |i: usize| (first + i) % 3;
+        let corners = [0, 1, 2].map(|i| self.corners[turn(i)]);
+        let normals = [0, 1, 2].map(|i| self.normals[turn(i)]);
+        let rim = [0, 1, 2].map(|i| self.rim[turn(i)]);
+        Self { corners, normals, rim, ..self }
+    }
+
     fn sample(&self, index: usize) -> Sample {
         let place = |k: usize| (0.5 + index as f64 * STEPS[k]).fract();
         let (mut u, mut v) = (place(0), place(1));
@@ -358,6 +425,7 @@ fn arrange(samples: &mut [Sample]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::OrderBy;
 
     fn square(size: f64) -> (Vec<DVec3>, Vec<[u32; 3]>) {
         let corner = |x, y| DVec3::new(x, y, 0.0) * size;
@@ -386,6 +454,43 @@ mod tests {
             };
             let area: f64 = samples.iter().filter(within).map(|s| s.area).sum();
             assert!((area - 100.0).abs() < 3.0, "{area}");
+        }
+    }
+
+    /// Needles with their wide end, or their widest place, anywhere: as many samples as they are long, in order along
+    /// them, and their rims whole.
+    #[test]
+    fn needles_have_as_many_samples_as_they_are_long() {
+        let (length, spacing) = (150.0, 0.1);
+        for (apex, width) in [(0.0, 0.04), (0.3, 0.04), (0.5, 1e-3), (0.97, 0.3), (1.0, 1e-6)] {
+            let positions = [DVec3::ZERO, DVec3::X * length, DVec3::new(apex * length, width, 0.0)];
+            let faces = [[0, 1, 2]];
+            let nothing = Facets { positions: &[], faces: &[] };
+            let rim = [0, 1, 2].map(|corner| Side { facet: 0, corner });
+            let facets = Facets { positions: &positions, faces: &faces };
+            let tiles = tiles(facets, nothing, spacing, &rim, &[]);
+            let samples: Vec<Sample> = tiles.iter().flat_map(|t| t.samples(spacing, 0.0)).collect();
+            let (inside, on_rim): (Vec<&Sample>, Vec<&Sample>) =
+                samples.iter().partition(|s| s.area > 0.0);
+            let total: f64 = inside.iter().map(|s| s.area).sum();
+            assert!((total / (0.5 * length * width) - 1.0).abs() < 1e-6, "{apex} {total}");
+            let most = 2.0 * length / spacing + total / (spacing * spacing);
+            assert!((inside.len() as f64) < most, "{apex}: {} samples", inside.len());
+            let mut along: Vec<f64> = inside.iter().map(|s| s.position.x).collect();
+            along.order_by(f64::total_cmp);
+            let gap = along.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
+            assert!(gap < 8.0 * spacing, "{apex}: nothing on {gap} mm");
+            for y_is_top in [false, true] {
+                let on = |s: &&&Sample| {
+                    let x = s.position.x / length;
+                    let top = width * if x < apex { x / apex } else { (1.0 - x) / (1.0 - apex) };
+                    (s.position.y - if y_is_top { top } else { 0.0 }).abs() < 1e-9 * length
+                };
+                let mut along: Vec<f64> = on_rim.iter().filter(on).map(|s| s.position.x).collect();
+                along.order_by(f64::total_cmp);
+                let gap = along.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
+                assert!(along.len() > 2 && gap < 8.0 * spacing, "{apex}: {gap} mm of rim");
+            }
         }
     }
 
