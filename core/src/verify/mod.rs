@@ -1,8 +1,7 @@
 //! Verification of every plan: what a path really leaves and really removes.
 //!
 //! - *Residual*: height along the surface normal that is left above the design surface (and its allowance) after the
-//!   cutter has swept every move; a *scallop* where positive, a *gouge* where negative. Beyond a limit it is the distance
-//!   from the part, if that is less (`profile`).
+//!   cutter has swept every move; a *scallop* where positive, a *gouge* where negative.
 //! - *Untouched*: where no move reached the stock.
 //! - *Wall*: material that stands outside the boundary of the machined surface and must stay, if the job has walls; a
 //!   cut into it is measured by its depth.
@@ -40,7 +39,6 @@ mod motion;
 mod options;
 mod outcome;
 mod peaks;
-mod profile;
 mod rate;
 mod samples;
 mod section;
@@ -70,7 +68,6 @@ use load::Gauge;
 use material::{Material, Swept};
 use motion::Motion;
 use peaks::{Search, Sought};
-use profile::Profile;
 use sweep::{Cut, SweptTile, Touch};
 use thiserror::Error;
 use walls::Outline;
@@ -211,19 +208,9 @@ pub fn verify(
     });
     let load = gauge.map(|gauge| gauge.load).filter(|_| options.tells_rate);
     let touches = touches(swept.iter().chain(&on_walls));
-    let profile = Profile::new(design, rest);
+    let outcomes = outcomes(&swept, &outline.walled, options);
     let walled = &outline.walled;
-    let outcomes = outcomes(&swept, walled, &profile, options);
-    let search = Search {
-        tiles: &tiles,
-        cuts: &cuts,
-        material,
-        spacing,
-        inset,
-        walled,
-        profile: &profile,
-        options,
-    };
+    let search = Search { tiles: &tiles, cuts: &cuts, material, spacing, inset, walled, options };
     let [scallops, gouges] =
         [Sought::Scallop, Sought::Gouge].map(|what| search.search(what, &swept, &outcomes));
     // Millions of samples: what was swept is as large as all else, and no longer asked.
@@ -426,16 +413,15 @@ fn touches<'a>(swept: impl Iterator<Item = &'a SweptTile>) -> Vec<Touch> {
 fn outcomes(
     swept: &[SweptTile],
     walled: &[[DVec3; 2]],
-    profile: &Profile,
     options: &VerifyOptions,
 ) -> Vec<Vec<Outcome>> {
     let of_tile = |tile: &SweptTile| {
         let (low, high) = samples::bounds(tile.samples.iter().map(|s| s.sample.position));
         let (centre, radius) = (0.5 * (low + high), 0.5 * low.distance(high));
-        let excused = Excused::near(options, walled, profile, (centre, radius));
+        let excused = Excused::near(options, walled, centre, radius);
         tile.samples.iter().map(|s| excused.outcome(s, options)).collect()
     };
-    parallel::map(options.threads, swept, of_tile)
+    swept.iter().map(of_tile).collect()
 }
 
 #[cfg(test)]

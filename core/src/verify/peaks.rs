@@ -14,7 +14,6 @@ use super::material::{Material, Swept};
 use super::motion::Step;
 use super::options::VerifyOptions;
 use super::outcome::Outcome;
-use super::profile::Profile;
 use super::samples::{BLOCK, CREASE, Patch, Sample, Tile};
 use super::sweep::{Cut, SweptTile, swept_in_order};
 use super::walls::{Facet, depth_behind, ends_part};
@@ -67,8 +66,6 @@ pub struct Search<'a> {
     pub inset: f64,
     /// The edges on which walls stand.
     pub walled: &'a [[DVec3; 2]],
-    /// The part, from which distances are measured.
-    pub profile: &'a Profile<'a>,
     /// The limits.
     pub options: &'a VerifyOptions,
 }
@@ -193,12 +190,7 @@ impl Search<'_> {
         let reach = 2.0 * self.spacing;
         let near = |t: &&Tile| t.centre.distance(tile.centre) <= t.radius + tile.radius + reach;
         let tiles: Vec<&Tile> = self.tiles.iter().filter(near).collect();
-        let excused = Excused::near(
-            self.options,
-            self.walled,
-            self.profile,
-            (tile.centre, tile.radius + reach),
-        );
+        let excused = Excused::near(self.options, self.walled, tile.centre, tile.radius + reach);
         let mut out = Vec::new();
         for start in starts {
             let around = self.around(start, &tiles);
