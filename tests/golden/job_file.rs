@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use evencut_core::geometry::{DVec3, rotation};
 use evencut_core::job::{self, Outside};
 
 fn project(path: &str) -> PathBuf {
@@ -378,6 +379,11 @@ fn templates_are_valid_jobs() {
         assert!(read.warnings.is_empty(), "{text}\n{:?}", read.warnings);
         let (job, size) = (read.job, facts.size[1]);
         assert!(job.surface.steepest.is_some() || !facts.is_part, "{text}");
+        // A part that no machine reaches is brought there, as it is turned.
+        let middle = rotation(job.surface.rotate) * DVec3::from_array(facts.middle);
+        let off = job.surface.scale * middle + job.surface.translate;
+        let can_be_moved = job.surface.scale * facts.middle[0].abs() < 1e9;
+        assert!(off.length() < 5e5 || !can_be_moved, "{off} {text}");
         let unit = job.surface.scale;
         assert_eq!(
             unit,

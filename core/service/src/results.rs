@@ -912,6 +912,12 @@ fn without_stage(message: &str) -> String {
     message.split_once(": ").map_or(message, |(_, rest)| rest).to_owned()
 }
 
+/// What helps where the cutter does not fit.
+const SMALLER: &str =
+    "use a smaller cutter or corner radius there, or a smaller cut.allowance if there is one";
+/// The same on a fixed axis.
+const REACHED: &str = "where it is noise, a fold or an edge, surface.steepest = 80.0 machines what the cutter reaches";
+
 /// What a reader should know before cutting.
 fn warnings(
     job: &Job,
@@ -919,17 +925,13 @@ fn warnings(
     slowed: Option<&PathFigures>,
     delivered: &PathFigures,
 ) -> Vec<Warning> {
-    // What the cutter leaves of a part has no such places.
-    let is_as_given = job.surface.steepest.is_none() && job.machine.axes == Axes::ThreeAxis;
-    let reached = if is_as_given {
-        "where they are noise, folds or edges, surface.steepest = 80.0 machines what the cutter reaches"
-    } else {
-        ""
-    };
+    // What the cutter leaves of a part has no places into which it does not fit.
+    let may_be_reached = job.surface.steepest.is_none() && job.machine.axes == Axes::ThreeAxis;
     let about_surface = planned.prepared.warnings.iter().filter(|w| w.repair().is_none());
     let about_surface = about_surface.map(|w| {
         let is_of_creases = matches!(w, surface::Warning::Creases { .. });
-        warning("surface", without_stage(&w.to_string()), if is_of_creases { reached } else { "" })
+        let remedy = if is_of_creases && may_be_reached { REACHED } else { "" };
+        warning("surface", without_stage(&w.to_string()), remedy)
     });
     let mut out: Vec<Warning> = about_surface.collect();
     if let Some(aside) = &planned.prepared.aside {
@@ -967,10 +969,9 @@ fn warnings(
                 worst.place.z,
                 worst.raise
             ),
-            match is_as_given {
-                true => "use a smaller cutter or corner radius there, a smaller cut.allowance if there is one, or \
-                         surface.steepest = 80.0, which machines what the cutter reaches",
-                false => "use a smaller cutter or corner radius there, or a smaller cut.allowance if there is one",
+            &match may_be_reached {
+                true => format!("{SMALLER}; {REACHED}"),
+                false => SMALLER.to_owned(),
             },
         ));
     }

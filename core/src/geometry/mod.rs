@@ -17,6 +17,15 @@ pub fn cross2(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }
 
+/// The rotation about X, then Y, then Z, by these angles, rad.
+pub fn rotation(angles: DVec3) -> DMat3 {
+    let [(sx, cx), (sy, cy), (sz, cz)] = angles.to_array().map(|a| (math::sin(a), math::cos(a)));
+    let about_x = DMat3::from_cols(DVec3::X, DVec3::new(0.0, cx, sx), DVec3::new(0.0, -sx, cx));
+    let about_y = DMat3::from_cols(DVec3::new(cy, 0.0, -sy), DVec3::Y, DVec3::new(sy, 0.0, cy));
+    let about_z = DMat3::from_cols(DVec3::new(cz, sz, 0.0), DVec3::new(-sz, cz, 0.0), DVec3::Z);
+    about_z * about_y * about_x
+}
+
 /// Any unit vector perpendicular to the unit vector `n`.
 pub fn any_perpendicular(n: DVec3) -> DVec3 {
     let helper = if n.x.abs() < 0.6 { DVec3::X } else { DVec3::Y };

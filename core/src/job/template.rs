@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use crate::geometry::{DVec3, OrderBy, math};
+use crate::geometry::{DVec3, OrderBy, math, rotation};
+use crate::machine::LONGEST_TRAVEL;
 
 /// What is known of a surface file before a job for it is written, in the units of the file.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -59,9 +60,7 @@ pub enum Outside {
 /// On five axes a part farther from the origin than this many of its diagonals is brought there: it cannot have been
 /// drawn about the rotary axes.
 const FAR: f64 = 5.0;
-/// Distance from the origin beyond which no machine goes, on three axes too, mm; and the farthest from where the key brings
-/// a part back.
-const ANYWHERE: f64 = 5e5;
+/// Coordinates beyond which no key brings a part back, mm.
 const FARTHEST: f64 = 1e10;
 /// Diameters that cutters are sold in, mm.
 const DIAMETERS: [f64; 14] =
@@ -341,17 +340,8 @@ impl Placed {
     fn centred(&self, facts: &SurfaceFacts, mm: f64) -> String {
         let [middle, size] = [facts.middle, facts.size].map(|v| mm * DVec3::from_array(v));
         let [x, y] = self.turn.unwrap_or_default().map(f64::to_radians);
-        let about_x = DVec3::new(
-            middle.x,
-            middle.y * math::cos(x) - middle.z * math::sin(x),
-            middle.y * math::sin(x) + middle.z * math::cos(x),
-        );
-        let turned = DVec3::new(
-            about_x.x * math::cos(y) + about_x.z * math::sin(y),
-            about_x.y,
-            about_x.z * math::cos(y) - about_x.x * math::sin(y),
-        );
-        let far = if self.five_axes { FAR * size.length() } else { ANYWHERE };
+        let turned = rotation(DVec3::new(x, y, 0.0)) * middle;
+        let far = if self.five_axes { FAR * size.length() } else { LONGEST_TRAVEL };
         let may_be_set = turned.abs().max_element() < FARTHEST;
         if turned.length() < far || !may_be_set {
             return String::new();

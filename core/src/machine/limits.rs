@@ -2,6 +2,9 @@
 
 use super::chain::Chain;
 
+/// Farthest distance of a part from the origin, mm: half of the largest coordinate that is read back from a program.
+pub const LONGEST_TRAVEL: f64 = 5e5;
+
 /// Arrangement of the axes.
 #[derive(Copy, Clone, Debug, PartialEq, Default)]
 pub enum Axes {

@@ -5,12 +5,9 @@ use super::error::{FARTHEST, PlanError};
 use super::load::{Avoided, Files, SurfaceKeys, load, load_avoided};
 use crate::geometry::DVec3;
 use crate::hub::Passage;
-use crate::machine::Axes;
+use crate::machine::{Axes, LONGEST_TRAVEL};
 use crate::reach::{Aside, Reached, reach, turn_outward};
 use crate::surface::{Part, Surface, Warning, Whole};
-
-/// Farthest distance of a part from the origin, mm: half of the largest coordinate that is read back from a program.
-const LONGEST_TRAVEL: f64 = 5e5;
 
 /// What is machined, and what else there is.
 #[derive(Clone, Debug)]

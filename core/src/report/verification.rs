@@ -972,3 +972,18 @@ impl VerificationReport {
         json::pretty(self)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::given;
+
+    #[test]
+    fn a_limit_is_never_told_as_none() {
+        let told = |mm: f64| given(mm);
+        assert_eq!(
+            ["10.0", "0.1", "0.04", "0.001"].map(str::to_owned),
+            [0.01, 1e-4, 4e-5, 1e-6].map(told)
+        );
+        assert_eq!(given(0.0), "0.0");
+    }
+}

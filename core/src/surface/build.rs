@@ -10,8 +10,7 @@ use super::manifold::Surface;
 use super::parametrisation::Parametrisation;
 use super::select::{Picked, pick};
 use super::warning::{self, Warning};
-use crate::geometry::math::{cos, sin};
-use crate::geometry::{DMat3, DVec2, DVec3, OrderBy};
+use crate::geometry::{DMat3, DVec2, DVec3, OrderBy, rotation};
 use crate::job::SurfaceOptions;
 use crate::mesh::repair::{is_flat, turn_faces};
 use crate::mesh::{Connectivity, TriangleSoup, VertexId, repair};
@@ -245,14 +244,6 @@ fn place(mut soup: TriangleSoup, options: &SurfaceOptions) -> Result<TriangleSou
     Ok(soup)
 }
 
-fn rotation(angles: DVec3) -> DMat3 {
-    let [(sx, cx), (sy, cy), (sz, cz)] = angles.to_array().map(|a| (sin(a), cos(a)));
-    let about_x = DMat3::from_cols(DVec3::X, DVec3::new(0.0, cx, sx), DVec3::new(0.0, -sx, cx));
-    let about_y = DMat3::from_cols(DVec3::new(cy, 0.0, -sy), DVec3::Y, DVec3::new(sy, 0.0, cy));
-    let about_z = DMat3::from_cols(DVec3::new(cz, sz, 0.0), DVec3::new(-sz, cz, 0.0), DVec3::Z);
-    about_z * about_y * about_x
-}
-
 /// Everything that keeps the picked piece from being machined.
 fn faults(picked: &Picked, tolerance: f64) -> Vec<Fault> {
     let judgement = &picked.judgement;
@@ -284,6 +275,7 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     use super::*;
+    use crate::geometry::math::{cos, sin};
     use crate::job::{Component, Faces, Selection, SurfaceSource};
     use crate::surface::AnalyticSurface;
 

@@ -17,8 +17,8 @@ const TILE: f64 = 1024.0;
 pub const BLOCK: usize = 16;
 /// Largest cell, as a fraction of the squared distance of samples: halving then leaves cells around it.
 const CELL: f64 = core::f64::consts::SQRT_2;
-/// Width over length up to which a piece is cut across instead of being halved; and by how much shorter its pieces are than
-/// they may be, so that their diagonals are no longer.
+/// Width over length up to which a piece is cut across instead of being halved; and length of its pieces over the longest
+/// that they may be, so that their diagonals are no longer.
 const NARROW: f64 = 0.125;
 const LENGTH: f64 = 0.9;
 /// How far a sample may lie from its cell's centroid, as a fraction of the distance to the cell's rim. With 0, a row
@@ -174,7 +174,8 @@ pub fn tiles(
             let area = 0.5 * doubled(corners).length();
             if area > 0.0 {
                 // Needles are as bad as large facets: their tile would reach far.
-                let most = Most { area: 0.25 * largest, side: largest };
+                let length = LENGTH * largest.sqrt();
+                let most = Most { area: 0.25 * largest, side: largest, length };
                 let is_bridge = machined && bridges.get(f) == Some(&true);
                 let patch = Patch { corners, normals, area, machined, is_bridge, rim };
                 split(patch, most, &mut |p| patches.push(p));
@@ -193,6 +194,8 @@ struct Most {
     area: f64,
     /// Longest side, squared, mm².
     side: f64,
+    /// Length of the pieces of needles, mm.
+    length: f64,
 }
 
 /// The pieces of a patch that are no larger.
@@ -232,7 +235,7 @@ fn slice(patch: Patch, most: Most, out: &mut impl FnMut(Patch)) {
     for needle in [from_a, from_b].into_iter().filter(|needle| needle.area > 0.0) {
         let ([tip, u, v], [n, nu, nv]) = (needle.corners, needle.normals);
         let length = tip.distance(u).max(tip.distance(v));
-        let count = (length / (LENGTH * most.side.sqrt())).ceil().max(1.0);
+        let count = (length / most.length).ceil().max(1.0);
         let [tip_u, u_v, v_tip] = needle.rim;
         let at = |x: DVec3, nx: DVec3, j: f64| {
             (tip.lerp(x, j / count), n.lerp(nx, j / count).normalize_or(n))
@@ -315,9 +318,11 @@ impl Tile {
     pub fn samples(&self, spacing: f64, inset: f64) -> Vec<Sample> {
         let (mut out, mut rim) = (Vec::new(), Vec::new());
         let cell = CELL * spacing * spacing;
-        // A needle's cells may be as long as a few squares.
-        let most = Most { area: cell, side: 9.0 * cell };
+        // A needle's cells may be as long as a few squares; where it is machined they are as long as others.
+        let side = 9.0 * cell;
         for &patch in &self.patches {
+            let length = if patch.machined { cell.sqrt() } else { LENGTH * side.sqrt() };
+            let most = Most { area: cell, side, length };
             split(patch, most, &mut |p| {
                 out.push(p.sample(out.len()));
                 p.sample_rim(inset, &mut rim);
@@ -474,8 +479,15 @@ mod tests {
                 samples.iter().partition(|s| s.area > 0.0);
             let total: f64 = inside.iter().map(|s| s.area).sum();
             assert!((total / (0.5 * length * width) - 1.0).abs() < 1e-6, "{apex} {total}");
-            let most = 2.0 * length / spacing + total / (spacing * spacing);
+            // Patches and cells are each two triangles wide; a cell is as long as a square one.
+            let cell = CELL.sqrt() * spacing;
+            let most = 1.1 * 4.0 * length / cell + total / (spacing * spacing);
             assert!((inside.len() as f64) < most, "{apex}: {} samples", inside.len());
+            let as_rest = super::tiles(nothing, facets, spacing, &[], &[]);
+            let as_rest =
+                as_rest.iter().map(|t| t.samples(spacing, 0.0).len()).sum::<usize>() as f64;
+            let most = 2.0 * length / spacing + total / (spacing * spacing);
+            assert!(as_rest < most, "{apex}: {as_rest} samples of the rest");
             let mut along: Vec<f64> = inside.iter().map(|s| s.position.x).collect();
             along.order_by(f64::total_cmp);
             let gap = along.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
