@@ -915,7 +915,7 @@ fn without_stage(message: &str) -> String {
 /// What helps where the cutter does not fit.
 const SMALLER: &str =
     "use a smaller cutter or corner radius there, or a smaller cut.allowance if there is one";
-/// The same on a fixed axis.
+/// What helps on a fixed axis where the surface has creases.
 const REACHED: &str = "where it is noise, a fold or an edge, surface.steepest = 80.0 machines what the cutter reaches";
 
 /// What a reader should know before cutting.
@@ -925,12 +925,14 @@ fn warnings(
     slowed: Option<&PathFigures>,
     delivered: &PathFigures,
 ) -> Vec<Warning> {
+    let is_of_creases = |w: &surface::Warning| matches!(w, surface::Warning::Creases { .. });
     // What the cutter leaves of a part has no places into which it does not fit.
-    let may_be_reached = job.surface.steepest.is_none() && job.machine.axes == Axes::ThreeAxis;
+    let may_be_reached = job.surface.steepest.is_none()
+        && job.machine.axes == Axes::ThreeAxis
+        && planned.prepared.warnings.iter().any(is_of_creases);
     let about_surface = planned.prepared.warnings.iter().filter(|w| w.repair().is_none());
     let about_surface = about_surface.map(|w| {
-        let is_of_creases = matches!(w, surface::Warning::Creases { .. });
-        let remedy = if is_of_creases && may_be_reached { REACHED } else { "" };
+        let remedy = if is_of_creases(w) && may_be_reached { REACHED } else { "" };
         warning("surface", without_stage(&w.to_string()), remedy)
     });
     let mut out: Vec<Warning> = about_surface.collect();
