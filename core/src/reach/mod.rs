@@ -88,9 +88,7 @@ pub fn reach(part: &Part, machined: &Part, options: &ReachOptions) -> Result<Rea
     let mut net = Net::new(&terrain, lattice, options);
     net.refine()?;
     net.refine_at(&machined.positions)?;
-    if std::env::var("NOSETTLE").is_err() {
-        net.settle();
-    }
+    net.settle();
     let steepest = cos(options.steepest);
     let (mut soup, normals) = trim::trimmed(&net, steepest);
     retain_faces(&mut soup, |_, face| face.iter().any(|&v| normals[v as usize].z >= steepest));

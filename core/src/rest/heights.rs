@@ -60,6 +60,7 @@ impl Rest<'_> {
                 });
             }
         }
+        samples.extend(self.places.over_edges().into_iter().filter(is_near));
         if self.options.has_open_rim {
             samples.extend(self.places.on_rim().into_iter().filter(is_near));
         }

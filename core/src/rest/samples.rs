@@ -4,6 +4,8 @@
 //! - *Beside passes*: for a ball, where the ball alone would leave a little more than the limit on either side of a
 //!   pass and around its ends. What no pass covers is bounded by such places and by the rim: if these are low enough,
 //!   everything is.
+//! - *Over edges*: on faces across which the surface turns. There a cutter leaves little on the edge itself and much just
+//!   beside it, on strips narrower than the distance between other samples.
 //! - *On the rim*: along the boundary, where passes end.
 
 use crate::flatten::{Chart, Locator};
@@ -23,6 +25,10 @@ const SPACING: f64 = 0.06;
 const DENSER: f64 = 4.0;
 /// Distance between samples on the rim, side steps.
 const ON_RIM: f64 = 0.02;
+/// Cosine of the angle between normals at corners of a face, from which on it lies across an edge (25 degrees).
+const EDGE: f64 = 0.906_307_787;
+/// Distance between samples along edges, side steps.
+const ALONG_EDGE: f64 = 0.05;
 /// Distance along a pass of the samples beside it, side steps.
 const ALONG: f64 = 0.2;
 /// Distance to which higher places beside those samples are searched, side steps.
@@ -48,8 +54,9 @@ const AROUND_IT: u32 = 16;
 const OFF_RIM: f64 = 1e-9;
 /// Samples beside passes that are handed over together.
 const RUN: usize = 1 << 17;
-/// Greatest number of samples over faces, and on the rim; on larger surfaces they are less dense.
+/// Greatest number of samples over faces, over edges and on the rim; on larger surfaces they are less dense.
 const MOST: f64 = 2e6;
+const MOST_OVER_EDGES: f64 = 4e5;
 const MOST_ON_RIM: f64 = 2e5;
 
 /// A place of the surface.
@@ -138,6 +145,38 @@ impl Places<'_> {
             }
         }
         out
+    }
+
+    /// On faces across edges, by their length.
+    pub fn over_edges(&self) -> Vec<Sample> {
+        let faces = (0..self.surface.connectivity().face_count() as u32).map(FaceId);
+        let edges: Vec<FaceId> = faces.filter(|f| self.is_across_edge(*f)).collect();
+        let longest = |f: &FaceId| {
+            let [a, b, c] = self.surface.corners(*f);
+            a.distance(b).max(b.distance(c)).max(c.distance(a))
+        };
+        let asked = self.side_step * ALONG_EDGE;
+        let length: f64 = edges.iter().map(longest).sum();
+        let spacing = asked.max(length / MOST_OVER_EDGES);
+        let mut out = Vec::new();
+        let mut due = 0.5;
+        for face in edges {
+            let n = (longest(&face) / spacing).ceil().clamp(1.0, 1e3) as usize;
+            for weights in thirds(n) {
+                due += longest(&face) / (spacing * (n * n) as f64);
+                if due >= 1.0 {
+                    due -= 1.0;
+                    out.push(self.sample(SurfacePoint { face, weights }, spacing));
+                }
+            }
+        }
+        out
+    }
+
+    fn is_across_edge(&self, face: FaceId) -> bool {
+        let normals = self.surface.vertex_normals();
+        let [a, b, c] = self.surface.connectivity().face(face).map(|v| normals[v.index()]);
+        a.dot(b).min(b.dot(c)).min(c.dot(a)) < EDGE
     }
 
     /// The faces in the order of a curve that fills squares of the chart one after the other (Morton 1966): where
