@@ -92,7 +92,9 @@ impl Plan {
         }
         match &results.report.verification {
             Some(verification) if !verification.passed => {
-                Err(Failed(Exit::NotVerified, broken(&verification.broken)))
+                let remedies = verification.remedies.iter().map(|r| format!("help: {r}\n"));
+                let sentences = broken(&verification.broken) + &remedies.collect::<String>();
+                Err(Failed(Exit::NotVerified, sentences))
             }
             // Of a program that is wrong nobody is left in the dark, simulated or not.
             None if !results.program.is_empty() => {

@@ -92,6 +92,15 @@ fn a_new_job_is_good_and_can_be_planned() {
     assert!(messages.contains("evencut plan jobs/bowl.toml"), "{messages}");
     let job = fs::read_to_string(directory.join("jobs/bowl.toml")).unwrap();
     assert!(job.contains("file = \"../parts/bowl.obj\""), "{job}");
+    // Nothing in it has to be removed for another pattern.
+    for pattern in
+        ["iso-scallop", "iso-planar", "iso-parametric", "direction-field", "mpf", "spiral"]
+    {
+        let other = job.replace("\"contour\"", &format!("\"{pattern}\""));
+        fs::write(directory.join("jobs/other.toml"), other).unwrap();
+        let output = evencut(&directory, &["check", "jobs/other.toml"]);
+        assert_eq!(output.status.code(), Some(0), "{pattern}: {}", streams(&output).2);
+    }
     assert_eq!(evencut(&directory, &["check", "jobs/bowl.toml"]).status.code(), Some(0));
     let output = evencut(&directory, &["plan", "jobs/bowl.toml"]);
     assert_eq!(output.status.code(), Some(0), "{}", streams(&output).2);

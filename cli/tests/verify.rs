@@ -243,7 +243,7 @@ fn what_may_stand_between_samples_is_told() {
     };
     // Half the distance of samples up the side of a cusp is less than 6 µm here.
     let near = told(largest + 4e-3);
-    assert!(near.contains("; unseen between samples at most"), "{near}");
+    assert!(near.contains("; narrow places between samples may be"), "{near}");
     let far = told(1.0);
     assert!(!far.contains("unseen between samples"), "{far}");
 }

@@ -3,7 +3,7 @@
 
 use std::fmt::Write;
 
-use evencut_core::geometry::DVec3;
+use evencut_core::geometry::{DVec3, math};
 use evencut_core::job::{self, Job};
 use evencut_core::plan::{Files, Planned, plan};
 use evencut_core::toolpath::MoveKind;
@@ -295,23 +295,60 @@ fn scan(seed: u64) -> (Vec<u8>, usize) {
             places.push([x, y, bump + 0.008 * random()]);
         }
     }
-    let mut faces = Vec::new();
-    for (i, j) in (0..columns - 1).flat_map(|i| (0..rows - 1).map(move |j| (i, j))) {
-        let (a, b) = (i * rows + j, (i + 1) * rows + j);
-        faces.extend([[a, b, b + 1], [a, b + 1, a + 1]]);
-    }
+    let faces = faces_of(columns, rows);
     let area = |[a, b, c]: &[usize; 3]| {
         let [a, b, c] = [*a, *b, *c].map(|v| places[v]);
         (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])
     };
     let folded = faces.iter().filter(|face| area(face) < 0.0).count();
+    (obj(&places, &faces), folded)
+}
+
+/// Two triangles between any four neighbours of columns of places.
+fn faces_of(columns: usize, rows: usize) -> Vec<[usize; 3]> {
+    let squares = (0..columns - 1).flat_map(|i| (0..rows - 1).map(move |j| (i, j)));
+    let two = |(i, j): (usize, usize)| {
+        let (a, b) = (i * rows + j, (i + 1) * rows + j);
+        [[a, b, b + 1], [a, b + 1, a + 1]]
+    };
+    squares.flat_map(two).collect()
+}
+
+fn obj(places: &[[f64; 3]], faces: &[[usize; 3]]) -> Vec<u8> {
     let mut text = String::new();
     places.iter().for_each(|[x, y, z]| writeln!(text, "v {x} {y} {z}").unwrap());
     for face in faces {
         let [a, b, c] = face.map(|v| v + 1);
         writeln!(text, "f {a} {b} {c}").unwrap();
     }
-    (text.into_bytes(), folded)
+    text.into_bytes()
+}
+
+/// A plate of 30 x 24 mm with a pocket whose walls lean by 14 degrees and a conical boss in it, as a mesh with edges along
+/// the pocket's rim and floor.
+fn drafted_pocket() -> Vec<u8> {
+    let (columns, rows, apart) = (121, 97, 0.25);
+    let height = |x: f64, y: f64| {
+        let outside = ((x - 15.0).abs() - 9.0).max((y - 12.0).abs() - 7.0);
+        let pocket = (4.0 * outside).clamp(-4.0, 0.0);
+        let boss = (3.0 * (4.0 - math::hypot(x - 15.0, y - 12.0))).clamp(0.0, 3.0) - 4.0;
+        if outside < 0.0 { pocket.max(boss) } else { pocket }
+    };
+    let of = |k: usize| {
+        let (x, y) = (apart * (k / rows) as f64, apart * (k % rows) as f64);
+        [x, y, height(x, y)]
+    };
+    let places: Vec<[f64; 3]> = (0..columns * rows).map(of).collect();
+    obj(&places, &faces_of(columns, rows))
+}
+
+/// Beside sharp rims cusps stand on strips narrower than those at which the planner looks elsewhere.
+#[test]
+fn rims_of_a_pocket_and_a_boss_keep_a_small_limit() {
+    let text = "version = 1\n[surface]\nfile = \"pocket.obj\"\nsteepest = 80.0\n[tool]\ndiameter = 4.0\n[cut]\n\
+                scallop = 0.01\naxial_depth = 0.2\nfeed = 900.0\ntolerance = 0.005\n[force]\ncontrol = \"off\"\n";
+    let job = job::read(text.as_bytes()).unwrap().job;
+    kept("drafted pocket", &job, &drafted_pocket());
 }
 
 /// Noise makes valleys that no cutter fits into, and folds a few faces over; the job that is written for such a scan keeps

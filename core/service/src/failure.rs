@@ -131,6 +131,7 @@ fn of_plan(error: &PlanError) -> Failure {
         PlanError::Rings(LevelSetError::TooFine { .. }) => {
             bad_surface(&["cut.stepover", "cut.scallop"], Hint::None)
         }
+        PlanError::Rings(LevelSetError::Needles { .. }) => bad_surface(SOURCE, Hint::None),
         PlanError::Rings(LevelSetError::TooSmall { .. }) => {
             bad_surface(&["surface.scale", "cut.stepover", "cut.scallop"], Hint::Inspect)
         }

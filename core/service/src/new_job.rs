@@ -2,7 +2,7 @@
 
 use crate::blisk::Blisk;
 use evencut_core::hub::HubError;
-use evencut_core::job::{Outside, SurfaceFacts, template};
+use evencut_core::job::{Outside, SurfaceFacts, coarse_facets, template};
 use evencut_core::mesh::{MeshFormat, TriangleSoup, read};
 use evencut_core::nurbs::{MeshOptions, NurbsError, Trim, mesh, read_json};
 use evencut_core::plan::{Design, Files, PlanError, SurfaceKeys};
@@ -126,9 +126,15 @@ impl Contents {
         }
     }
 
-    /// What of the job has to be corrected before it is used.
+    /// What of the job has to be looked at before it is used.
     pub fn doubt(&self) -> Option<String> {
-        let (blisk, _) = self.blisk.as_ref()?;
+        let Some((blisk, _)) = self.blisk.as_ref() else {
+            let off = coarse_facets(&self.facts())?;
+            return Some(format!(
+                "the facets of the mesh are about {off:.3} mm off a smooth surface, so cut.scallop and cut.tolerance of \
+                 the job are coarse; for finer ones give a finer mesh"
+            ));
+        };
         if let Some((found, around)) = blisk.found_of() {
             return Some(format!(
                 "{found} blades were found in the file, and the nearest two stand as far apart as {around} do, so hub.blades = \

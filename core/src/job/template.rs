@@ -99,6 +99,12 @@ const COARSEST: f64 = 0.02;
 /// Tolerances to start from, mm: the least that is not finer than the facets of the mesh.
 const TOLERANCES: [f64; 5] = [0.005, 0.01, 0.02, 0.05, 0.1];
 
+/// How far the facets of a mesh are off the smooth surface, mm, where the job's tolerance is coarser than usual for it.
+pub fn coarse_facets(facts: &SurfaceFacts) -> Option<f64> {
+    let off = facts.off_smooth * Unit::guess(facts).mm();
+    (off > TOLERANCES[0]).then_some(off)
+}
+
 /// A commented job file for the surface in `file`, with values to start from.
 ///
 /// `file`: name of the surface file relative to the job file. The text reads as a valid job.
@@ -114,10 +120,12 @@ pub fn template(file: &str, facts: &SurfaceFacts) -> String {
     // What the cutter bridges of a part does not limit it.
     let diameter = diameter_for(middle, radius.filter(|_| !whole));
     let across = if whole { ACROSS_PART } else { STEPS_ACROSS };
-    let facets = tolerance_for(facts.off_smooth * unit.mm(), diameter);
+    let coarse = coarse_facets(facts);
+    let facets = tolerance_for(coarse.unwrap_or_default(), diameter);
     let scallop = scallop_for(middle / across, diameter).max(facets / OF_SCALLOP);
-    let about_facets =
-        format!("; facets are about {:.3} mm off a smooth surface", facts.off_smooth * unit.mm());
+    let about_facets = coarse.map_or_else(String::new, |off| {
+        format!("; facets are about {off:.3} mm off a smooth surface")
+    });
     let share = if whole { OF_SCALLOP } else { OF_FINE_SCALLOP };
     // A product of decimals that reads as one.
     let tolerance = ((share * scallop).max(facets) * 1e6).round() / 1e6;
@@ -153,15 +161,15 @@ direction = \"climb\"        # climb | conventional
 inaccessible = \"lift\"      # lift the cutter where it does not fit, or refuse the job
 {}
 [path]
-order = \"outside-in\"       # outside-in | inside-out
+pattern = \"contour\"        # rings; or iso-scallop | iso-planar | spiral and more
 boundary = \"open\"          # open: air outside of the surface; wall: material that stays
 
 [force]
 relative = 1.5             # limit of the removal rate, times that of a straight pass
-control = {:<16} # off | trochoid | feed
+control = {:<16} # off | feed | fastest | trochoid, the last two with rings
 
 [machine]
-{:<26} # 3 | xyzac
+{:<26} # {}
 clearance = 10.0
 
 [output]
@@ -186,7 +194,7 @@ svg = [\"flat\", \"surface\"{}, \"scallop\"{}]
         format!("scallop = {scallop:?}"),
         format!("axial_depth = {:?}", (diameter * 5.0).round() / 100.0),
         format!("tolerance = {tolerance:?}"),
-        if facets > TOLERANCES[0] { &about_facets } else { "" },
+        about_facets,
         if placed.five_axes {
             "lead = 10.0                # tilt in the feed direction\n"
         } else {
@@ -194,6 +202,11 @@ svg = [\"flat\", \"surface\"{}, \"scallop\"{}]
         },
         if whole { "\"off\"" } else { "\"feed\"" },
         format!("axes = {:?}", if placed.five_axes { "xyzac" } else { "3" }),
+        match (whole, placed.five_axes) {
+            (true, _) => "five axes only for one surface, without surface.steepest",
+            (false, true) => "xyzac and others; 3 without cut.lead",
+            (false, false) => "3 | xyzac and others, with cut.lead for flat and bull ends",
+        },
         if whole { "" } else { ", \"mrr\"" },
         if whole { "" } else { ", \"removal\"" },
     );

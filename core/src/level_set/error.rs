@@ -7,12 +7,21 @@ use thiserror::Error;
 pub enum LevelSetError {
     /// The mesh would need too many triangles.
     #[error(
-        "rings: a side step of {side_step:.4} mm would need a mesh of more than {limit} triangles \
-         for the distance field; choose a larger cut.stepover or cut.scallop, or machine a smaller part"
+        "passes: with a side step of {side_step:.4} mm they would need a mesh of more than {limit} triangles; \
+         choose a larger cut.stepover or cut.scallop, or machine a smaller part"
     )]
     TooFine {
         /// Typical requested side step, mm.
         side_step: f64,
+        /// Largest number of triangles.
+        limit: usize,
+    },
+    /// Its triangles would have to be divided into too many.
+    #[error(
+        "passes: the surface has long, thin triangles, which would have to be divided into more than {limit}; remesh it \
+         with triangles about as long as wide, or machine it as a part with surface.steepest"
+    )]
+    Needles {
         /// Largest number of triangles.
         limit: usize,
     },

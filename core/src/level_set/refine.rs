@@ -21,6 +21,9 @@ pub(super) const COARSE: f64 = 6.0;
 /// in WebAssembly, all of whose memory is 4 GB.
 const MOST_FACES: usize = if cfg!(target_pointer_width = "32") { 2_500_000 } else { 12_000_000 };
 
+/// How many times the fewest triangles halving of good triangles makes at most.
+const UNEVEN: f64 = 8.0;
+
 /// A mesh that is fine already costs what was given, whatever the side step.
 fn most_faces(given: usize) -> usize {
     MOST_FACES.max(2 * given)
@@ -226,14 +229,19 @@ impl PassMesh {
         square.max(0.0).sqrt()
     }
 
-    /// Fails before refining when the result could not stay below the most faces.
-    fn check_size(&self) -> Result<(), LevelSetError> {
+    /// How many triangles there are at least if no side is longer than a pass.
+    fn least_faces(&self) -> f64 {
         let passes: f64 = (0..self.connectivity.face_count() as u32)
             .map(|f| heron([0, 1, 2].map(|i| self.pass_length(FaceId(f).half_edge(i)))))
             .sum();
         // An equilateral triangle of the longest side allowed covers 0.433 passes².
+        passes / 0.433
+    }
+
+    /// Fails before refining when the result could not stay below the most faces.
+    fn check_size(&self) -> Result<(), LevelSetError> {
         let limit = self.most_faces;
-        if passes / 0.433 > limit as f64 {
+        if self.least_faces() > limit as f64 {
             return Err(LevelSetError::TooFine { side_step: self.mean_pass(), limit });
         }
         Ok(())
@@ -281,8 +289,10 @@ impl PassMesh {
         }
         let limit = self.most_faces;
         if faces.len() > limit {
-            let side_step = self.length(HalfEdgeId(0)) / self.pass_length(HalfEdgeId(0));
-            return Err(LevelSetError::TooFine { side_step, limit });
+            return Err(match self.least_faces() * UNEVEN > limit as f64 {
+                true => LevelSetError::TooFine { side_step: self.mean_pass(), limit },
+                false => LevelSetError::Needles { limit },
+            });
         }
         // Splitting keeps a manifold a manifold.
         let connectivity = Connectivity::new(next.uv.len(), faces);

@@ -120,6 +120,9 @@ fn verification(html: &mut String, report: &Report) {
         let sentence = escaped(sentence);
         let _ = writeln!(html, "<p class=\"warning\"><strong>broken:</strong> {sentence}</p>");
     }
+    for remedy in &v.remedies {
+        let _ = writeln!(html, "<p>Remedy: {}</p>", escaped(&remedy.replace('`', "")));
+    }
     html.push_str("<table>\n");
     for (label, line) in v.short() {
         let _ = writeln!(html, "<tr><th>{label}</th><td>{}</td></tr>", escaped(&line));

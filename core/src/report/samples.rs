@@ -308,6 +308,7 @@ fn verification() -> VerificationFigures {
     VerificationFigures {
         passed: false,
         broken: vec!["gouge of 20.0 µm at (44.10, 77.90, 3.20), line 12".to_owned()],
+        remedies: vec!["use a smaller cutter".to_owned()],
         area_mm2: 10_713.2,
         samples: 412_000,
         spacing_mm: 0.16,

@@ -28,6 +28,8 @@ pub struct VerificationFigures {
     pub passed: bool,
     /// The limits that are broken, in words.
     pub broken: Vec<String>,
+    /// What may keep them, by the keys of a job.
+    pub remedies: Vec<String>,
     /// Area that was judged, mm²; what lies where the cutter does not fit is apart.
     pub area_mm2: f64,
     /// Number of samples.
@@ -416,6 +418,9 @@ impl VerificationFigures {
         let f = &verification.figures;
         let broken: Vec<String> =
             f.broken.iter().map(|b| described(b, options, &lines)).chain(program.clone()).collect();
+        let mut remedies: Vec<String> =
+            f.broken.iter().filter_map(remedy).map(str::to_owned).collect();
+        remedies.dedup();
         let faults = |faults: &[Fault]| {
             let figures = |f: &Fault| FaultFigures {
                 line: lines.of(f.of),
@@ -427,6 +432,7 @@ impl VerificationFigures {
         Self {
             passed: broken.is_empty(),
             broken,
+            remedies,
             area_mm2: f.area,
             samples: f.samples as u64,
             spacing_mm: f.spacing,
@@ -509,7 +515,7 @@ impl VerificationFigures {
         }
         if self.scallop.kept_within_sampling_bound {
             let bound = micrometres(s.sampling_bound_mm);
-            let _ = write!(line, "; unseen between samples at most {bound} µm more");
+            let _ = write!(line, "; narrow places between samples may be {bound} µm higher");
         }
         let _ = write!(line, ", P99 {}, mean {}", micrometres(s.p99_mm), micrometres(s.mean_mm));
         line
@@ -596,7 +602,7 @@ impl VerificationFigures {
         }
         let _ = writeln!(
             text,
-            "  {:<10}{} samples, {:.3} mm apart; unseen between them at most {} µm more",
+            "  {:<10}{} samples, {:.3} mm apart; narrow places between them may be {} µm higher",
             "sampled",
             self.samples,
             self.spacing_mm,
@@ -816,6 +822,28 @@ fn counted(count: usize, thing: &str) -> String {
 /// How deep something cuts in, which is known to a tenth of a millimetre.
 fn up_to(depth: f64) -> String {
     if depth < 0.05 { "less than 0.1 mm".to_owned() } else { format!("up to {depth:.1} mm") }
+}
+
+/// What may keep a limit; `None` where its sentence says so.
+fn remedy(broken: &Broken) -> Option<&'static str> {
+    match broken {
+        Broken::Scallop { .. } => Some(
+            "give a larger `cut.tolerance` or `cut.scallop`, or a finer mesh if its facets are longer than passes are apart",
+        ),
+        Broken::Gouge { .. } | Broken::Wall { .. } => Some(
+            "use a smaller cutter or corner radius, or give a larger `cut.tolerance`; `surface.steepest` machines of a \
+             mesh only what the cutter reaches from above",
+        ),
+        Broken::Untouched { .. } => {
+            Some("try another `path.start` or `path.pattern`, or a smaller cutter")
+        }
+        Broken::RemovalRate { .. } | Broken::Load { .. } => {
+            Some("give a smaller `cut.axial_depth`, or `force.control = \"fastest\"`")
+        }
+        Broken::Rapid { .. } => Some("give a larger `machine.clearance`"),
+        Broken::NoFeed { .. } => Some("give every move a feed"),
+        Broken::TooNear { .. } | Broken::Avoided { .. } | Broken::FitsNowhere { .. } => None,
+    }
 }
 
 /// A broken limit as a sentence.

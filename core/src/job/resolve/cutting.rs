@@ -62,9 +62,10 @@ impl Resolver<'_> {
                 (corner == radius, format!("{}, half the diameter", self.show(radius)))
             }
             ToolKind::Flat => (corner == 0.0, "0".to_owned()),
-            ToolKind::Bull => {
-                (corner > 0.0 && corner < radius, format!("between 0 and {}", self.show(radius)))
-            }
+            ToolKind::Bull => (
+                corner > 0.0 && corner < radius,
+                format!("more than 0 and less than {}", self.show(radius)),
+            ),
         };
         if !agrees {
             let kind = kind.name();
