@@ -1,6 +1,7 @@
 //! Whole parts: the planner takes closed solids with walls, pockets and undersides as they are, and what it plans on
 //! the surface that the cutter reaches keeps its limits on the solid itself.
 
+use core::f64::consts::TAU;
 use std::fmt::Write;
 
 use evencut_core::geometry::{DVec3, math};
@@ -324,31 +325,47 @@ fn obj(places: &[[f64; 3]], faces: &[[usize; 3]]) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// A plate of 30 x 24 mm with a pocket whose walls lean by 14 degrees and a conical boss in it, as a mesh with edges along
-/// the pocket's rim and floor.
-fn drafted_pocket() -> Vec<u8> {
-    let (columns, rows, apart) = (121, 97, 0.25);
-    let height = |x: f64, y: f64| {
-        let outside = ((x - 15.0).abs() - 9.0).max((y - 12.0).abs() - 7.0);
-        let pocket = (4.0 * outside).clamp(-4.0, 0.0);
-        let boss = (3.0 * (4.0 - math::hypot(x - 15.0, y - 12.0))).clamp(0.0, 3.0) - 4.0;
-        if outside < 0.0 { pocket.max(boss) } else { pocket }
-    };
-    let of = |k: usize| {
-        let (x, y) = (apart * (k / rows) as f64, apart * (k % rows) as f64);
-        [x, y, height(x, y)]
-    };
-    let places: Vec<[f64; 3]> = (0..columns * rows).map(of).collect();
-    obj(&places, &faces_of(columns, rows))
+/// A block with a square pocket, a round boss in it and a bore through both: outlines one above or inside the other, of
+/// 128 corners each.
+fn bored_boss() -> Vec<u8> {
+    const CORNERS: usize = 128;
+    let square = |half: f64| (half, true);
+    let circle = |radius: f64| (radius, false);
+    let outlines = [
+        (circle(7.0), 0.0),
+        (square(50.0), 0.0),
+        (square(50.0), 30.0),
+        (square(35.0), 30.0),
+        (square(35.0), 15.0),
+        (circle(15.0), 15.0),
+        (circle(15.0), 29.0),
+        (circle(7.0), 29.0),
+    ];
+    let mut places = Vec::new();
+    for ((size, is_square), z) in outlines {
+        for k in 0..CORNERS {
+            let turn = TAU * k as f64 / CORNERS as f64;
+            let (x, y) = (math::cos(turn), math::sin(turn));
+            let out = if is_square { size / x.abs().max(y.abs()) } else { size };
+            places.push([out * x, out * y, z]);
+        }
+    }
+    let mut faces = Vec::new();
+    for (k, i) in (0..outlines.len()).flat_map(|k| (0..CORNERS).map(move |i| (k, i))) {
+        let at = |k: usize, i: usize| k % outlines.len() * CORNERS + i % CORNERS;
+        let [a, b, c, d] = [at(k, i), at(k, i + 1), at(k + 1, i + 1), at(k + 1, i)];
+        faces.extend([[a, b, c], [a, c, d]]);
+    }
+    obj(&places, &faces)
 }
 
 /// Beside sharp rims cusps stand on strips narrower than those at which the planner looks elsewhere.
 #[test]
 fn rims_of_a_pocket_and_a_boss_keep_a_small_limit() {
-    let text = "version = 1\n[surface]\nfile = \"pocket.obj\"\nsteepest = 80.0\n[tool]\ndiameter = 4.0\n[cut]\n\
+    let text = "version = 1\n[surface]\nfile = \"boss.obj\"\nsteepest = 80.0\n[tool]\ndiameter = 10.0\n[cut]\n\
                 scallop = 0.01\naxial_depth = 0.2\nfeed = 900.0\ntolerance = 0.005\n[force]\ncontrol = \"off\"\n";
     let job = job::read(text.as_bytes()).unwrap().job;
-    kept("drafted pocket", &job, &drafted_pocket());
+    kept("bored boss", &job, &bored_boss());
 }
 
 /// Noise makes valleys that no cutter fits into, and folds a few faces over; the job that is written for such a scan keeps
