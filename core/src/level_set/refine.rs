@@ -8,6 +8,8 @@ use crate::mesh::{Connectivity, FaceId, HalfEdgeId, VertexId};
 use crate::surface::Surface;
 use std::sync::OnceLock;
 
+mod needles;
+
 /// Edges longer than this many passes are split in a fine mesh. Longer: corners of rings and summits of the field are
 /// blunted; shorter: the number of triangles grows quadratically.
 const FINE: f64 = 1.0;
@@ -128,7 +130,7 @@ impl PassMesh {
     }
 
     pub(super) fn with_edges_below(self, longest: f64) -> Result<Self, LevelSetError> {
-        let mut mesh = self;
+        let mut mesh = self.with_needles_cut(longest)?;
         while let Some(finer) = mesh.split_long_edges(longest)? {
             mesh = finer;
         }
@@ -257,27 +259,46 @@ impl PassMesh {
         is_chord || self.pass_length(side) > longest
     }
 
+    /// The same mesh, to which vertices are added.
+    fn clone_to_refine(&self) -> Self {
+        Self { flat: OnceLock::new(), ..self.clone() }
+    }
+
+    /// Adds a vertex between two, at that fraction of the way.
+    fn push_between(&mut self, a: usize, b: usize, part: f64) {
+        let rest = 1.0 - part;
+        self.uv.push(rest * self.uv[a] + part * self.uv[b]);
+        self.scale.push(rest * self.scale[a] + part * self.scale[b]);
+        self.positions.push(rest * self.positions[a] + part * self.positions[b]);
+        let (m, n) = (&self.metric[a], &self.metric[b]);
+        self.metric.push(core::array::from_fn(|i| rest * m[i] + part * n[i]));
+    }
+
+    /// Why it cannot be refined.
+    fn too_many(&self) -> LevelSetError {
+        let limit = self.most_faces;
+        match self.least_faces() * UNEVEN > limit as f64 {
+            true => LevelSetError::TooFine { side_step: self.mean_pass(), limit },
+            false => LevelSetError::Needles { limit },
+        }
+    }
+
     /// One round of splitting at mid-edges; `None` when there is nothing to split.
     fn split_long_edges(&self, longest: f64) -> Result<Option<Self>, LevelSetError> {
         let sides = 3 * self.connectivity.face_count();
         let mut middle = vec![u32::MAX; sides];
-        let mut next = Self { flat: OnceLock::new(), ..self.clone() };
+        let mut next = self.clone_to_refine();
         for h in 0..sides {
             let side = HalfEdgeId(h as u32);
             if middle[h] != u32::MAX || !self.is_split(side, longest) {
                 continue;
             }
             let (a, b) = self.connectivity.ends(side);
-            let (a, b) = (a.index(), b.index());
             middle[h] = next.uv.len() as u32;
             if let Some(o) = self.connectivity.opposite(side) {
                 middle[o.index()] = middle[h];
             }
-            next.uv.push(0.5 * (self.uv[a] + self.uv[b]));
-            next.scale.push(0.5 * (self.scale[a] + self.scale[b]));
-            next.positions.push(0.5 * (self.positions[a] + self.positions[b]));
-            let (m, n) = (&self.metric[a], &self.metric[b]);
-            next.metric.push(core::array::from_fn(|i| 0.5 * (m[i] + n[i])));
+            next.push_between(a.index(), b.index(), 0.5);
         }
         if next.uv.len() == self.uv.len() {
             return Ok(None);
@@ -287,12 +308,8 @@ impl PassMesh {
             let split = [0, 1, 2].map(|i| middle[3 * f + i]);
             next.split_face(*face, split, &mut faces);
         }
-        let limit = self.most_faces;
-        if faces.len() > limit {
-            return Err(match self.least_faces() * UNEVEN > limit as f64 {
-                true => LevelSetError::TooFine { side_step: self.mean_pass(), limit },
-                false => LevelSetError::Needles { limit },
-            });
+        if faces.len() > self.most_faces {
+            return Err(self.too_many());
         }
         // Splitting keeps a manifold a manifold.
         let connectivity = Connectivity::new(next.uv.len(), faces);

@@ -4,7 +4,7 @@
 //! - *Beside passes*: for a ball, where the ball alone would leave a little more than the limit on either side of a
 //!   pass and around its ends. What no pass covers is bounded by such places and by the rim: if these are low enough,
 //!   everything is.
-//! - *Over edges*: on faces across which the surface turns. There a cutter leaves little on the edge itself and much just
+//! - *Over edges*: on faces across which the surface turns away. There a cutter leaves little on the edge itself and much just
 //!   beside it, on strips narrower than the distance between other samples.
 //! - *On the rim*: along the boundary, where passes end.
 
@@ -173,10 +173,15 @@ impl Places<'_> {
         out
     }
 
+    /// Whether the normals at two corners of a face diverge by much.
     fn is_across_edge(&self, face: FaceId) -> bool {
         let normals = self.surface.vertex_normals();
-        let [a, b, c] = self.surface.connectivity().face(face).map(|v| normals[v.index()]);
-        a.dot(b).min(b.dot(c)).min(c.dot(a)) < EDGE
+        let normal = self.surface.connectivity().face(face).map(|v| normals[v.index()]);
+        let corner = self.surface.corners(face);
+        [(0, 1), (1, 2), (2, 0)].into_iter().any(|(a, b)| {
+            let is_convex = (normal[b] - normal[a]).dot(corner[b] - corner[a]) > 0.0;
+            is_convex && normal[a].dot(normal[b]) < EDGE
+        })
     }
 
     /// The faces in the order of a curve that fills squares of the chart one after the other (Morton 1966): where
