@@ -131,8 +131,8 @@ impl Contents {
         let Some((blisk, _)) = self.blisk.as_ref() else {
             let off = coarse_facets(&self.facts())?;
             return Some(format!(
-                "the facets of the mesh are about {off:.3} mm off a smooth surface, so cut.scallop and cut.tolerance of \
-                 the job are coarse; for finer ones give a finer mesh"
+                "if the mesh stands for a smooth surface, its facets are about {off:.3} mm off it, so cut.scallop and \
+                 cut.tolerance of the job are coarse; where its edges are meant, write finer ones"
             ));
         };
         if let Some((found, around)) = blisk.found_of() {

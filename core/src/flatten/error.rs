@@ -21,7 +21,7 @@ pub enum FlattenError {
     /// A face without area has no angles.
     #[error(
         "flatten: face {face} at ({:.3}, {:.3}, {:.3}) has no area; every face needs a positive \
-         one: weld the mesh with a larger tolerance or remove the face", at.x, at.y, at.z
+         one: remove the face, or machine the part with surface.steepest", at.x, at.y, at.z
     )]
     Degenerate {
         /// The face.

@@ -25,7 +25,7 @@ use crate::flatten::Locator;
 use crate::footprint::Footprint;
 use crate::geometry::math::{cos, sin};
 use crate::geometry::{DVec2, DVec3, OrderBy};
-use crate::job::{FirstPass, Parameter, PathOptions, Pattern};
+use crate::job::{FirstPass, Parameter, PathOptions, Pattern, Start};
 use crate::level_set::Pass;
 use crate::level_set::{
     Accuracy, LevelSetError, Outermost, PassField, PassMesh, half_levels, open_levels,
@@ -154,13 +154,20 @@ struct Sketch<'a> {
 
 impl Sketch<'_> {
     fn iso_scallop(&self) -> Result<PassField, LevelSetError> {
-        self.source()?.field(self.mesh, self.locator, Accuracy::Full)
+        let field = |source: Source| source.field(self.mesh, self.locator, Accuracy::Full);
+        match self.source(&self.options.start).and_then(field) {
+            // In what is left between bands no curve along the widest strips may be long enough to cross a face.
+            Err(LevelSetError::NoCurve) if self.options.pattern.divides_itself() => {
+                self.source(&Start::Boundary).and_then(field)
+            }
+            field => field,
+        }
     }
 
     /// Start of the iso-scallop passes: of several starts the one with the shortest level curves.
-    fn source(&self) -> Result<Source, LevelSetError> {
+    fn source(&self, start: &Start) -> Result<Source, LevelSetError> {
         let locator = Locator::new(self.coarse.connectivity(), self.coarse.uv());
-        let mut candidates = Source::candidates(self.coarse, &locator, &self.options.start);
+        let mut candidates = Source::candidates(self.coarse, &locator, start);
         if self.setting.footprint.lags() {
             candidates = candidates.into_iter().map(Source::going_on).collect();
         }
@@ -185,7 +192,7 @@ impl Sketch<'_> {
     /// The potential that follows the best direction as closely as gives the shortest level curves, on the coarse
     /// mesh.
     fn direction_field(&self) -> Result<PassField, LevelSetError> {
-        let mut before = vec![Before::Distance(self.source()?)];
+        let mut before = vec![Before::Distance(self.source(&self.options.start)?)];
         before.extend(self.angle().ok().map(Before::Plane));
         let locator = Locator::new(self.coarse.connectivity(), self.coarse.uv());
         let mut best = (f64::INFINITY, 0, f64::INFINITY);

@@ -70,7 +70,7 @@ pub enum PlanError {
     /// The reached surface consists of several pieces, of which each would have to be divided.
     #[error(
         "regions: the cutter reaches {pieces} pieces of the part, which are regions already; dividing them \
-         further ({method}) is not possible: remove regions.method, or choose another path.pattern"
+         further ({method}) is not possible: choose another path.pattern, and no regions.method"
     )]
     Pieces {
         /// Number of pieces.

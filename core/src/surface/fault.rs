@@ -27,8 +27,9 @@ pub enum Fault {
     },
     /// The piece has no boundary.
     #[error(
-        "a closed surface of {faces} faces without boundary; a surface to machine has one: pick \
-         the faces with surface.select (normal_within or a box)"
+        "a closed surface of {faces} faces without boundary; a surface to machine has one: give \
+         surface.steepest, which machines what the cutter reaches from above, or pick the faces with surface.select \
+         (normal_within or a box)"
     )]
     Closed {
         /// Number of faces.
