@@ -826,24 +826,22 @@ fn up_to(depth: f64) -> String {
 
 /// What may keep a limit; `None` where its sentence says so.
 fn remedy(broken: &Broken) -> Option<&'static str> {
-    match broken {
-        Broken::Scallop { .. } => Some(
-            "give a larger `cut.tolerance` or `cut.scallop`, or a finer mesh if its facets are longer than passes are apart",
-        ),
-        Broken::Gouge { .. } | Broken::Wall { .. } => Some(
-            "use a smaller cutter or corner radius, or give a larger `cut.tolerance`; `surface.steepest` machines of a \
-             mesh only what the cutter reaches from above",
-        ),
+    Some(match broken {
+        Broken::Scallop { .. } => {
+            "give a larger `cut.tolerance` or `cut.scallop`, or a mesh with facets shorter than passes are apart"
+        }
+        Broken::Gouge { .. } | Broken::Wall { .. } => {
+            "use a smaller cutter, give a larger `cut.tolerance`, or machine what is reached (`surface.steepest`)"
+        }
         Broken::Untouched { .. } => {
-            Some("try another `path.start` or `path.pattern`, or a smaller cutter")
+            "try another `path.start` or `path.pattern`, or a smaller cutter"
         }
         Broken::RemovalRate { .. } | Broken::Load { .. } => {
-            Some("give a smaller `cut.axial_depth`, or `force.control = \"fastest\"`")
+            "give a smaller `cut.axial_depth`, or `force.control = \"fastest\"`"
         }
-        Broken::Rapid { .. } => Some("give a larger `machine.clearance`"),
-        Broken::NoFeed { .. } => Some("give every move a feed"),
-        Broken::TooNear { .. } | Broken::Avoided { .. } | Broken::FitsNowhere { .. } => None,
-    }
+        Broken::Rapid { .. } => "give a larger `machine.clearance`",
+        _ => return None,
+    })
 }
 
 /// A broken limit as a sentence.

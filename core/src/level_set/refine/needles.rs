@@ -88,16 +88,19 @@ impl PassMesh {
                 faces.push(*face);
                 continue;
             }
-            let mut lower = vec![face[own]];
-            lower.extend(on_side(sides[own]));
-            lower.push(face[after]);
-            let mut upper = vec![face[after]];
-            upper.extend(on_side(sides[after]));
-            upper.push(face[last]);
-            upper.extend(on_side(sides[last]));
-            upper.push(face[own]);
-            upper.reverse();
-            next.between(&lower, &upper, &mut faces);
+            // Around the triangle, from the end of the base on.
+            let mut around = Vec::new();
+            for k in [after, last, own] {
+                around.push(face[k]);
+                around.extend(on_side(sides[k]));
+            }
+            let count = around.len();
+            let of_base = pieces[sides[own].index()] as usize;
+            let mut lower = around[count - of_base..].to_vec();
+            lower.push(around[0]);
+            around.truncate(count + 1 - of_base);
+            around.reverse();
+            next.between(&lower, &around, &mut faces);
         }
         // Dividing sides keeps a manifold a manifold.
         let connectivity = Connectivity::new(next.uv.len(), faces);
