@@ -245,7 +245,7 @@ fn what_may_stand_between_samples_is_told() {
     let near = told(largest + 4e-3);
     assert!(near.contains("; narrow places between samples may be"), "{near}");
     let far = told(1.0);
-    assert!(!far.contains("unseen between samples"), "{far}");
+    assert!(!far.contains("narrow places between samples"), "{far}");
 }
 
 #[test]

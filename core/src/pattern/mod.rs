@@ -165,7 +165,6 @@ impl Sketch<'_> {
     }
 
     /// Start of the iso-scallop passes: of several starts the one with the shortest level curves.
-    #[inline(never)]
     fn source(&self, start: &Start) -> Result<Source, LevelSetError> {
         let locator = Locator::new(self.coarse.connectivity(), self.coarse.uv());
         let mut candidates = Source::candidates(self.coarse, &locator, start);

@@ -127,8 +127,6 @@ impl Source {
     ///
     /// # Errors
     /// [`LevelSetError::NoCurve`] when it crosses no face.
-    // One copy instead of one a caller: the page's first load is bounded.
-    #[inline(never)]
     pub fn field(
         &self,
         mesh: &PassMesh,
