@@ -1,8 +1,13 @@
 //! What a mesh is as a surface: pieces, boundary, genus, and where it is not a manifold.
 
+use std::collections::BTreeMap;
+
 use super::edges::{Edges, Sets, component_roots, ends, fans, next_side};
 use super::repair::{face_area, orientation};
 use crate::geometry::{DVec3, OrderBy};
+
+/// Area of the openings of a closed surface, at most, over its own.
+const SLITS: f64 = 1e-4;
 
 /// A connected component; faces hang together by edges.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -42,6 +47,8 @@ pub struct Judgement {
     pub components: Vec<ComponentSummary>,
     /// Length of every boundary loop, longest first.
     pub boundary_loops: Vec<f64>,
+    /// Area that the boundary loops enclose, as the length of each loop's area vector; a slit has none.
+    pub openings: f64,
     /// `V - E + F`.
     pub euler: i64,
     /// Handles, summed over the components; `None` where it has no meaning (non-manifold or
@@ -53,6 +60,15 @@ pub struct Judgement {
     pub nonmanifold_vertices: Occurrences,
     /// Edges at which no choice of orientation lets the faces agree; none if orientable.
     pub orientation_conflicts: Occurrences,
+}
+
+impl Judgement {
+    /// Whether the faces enclose a solid: without boundary, or with slits only, as where the vertices of one wall lie on an
+    /// edge of the next.
+    pub fn is_closed(&self) -> bool {
+        let area = self.components.iter().fold(0.0, |sum, c| sum + c.area);
+        self.openings <= SLITS * area
+    }
 }
 
 /// Judges faces whose vertices are below `positions.len()` and distinct in every face.
@@ -73,7 +89,7 @@ pub fn judge(positions: &[DVec3], faces: &[[u32; 3]]) -> Judgement {
     }
     let (vertices, fans, nonmanifold_vertices) = count_vertices(positions, faces, &fan_of);
     let components = components(positions, faces, &edges);
-    let boundary_loops = boundary_loops(positions, faces, &edges, &fan_of);
+    let (boundary_loops, openings) = boundary_loops(positions, faces, &edges, &fan_of);
     let manifold = nonmanifold_edges.count == 0 && orientation_conflicts.count == 0;
     let flat = |corners: usize| corners as i64 - edges.len() as i64 + faces.len() as i64;
     // With touching pieces parted, every component has 2 - 2 genus - loops.
@@ -85,6 +101,7 @@ pub fn judge(positions: &[DVec3], faces: &[[u32; 3]]) -> Judgement {
         genus: manifold.then_some(handles.max(0) as u64 / 2),
         components,
         boundary_loops,
+        openings,
         nonmanifold_edges,
         nonmanifold_vertices,
         orientation_conflicts,
@@ -131,27 +148,39 @@ fn components(positions: &[DVec3], faces: &[[u32; 3]], edges: &Edges) -> Vec<Com
     list
 }
 
-/// Lengths of connected chains of boundary edges, with touching pieces parted.
+/// What is summed along a boundary loop.
+struct Loop {
+    start: DVec3,
+    length: f64,
+    area: DVec3,
+}
+
+/// Lengths of connected chains of boundary edges, with touching pieces parted, and the area that they enclose.
 fn boundary_loops(
     positions: &[DVec3],
     faces: &[[u32; 3]],
     edges: &Edges,
     fan_of: &[u32],
-) -> Vec<f64> {
+) -> (Vec<f64>, f64) {
     let boundary = || edges.iter().filter(|sides| sides.len() == 1).map(|sides| sides[0]);
     let mut sets = Sets::new(fan_of.len());
     for h in boundary() {
         sets.join(fan_of[h as usize], fan_of[next_side(h) as usize]);
     }
-    let mut length = vec![0.0; fan_of.len()];
+    let mut all = BTreeMap::<u32, Loop>::new();
     for h in boundary() {
-        let (a, b) = ends(faces, h);
-        let root = sets.root(fan_of[h as usize]) as usize;
-        length[root] += (positions[b as usize] - positions[a as usize]).length();
+        let [a, b] = <[u32; 2]>::from(ends(faces, h)).map(|v| positions[v as usize]);
+        let at = all.entry(sets.root(fan_of[h as usize])).or_insert(Loop {
+            start: a,
+            length: 0.0,
+            area: DVec3::ZERO,
+        });
+        at.length += a.distance(b);
+        at.area += 0.5 * (a - at.start).cross(b - at.start);
     }
-    let mut lengths: Vec<f64> = length.into_iter().filter(|l| *l > 0.0).collect();
+    let mut lengths: Vec<f64> = all.values().map(|l| l.length).filter(|l| *l > 0.0).collect();
     lengths.order_by(|a, b| b.total_cmp(a));
-    lengths
+    (lengths, all.values().fold(0.0, |sum, l| sum + l.area.length()))
 }
 
 /// For every face the index of its component in [`Judgement::components`].

@@ -321,7 +321,7 @@ mod tests {
     #[test]
     fn a_cube_as_it_is_has_no_boundary() {
         let error = build(cube(), &options(Selection::default())).unwrap_err();
-        assert_eq!(error, SurfaceError::Unusable(vec![Fault::Closed { faces: 12 }]));
+        assert_eq!(error, SurfaceError::Unusable(vec![Fault::Closed { faces: 12, slits: 0 }]));
     }
 
     #[test]

@@ -27,13 +27,15 @@ pub enum Fault {
     },
     /// The piece has no boundary.
     #[error(
-        "a closed surface of {faces} faces without boundary; a surface to machine has one: give \
+        "a closed surface of {faces} faces {}; a surface to machine has one: give \
          surface.steepest, which machines what the cutter reaches from above, or pick the faces with surface.select \
-         (normal_within or a box)"
+         (normal_within or a box)", without_boundary(*.slits)
     )]
     Closed {
         /// Number of faces.
         faces: usize,
+        /// Number of boundary loops, none of which has an area.
+        slits: usize,
     },
     /// Edges with more than two faces.
     #[error(
@@ -103,6 +105,14 @@ pub enum Fault {
     },
 }
 
+fn without_boundary(slits: usize) -> String {
+    match slits {
+        0 => "without boundary".to_owned(),
+        1 => "whose boundary is a slit without area".to_owned(),
+        n => format!("whose boundary is {n} slits without area"),
+    }
+}
+
 /// The fault of having more than one piece.
 pub(super) fn several_pieces(judgement: &Judgement, mesh: &TriangleSoup) -> Option<Fault> {
     let [first, second, ..] = judgement.components[..] else { return None };
@@ -115,8 +125,9 @@ pub(super) fn several_pieces(judgement: &Judgement, mesh: &TriangleSoup) -> Opti
 /// What is wrong with the topology, apart from the number of pieces.
 pub(super) fn topology_faults(judgement: &Judgement) -> Vec<Fault> {
     let mut faults = Vec::new();
-    if judgement.boundary_loops.is_empty() {
-        faults.push(Fault::Closed { faces: judgement.faces });
+    if judgement.is_closed() {
+        let slits = judgement.boundary_loops.len();
+        faults.push(Fault::Closed { faces: judgement.faces, slits });
     }
     if let Some(at) = judgement.nonmanifold_edges.example {
         faults.push(Fault::NonManifoldEdges { count: judgement.nonmanifold_edges.count, at });

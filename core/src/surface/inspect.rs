@@ -410,6 +410,22 @@ mod tests {
     }
 
     #[test]
+    fn walls_with_vertices_on_the_edge_of_the_next_are_closed_but_a_tube_is_not() {
+        // A wedge on whose lower edge, halfway, lies a vertex of its bottom alone.
+        let at = [(0, 0, 0), (4, 0, 0), (0, 3, 0), (4, 3, 0), (0, 3, 2), (4, 3, 2), (2, 0, 0)];
+        let positions = at.map(|(x, y, z)| DVec3::new(x.into(), y.into(), z.into())).to_vec();
+        let wedge = [[0, 1, 5], [0, 5, 4], [2, 4, 5], [2, 5, 3], [0, 4, 2], [1, 3, 5]];
+        let bottom = [[0, 2, 6], [6, 2, 3], [6, 3, 1]];
+        let faces = wedge.into_iter().chain(bottom).collect();
+        let faults = |faces| {
+            let soup = TriangleSoup { positions: positions.clone(), faces, texture: None };
+            Inspection::new(soup).unwrap().faults
+        };
+        assert_eq!(faults(faces), [Fault::Closed { faces: 9, slits: 1 }]);
+        assert_eq!(faults(wedge.to_vec()), []);
+    }
+
+    #[test]
     fn a_standing_tube_is_seen_from_its_side() {
         let rim = |i: usize, z: f64| {
             let angle = i as f64 * std::f64::consts::TAU / 32.0;
@@ -419,7 +435,10 @@ mod tests {
         let side = |i: u32| [[i, (i + 1) % 32, (i + 1) % 32 + 32], [i, (i + 1) % 32 + 32, i + 32]];
         let faces = (0..32).flat_map(side).collect();
         let tube = TriangleSoup { positions, faces, texture: None };
-        let [front, turned_over] = Inspection::new(tube).unwrap().facing.fronts;
+        let inspection = Inspection::new(tube).unwrap();
+        // Its openings look away from each other.
+        assert_eq!((inspection.vector_area.length() < 1e-9, inspection.faults.len()), (true, 0));
+        let [front, turned_over] = inspection.facing.fronts;
         assert_eq!((front.from_up, front.direction.z), (0.0, 0.0), "{front:?}");
         // Within 80 of 90 degrees from a direction across.
         assert!((front.most - 8.0 / 18.0).abs() < 0.04, "{}", front.most);
