@@ -92,13 +92,11 @@ impl Plan {
         }
         match &results.report.verification {
             Some(verification) if !verification.passed => {
-                let remedies = verification.remedies.iter().map(|r| format!("help: {r}\n"));
-                let sentences = broken(&verification.broken) + &remedies.collect::<String>();
-                Err(Failed(Exit::NotVerified, sentences))
+                Err(Failed(Exit::NotVerified, broken(&verification.broken, &verification.remedies)))
             }
             // Of a program that is wrong nobody is left in the dark, simulated or not.
             None if !results.program.is_empty() => {
-                Err(Failed(Exit::NotVerified, broken(&results.program)))
+                Err(Failed(Exit::NotVerified, broken(&results.program, &[])))
             }
             _ => self.asked_texture(&read, &results),
         }
@@ -143,9 +141,13 @@ impl Plan {
             Some(_) => report.broken(),
             None => report.findings.iter().chain(unmeasured).cloned().collect(),
         };
+        let judged = results.operations.iter().filter_map(|one| one.report.verification.as_ref());
+        let mut remedies: Vec<String> = judged.flat_map(|v| &v.remedies).cloned().collect();
+        remedies.sort_unstable();
+        remedies.dedup();
         match wrong.is_empty() {
             true => Ok(()),
-            false => Err(Failed(Exit::NotVerified, broken(&wrong))),
+            false => Err(Failed(Exit::NotVerified, broken(&wrong, &remedies))),
         }
     }
 
@@ -255,9 +257,10 @@ fn write(target: &Path, files: &[OutputFile]) -> Result<PathBuf, OutputError> {
     Ok(target.to_owned())
 }
 
-/// The limits that the simulation found broken, as messages.
-pub fn broken(sentences: &[String]) -> String {
-    sentences.iter().map(|sentence| format!("error: verification: {sentence}\n")).collect()
+/// The limits that the simulation found broken, as messages, and what helps.
+pub fn broken(sentences: &[String], remedies: &[String]) -> String {
+    let errors = sentences.iter().map(|sentence| format!("error: verification: {sentence}\n"));
+    errors.chain(remedies.iter().map(|remedy| format!("help: {remedy}\n"))).collect()
 }
 
 /// Why results cannot be written, as a failure.

@@ -438,7 +438,7 @@ impl Verify {
         if figures.passed {
             return Ok(());
         }
-        Err(Failed(Exit::NotVerified, broken(&figures.broken)))
+        Err(Failed(Exit::NotVerified, broken(&figures.broken, &figures.remedies)))
     }
 }
 

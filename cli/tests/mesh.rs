@@ -118,13 +118,26 @@ fn a_new_job_for_a_solid_machines_it_from_above() {
     text += "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
     fs::write(directory.join("block.obj"), text).unwrap();
     let output = evencut(&directory, &["new", "block.obj"]);
-    assert_eq!(output.status.code(), Some(0), "{}", streams(&output).2);
+    let (code, _, messages) = streams(&output);
+    assert_eq!(code, 0, "{messages}");
+    // Its edges are meant.
+    assert!(!messages.contains("facets are about"), "{messages}");
     let job = fs::read_to_string(directory.join("block.toml")).unwrap();
     assert!(job.contains("steepest = 80.0") && job.contains("control = \"off\""), "{job}");
     let output = evencut(&directory, &["plan", "block.toml"]);
     let (code, summary, messages) = streams(&output);
     assert_eq!(code, 0, "{messages}");
     assert!(summary.contains("face away from +Z"), "{summary}");
+}
+
+#[test]
+fn a_new_job_for_coarse_facets_says_what_they_cost() {
+    let directory = scratch("facets");
+    write_bowl(&directory.join("bowl.obj"), 4.0);
+    let output = evencut(&directory, &["new", "bowl.obj"]);
+    let (code, _, messages) = streams(&output);
+    assert_eq!(code, 0, "{messages}");
+    assert!(messages.contains("facets are about 0."), "{messages}");
 }
 
 #[test]

@@ -113,7 +113,11 @@ fn a_gouge_is_named_with_place_and_line() {
     let (exit, _, errors) = streams(&output);
     assert_eq!(exit, 5);
     assert!(errors.contains("gouge of"), "{errors}");
+    assert_eq!(errors.matches("help: ").count(), 1, "{errors}");
     let v = &json(&output.stdout)["verification"];
+    let remedies: Vec<&str> =
+        v["remedies"].as_array().unwrap().iter().map(|text| text.as_str().unwrap()).collect();
+    assert!(matches!(remedies[..], [one] if errors.contains(one)), "{remedies:?}");
     assert!((v["gouge_mm"].as_f64().unwrap() + 0.05).abs() < 0.002);
     let at: Vec<f64> =
         v["gouge_at_mm"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();

@@ -165,6 +165,22 @@ fn around_a_boss_nothing_is_inaccessible() {
     assert_eq!((v.inaccessible_mm2, v.rest_mm2), (0.0, 0.0));
 }
 
+/// The cutter reaches the top of the boss and the plate around it: two pieces, which are regions, and may be divided further.
+#[test]
+fn pieces_of_a_part_are_divided() {
+    let mpf = "pattern = \"mpf\"";
+    let even = "pattern = \"contour\"\n[regions]\nmethod = \"distortion\"";
+    let tensor = "pattern = \"iso-scallop\"\n[regions]\nmethod = \"tensor\"";
+    for (path, least) in [(mpf, 4), (even, 2), (tensor, 2)] {
+        let (planned, _) = kept(path, &job("ball", 4.0, "file = \"boss.obj\"", path), &boss());
+        let count = planned.passes.divided.map_or(1, |divided| divided.parts.len());
+        assert!(count >= least, "{path}: {count}");
+    }
+    // In what is left between bands no curve along the widest strips may be long enough to cross a face.
+    kept("bored boss", &job("ball", 4.0, "file = \"boss.obj\"", mpf), &bored_boss());
+    kept("block", &job("ball", 4.0, "file = \"block.obj\"", mpf), &block(true));
+}
+
 #[test]
 fn a_closed_block_is_faced_by_a_flat_end() {
     let job = job("flat", 6.0, "file = \"block.obj\"", "pattern = \"iso-planar\"");

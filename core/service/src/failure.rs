@@ -126,7 +126,6 @@ fn of_plan(error: &PlanError) -> Failure {
         PlanError::Blade { key: "hub.blades", .. } => bad_surface(&["hub.blades"], Hint::None),
         PlanError::Blade { .. } => bad_surface(&["hub.blade"], Hint::None),
         PlanError::Hub(error) => of_hub(error),
-        PlanError::Pieces { .. } => bad_surface(&["regions.method", "path.pattern"], Hint::None),
         PlanError::Flatten(_) => bad_surface(SOURCE, Hint::Inspect),
         PlanError::Rings(LevelSetError::TooFine { .. }) => {
             bad_surface(&["cut.stepover", "cut.scallop"], Hint::None)

@@ -67,17 +67,6 @@ pub enum PlanError {
     /// Nothing of the part can be reached.
     #[error(transparent)]
     Reach(#[from] ReachError),
-    /// The reached surface consists of several pieces, of which each would have to be divided.
-    #[error(
-        "regions: the cutter reaches {pieces} pieces of the part, which are regions already; dividing them \
-         further ({method}) is not possible: choose another path.pattern, and no regions.method"
-    )]
-    Pieces {
-        /// Number of pieces.
-        pieces: usize,
-        /// How they are to be divided.
-        method: &'static str,
-    },
     /// Nothing is left for rest finishing.
     #[error(
         "rest: the operations before leave less than {:.1} µm above the allowance everywhere, which is what cusps may have: \

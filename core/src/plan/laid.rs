@@ -283,7 +283,6 @@ fn division(
     metrics: &[StripMetric],
     threads: usize,
 ) -> Result<(Option<Regions>, Option<Topology>), PlanError> {
-    refuse_divided_pieces(prepared, job)?;
     let mut topology = topology(prepared, locator, job);
     let regions = match job.path.pattern.divides_itself() {
         true => Some(banded(prepared, job, metrics.to_vec())?),
@@ -294,17 +293,6 @@ fn division(
         topology.points.iter_mut().for_each(|p| p.divides &= regions.is_at_border(p.at.face));
     }
     Ok((regions, topology))
-}
-
-/// Pieces are regions; their own division is not supported.
-fn refuse_divided_pieces(prepared: &Prepared, job: &Job) -> Result<(), PlanError> {
-    let (pieces, pattern) = (prepared.pieces, job.path.pattern);
-    let method = match &job.regions.division {
-        _ if pattern.divides_itself() => pattern.name(),
-        Division::Single => return Ok(()),
-        _ => job.regions.method().name(),
-    };
-    if pieces > 1 { Err(PlanError::Pieces { pieces, method }) } else { Ok(()) }
 }
 
 /// The regions that the job specifies; `None` for a single one.

@@ -418,9 +418,12 @@ impl VerificationFigures {
         let f = &verification.figures;
         let broken: Vec<String> =
             f.broken.iter().map(|b| described(b, options, &lines)).chain(program.clone()).collect();
-        let mut remedies: Vec<String> =
-            f.broken.iter().filter_map(remedy).map(str::to_owned).collect();
-        remedies.dedup();
+        let mut remedies: Vec<String> = Vec::new();
+        for text in f.broken.iter().filter_map(remedy) {
+            if !remedies.iter().any(|known| known == text) {
+                remedies.push(text.to_owned());
+            }
+        }
         let faults = |faults: &[Fault]| {
             let figures = |f: &Fault| FaultFigures {
                 line: lines.of(f.of),

@@ -52,8 +52,12 @@ pub fn divide(
     threads: usize,
 ) -> Result<Vec<Flattened>, FlattenError> {
     let all: Vec<u32> = (0..split_mesh.faces().len() as u32).collect();
-    let whole = Flattened::of(split_mesh, &all)?;
-    let mut open: Vec<Flattened> = whole.into_iter().collect();
+    let groups = split_mesh.groups(&all, |_| 0, 0.0);
+    (0..).zip(&groups).for_each(|(label, faces)| split_mesh.set_label(faces, label));
+    let mut open = Vec::new();
+    for faces in &groups {
+        open.extend(Flattened::of(split_mesh, faces)?);
+    }
     let mut done = Vec::new();
     for _ in 0..options.depth {
         let (even, uneven): (Vec<_>, Vec<_>) =
