@@ -59,8 +59,8 @@ pub fn resolved(path: &Path, source: &[u8]) -> Result<Resolved, Faults> {
 pub struct Paths {
     /// That of the surface.
     pub surface: Option<PathBuf>,
-    /// Those of the meshes that it avoids, with their names in the job, in the order of its tables.
-    pub avoid: Vec<(String, PathBuf)>,
+    /// Those of the meshes beside the surface, with their names in the job.
+    pub meshes: Vec<(NamedFile, String, PathBuf)>,
     /// That of the post-processor.
     pub post: Option<PathBuf>,
     /// Those of the surfaces of blades, with their names in the job.
@@ -87,7 +87,9 @@ impl Paths {
         let with_path = |name: &str| (name.to_owned(), found(name));
         Self {
             surface,
-            avoid: job.avoided_files().map(with_path).collect(),
+            meshes: NamedFile::meshes(job)
+                .map(|(file, name)| (file, name.to_owned(), found(name)))
+                .collect(),
             post: job.post_file().map(&found),
             blades: job.blade_files().into_iter().map(with_path).collect(),
         }
@@ -96,11 +98,10 @@ impl Paths {
     /// All of them, with what they are.
     pub fn all(&self) -> impl Iterator<Item = (NamedFile, &PathBuf)> {
         let surface = self.surface.iter().map(|path| (NamedFile::Surface, path));
-        let avoid = self.avoid.iter().enumerate();
-        let avoid = avoid.map(|(i, (_, path))| (NamedFile::Avoid(i), path));
+        let meshes = self.meshes.iter().map(|(file, _, path)| (*file, path));
         let blades = self.blades.iter().map(|(_, path)| (NamedFile::Blade, path));
         let post = self.post.iter().map(|path| (NamedFile::Post, path));
-        surface.chain(avoid).chain(blades).chain(post)
+        surface.chain(meshes).chain(blades).chain(post)
     }
 }
 
@@ -130,8 +131,8 @@ fn file_of_results(directory: &Path, name: &str) -> PathBuf {
 pub struct Contents {
     /// Path and content of the surface file.
     pub surface: Option<(PathBuf, Vec<u8>)>,
-    /// Names in the job and contents of the meshes that it avoids.
-    pub avoid: Vec<(String, Vec<u8>)>,
+    /// Names in the job and contents of the meshes beside the surface.
+    pub meshes: Vec<(String, Vec<u8>)>,
     /// Path and content of the post-processor's file.
     pub post: Option<(PathBuf, Vec<u8>)>,
     /// Names in the job and contents of the surfaces of blades.
@@ -151,13 +152,12 @@ impl Contents {
         let named = |(name, path): (String, PathBuf), file| {
             read_named(&path, file, job_source).map(|bytes| (name, bytes))
         };
-        let avoid = paths.avoid.into_iter().enumerate();
-        let avoid = avoid.map(|(i, file)| named(file, NamedFile::Avoid(i)));
-        let avoid = avoid.collect::<Result<_, _>>()?;
+        let meshes = paths.meshes.into_iter().map(|(file, name, path)| named((name, path), file));
+        let meshes = meshes.collect::<Result<_, _>>()?;
         let blades = paths.blades.into_iter().map(|file| named(file, NamedFile::Blade));
         let blades = blades.collect::<Result<_, _>>()?;
         let post = read(paths.post, NamedFile::Post)?;
-        Ok(Self { surface, avoid, post, blades, beside: Vec::new() })
+        Ok(Self { surface, meshes, post, blades, beside: Vec::new() })
     }
 
     /// The same, with the files that the job was completed with.
@@ -174,7 +174,7 @@ impl Contents {
     pub fn files(&self) -> Files<'_> {
         Files {
             surface: self.surface.as_ref().map(|(_, bytes)| &bytes[..]),
-            avoid: &self.avoid,
+            meshes: &self.meshes,
             post: self.post.as_ref().map(|(_, bytes)| &bytes[..]),
             beside: &self.beside,
             blades: &self.blades,

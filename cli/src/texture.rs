@@ -187,7 +187,7 @@ impl Texture {
         let surface = surface.zip(contents.surface.as_ref());
         let surface = surface.map(|(name, (path, bytes))| (name, path.as_path(), bytes));
         let avoided =
-            contents.avoid.iter().map(|(name, bytes)| (&name[..], Path::new(name), bytes));
+            contents.meshes.iter().map(|(name, bytes)| (&name[..], Path::new(name), bytes));
         let report = recorded(&self.input);
         for (name, path, bytes) in surface.into_iter().chain(avoided) {
             let recorded = report.as_ref().and_then(|report| report.input(name));

@@ -316,6 +316,7 @@ impl Verify {
             bridges: Vec::new(),
             walls: None,
             above: None,
+            stock: None,
             avoided: Vec::new(),
             threads: self.threads(),
         };

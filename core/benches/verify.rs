@@ -70,6 +70,7 @@ fn judge(c: &mut Criterion) {
             bridges: Vec::new(),
             walls: None,
             above: None,
+            stock: None,
             avoided: Vec::new(),
             threads: 2,
         };

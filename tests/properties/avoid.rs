@@ -58,7 +58,7 @@ fn planned(job: &Job, files: Files) -> (Planned, VerificationFigures) {
 /// farther than by two tolerances more; what stays beside it is as large as the cutter and that distance make it.
 fn check_clamp(name: &str, cutter: &str, lacks: f64, distance: f64) {
     let clamps = held(&[("clamp", block([-30.0, -10.0, -5.0], [-15.0, 10.0, 12.0]))]);
-    let files = Files { avoid: &clamps, ..Files::default() };
+    let files = Files { meshes: &clamps, ..Files::default() };
     let job = job(&format!("{PLANE}{cutter}{}", avoid("clamp", distance)));
     assert_eq!(job::read(job.to_toml().as_bytes()).unwrap().job, job);
     let (_, v) = planned(&job, files);
@@ -122,7 +122,7 @@ fn several_are_kept_clear_of_each_by_its_own_distance() {
         ("tower", block([-2.0, -2.0, -5.0], [2.0, 2.0, 60.0])),
         ("far", block([90.0, -9.0, -5.0], [99.0, 9.0, 9.0])),
     ]);
-    let files = Files { avoid: &meshes, ..Files::default() };
+    let files = Files { meshes: &meshes, ..Files::default() };
     for pattern in ["contour", "iso-planar", "spiral"] {
         let tables = [avoid("left", 0.3), avoid("tower", 2.0), avoid("far", 3.0)].concat();
         let job = job(&format!("{PLANE}{BALL}[path]\npattern = \"{pattern}\"\n{tables}"));
@@ -150,7 +150,7 @@ fn several_are_kept_clear_of_each_by_its_own_distance() {
 fn what_is_reached_of_a_part_is_cut_clear_of_a_clamp() {
     let part = block([0.0, 0.0, -10.0], [40.0, 30.0, 0.0]);
     let clamps = held(&[("clamp", block([-10.0, 10.0, -10.0], [8.0, 20.0, 15.0]))]);
-    let files = Files { surface: Some(&part), avoid: &clamps, ..Files::default() };
+    let files = Files { surface: Some(&part), meshes: &clamps, ..Files::default() };
     let surface = "[surface]\nfile = \"part.obj\"\nsteepest = 60.0\n";
     let job = job(&format!("{surface}{BALL}{}", avoid("clamp", 0.7)));
     let (_, v) = planned(&job, files);
@@ -164,7 +164,7 @@ fn what_is_reached_of_a_part_is_cut_clear_of_a_clamp() {
 fn a_leaning_cutter_keeps_its_distance_from_a_clamp() {
     let cap = "[surface.analytic]\nkind = \"sphere-cap\"\nsize = 40.0\nradius = 50.0\n";
     let clamps = held(&[("clamp", block([-30.0, -8.0, -15.0], [-14.0, 8.0, 6.0]))]);
-    let files = Files { avoid: &clamps, ..Files::default() };
+    let files = Files { meshes: &clamps, ..Files::default() };
     let cutter = BALL.replace("tolerance", "lead = 10.0\ntolerance");
     let job = job(&format!("{cap}{cutter}[machine]\naxes = \"xyzac\"\n{}", avoid("clamp", 0.5)));
     let (plan, v) = planned(&job, files);
@@ -183,7 +183,7 @@ fn a_leaning_cutter_keeps_its_distance_from_a_clamp() {
 #[test]
 fn a_holder_keeps_its_distance_from_a_clamp() {
     let clamps = held(&[("clamp", block([-30.0, -10.0, -5.0], [-15.0, 10.0, 12.0]))]);
-    let files = Files { avoid: &clamps, ..Files::default() };
+    let files = Files { meshes: &clamps, ..Files::default() };
     let with_stickout = |stickout: f64| {
         let tool = format!(
             "[tool]\nkind = \"ball\"\ndiameter = 6.0\nlength = 8.0\nstickout = {stickout}\nholder = [{{ diameter = \
@@ -242,7 +242,7 @@ fn beside_a_wall(tool: &str, pattern: &str, tilt: &str) -> Job {
 #[test]
 fn a_ball_is_tilted_for_its_holder_to_clear_a_wall() {
     let wall = held(&[("wall", block([31.0, -30.0, -5.0], [36.0, 30.0, 60.0]))]);
-    let files = Files { avoid: &wall, ..Files::default() };
+    let files = Files { meshes: &wall, ..Files::default() };
     let ball = "kind = \"ball\"\ndiameter = 8.0\n";
     for pattern in ["contour", "iso-planar", "iso-scallop"] {
         let job = beside_a_wall(ball, pattern, "");
@@ -264,7 +264,7 @@ fn a_ball_is_tilted_for_its_holder_to_clear_a_wall() {
 #[test]
 fn nothing_is_tilted_where_nothing_is_near() {
     let wall = held(&[("wall", block([61.0, -30.0, -5.0], [66.0, 30.0, 60.0]))]);
-    let files = Files { avoid: &wall, ..Files::default() };
+    let files = Files { meshes: &wall, ..Files::default() };
     let job = beside_a_wall("kind = \"ball\"\ndiameter = 8.0\n", "iso-planar", "");
     let (plan, v) = planned(&job, files);
     assert!(v.passed, "{:?}", v.broken);

@@ -11,6 +11,7 @@ mod jobs;
 mod parts;
 mod regions;
 mod steady_load;
+mod stock;
 mod tensor;
 mod texture;
 mod time;

@@ -133,7 +133,7 @@ fn examples(project: &Path, folder: &Path) -> Result<(), String> {
         let job_files =
             resolved.job.blade_files().into_iter().map(PathBuf::from).collect::<Vec<_>>();
         files.extend(job_files);
-        files.extend(resolved.job.avoided_files().map(PathBuf::from));
+        files.extend(resolved.job.mesh_files().map(PathBuf::from));
         for file in &files {
             copy(&project.join("jobs").join(file), &folder.join("examples").join(file))?;
         }

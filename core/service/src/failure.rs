@@ -113,6 +113,8 @@ fn of_plan(error: &PlanError) -> Failure {
         PlanError::NoRest { .. } | PlanError::RestTooNarrow { .. } => limit(&["operation"]),
         PlanError::NoFile(_) => BUG,
         PlanError::UnknownFormat(_) | PlanError::Read(_) => bad_surface(SOURCE, Hint::None),
+        PlanError::Stock { .. } | PlanError::OpenStock => bad_surface(&["stock"], Hint::None),
+        PlanError::StockTooThick { .. } => limit(&["stock", "cut.axial_depth"]),
         PlanError::Avoided { .. } => bad_surface(&["avoid"], Hint::None),
         PlanError::Surface(error) => bad_surface(surface_keys(error), Hint::Inspect),
         PlanError::Smooth(error) => of_smooth(error),

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::ops::Range;
 
-use evencut_core::job::{Beside, Fault};
+use evencut_core::job::{Beside, Fault, Job};
 use toml::de::DeTable;
 
 /// A file that a job names.
@@ -13,6 +13,8 @@ pub enum NamedFile {
     Surface,
     /// A mesh that the tool avoids, by the index of its table.
     Avoid(usize),
+    /// The mesh of the stock.
+    Stock,
     /// A surface of a blade.
     Blade,
     /// The post-processor.
@@ -22,11 +24,18 @@ pub enum NamedFile {
 }
 
 impl NamedFile {
+    /// The meshes beside the surface of a job, as [`Job::mesh_files`].
+    pub fn meshes(job: &Job) -> impl Iterator<Item = (Self, &str)> {
+        let avoided = (0..job.avoid.len()).map(Self::Avoid);
+        avoided.chain([Self::Stock]).zip(job.mesh_files())
+    }
+
     /// The key of its name.
     pub fn key(self) -> String {
         match self {
             Self::Surface => "surface.file".into(),
             Self::Avoid(index) => format!("avoid[{index}].file"),
+            Self::Stock => "stock.file".into(),
             Self::Blade => "hub.blade".into(),
             Self::Post => "output.gcode.post_file".into(),
             Self::Beside(file) => file.key().into(),
@@ -38,6 +47,7 @@ impl NamedFile {
         match self {
             Self::Surface => "surface",
             Self::Avoid(_) => "avoid",
+            Self::Stock => "stock",
             Self::Blade => "hub",
             Self::Post => "post",
             Self::Beside(Beside::Library) => "tool",

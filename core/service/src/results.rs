@@ -42,8 +42,8 @@ use evencut_core::surface;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
 use evencut_core::units::per_minute;
 use evencut_core::verify::{
-    AboveCutter, Avoided, Earlier, EarlierCut, Facets, LoadOptions, Rise, Sphere, Verification,
-    VerifyError, VerifyOptions, Walls, verify,
+    AboveCutter, Avoided, Earlier, EarlierCut, Facets, LoadOptions, Rise, Solid, Sphere,
+    Verification, VerifyError, VerifyOptions, Walls, verify,
 };
 use program::WrittenProgram;
 use texture::{TextureResults, texture_on};
@@ -170,10 +170,10 @@ pub fn named_files<'a>(job: &'a Job, files: Files<'a>) -> Vec<Input<'a>> {
         let (_, bytes) = files.iter().find(|(held, _)| held == name)?;
         Some(Input { name, bytes })
     };
-    let avoided = job.avoided_files().filter_map(|name| held(files.avoid, name));
+    let meshes = job.mesh_files().filter_map(|name| held(files.meshes, name));
     let blades = job.blade_files().into_iter().filter_map(|name| held(files.blades, name));
     let beside = files.beside.iter().map(|(name, bytes)| Input { name, bytes });
-    named.into_iter().filter_map(input).chain(avoided).chain(blades).chain(beside).collect()
+    named.into_iter().filter_map(input).chain(meshes).chain(blades).chain(beside).collect()
 }
 
 /// The post-processor of a job, and whether it can write the job's program; `file`: the content of its file.
@@ -501,6 +501,7 @@ pub(crate) fn judge(
     let options = VerifyOptions {
         inaccessible: places.iter().map(sphere).collect(),
         bridges: planned.prepared.bridges.clone(),
+        stock: given_stock(planned.prepared.stock.as_ref()),
         avoided: avoided(&planned.prepared.avoided),
         earlier: earlier(stock),
         ..verify_options(job, planned.cusps.limit, threads)
@@ -535,6 +536,11 @@ pub(crate) fn avoided(meshes: &[plan::Avoided]) -> Vec<Avoided> {
     meshes.iter().map(of).collect()
 }
 
+/// What the judge is told of where the stock ends.
+pub(crate) fn given_stock(solid: Option<&surface::Part>) -> Option<Solid> {
+    solid.map(|s| Solid { positions: s.positions.clone(), faces: s.faces.clone() })
+}
+
 /// The verification options of a job, apart from its meshes; `cusp_limit`: height of the cusps that are meant to stay,
 /// mm.
 pub fn verify_options(job: &Job, cusp_limit: f64, threads: usize) -> VerifyOptions {
@@ -557,6 +563,7 @@ pub fn verify_options(job: &Job, cusp_limit: f64, threads: usize) -> VerifyOptio
         bridges: Vec::new(),
         walls: (job.path.boundary == Boundary::Wall).then(|| walls(job)),
         above: above_cutter(job),
+        stock: None,
         avoided: Vec::new(),
         threads,
     }

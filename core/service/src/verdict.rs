@@ -14,7 +14,9 @@ use evencut_core::report::{
 };
 use evencut_core::surface::{Part, Warning};
 use evencut_core::toolpath::{CsvError, MoveKind, Toolpath};
-use evencut_core::verify::{Avoided, Facets, LoadOptions, VerifyError, VerifyOptions, verify};
+use evencut_core::verify::{
+    Avoided, Facets, LoadOptions, Solid, VerifyError, VerifyOptions, verify,
+};
 use thiserror::Error;
 
 /// Millimetres in an inch, and the factor by which a ratio may differ from it: a path is larger than its surface by
@@ -74,6 +76,8 @@ pub struct Workpiece {
     pub rest: Part,
     /// Faces of what is machined over which the cutter bridges the part; empty where there are none.
     pub bridges: Vec<bool>,
+    /// Where the stock ends before any cut, if that is known.
+    pub stock: Option<Solid>,
     /// What the whole tool must stay away from.
     pub avoided: Vec<Avoided>,
     /// What stands beside the first channel of a hub.
@@ -164,13 +168,14 @@ impl Workpiece {
         let keys = SurfaceKeys::of(job);
         let designed = Design::new(&keys, files, threads).map_err(failed)?;
         let beside = designed.passage().and_then(|p| Beside::of(job, p, &designed.guarded));
-        let Design { surface, guarded, bridges, avoided, .. } = designed;
+        let Design { surface, guarded, bridges, stock, avoided, .. } = designed;
         let (positions, faces) = surface.triangles();
         let design = Part { positions: positions.to_vec(), faces };
         let curvature = surface.curvature(job.surface.curvature_radius);
         let cusps = CuspBudget::of(job, &surface, &curvature).limit;
+        let stock = results::given_stock(stock.as_ref());
         let avoided = results::avoided(&avoided);
-        Ok((Self { rest: guarded, design, bridges, avoided, beside, mended: None }, cusps))
+        Ok((Self { rest: guarded, design, bridges, stock, avoided, beside, mended: None }, cusps))
     }
 
     /// The part in a mesh file, its lengths multiplied by `scale`: faces whose normals lie within `within` rad of +Z
@@ -307,6 +312,7 @@ pub fn verdict(
     };
     let options = &VerifyOptions {
         bridges: workpiece.bridges.clone(),
+        stock: workpiece.stock.clone(),
         avoided: workpiece.avoided.clone(),
         load,
         ..options.clone()

@@ -8,6 +8,7 @@ use super::hub::HubOptions;
 use super::output::{OutputOptions, PostSource};
 use super::path::PathOptions;
 use super::regions::RegionOptions;
+use super::stock::StockShape;
 use super::surface::{FlattenMethod, SurfaceOptions};
 use super::texture::TextureOptions;
 use crate::footprint::Footprint;
@@ -42,6 +43,8 @@ pub struct Job {
     pub regions: RegionOptions,
     /// Passes and links.
     pub path: PathOptions,
+    /// The material before the first operation, if it is known beside the surface.
+    pub stock: Option<StockShape>,
     /// What the whole tool stays away from.
     pub avoid: Vec<Avoid>,
     /// The blades of a blisk, with the pattern `hub`.
@@ -110,9 +113,13 @@ impl Job {
         }
     }
 
-    /// The files of meshes that it avoids, in the order of their tables.
-    pub fn avoided_files(&self) -> impl Iterator<Item = &str> {
-        self.avoid.iter().map(|avoid| avoid.file.as_str())
+    /// The files of meshes beside the surface: of those that it avoids, in the order of their tables, then of the stock.
+    pub fn mesh_files(&self) -> impl Iterator<Item = &str> {
+        let stock = match &self.stock {
+            Some(StockShape::File(file)) => Some(file.as_str()),
+            _ => None,
+        };
+        self.avoid.iter().map(|avoid| avoid.file.as_str()).chain(stock)
     }
 
     /// The files of blades that it names, each once.

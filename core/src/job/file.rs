@@ -60,6 +60,11 @@ pub struct JobFile {
     /// Passes and links.
     #[serde(default)]
     pub path: PathTable,
+    /// The material before the first operation, where it is known: a `box`, or a mesh `file`. Over the surface it may be no
+    /// thicker than `cut.allowance` and `cut.axial_depth` together; the simulation also looks at what stands beside. Without
+    /// it, the surface is covered by that much and nothing stands beside it. With `path.pattern = "hub"` it says nothing.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub stock: StockTable,
     /// What stands beside the surface and must not be touched, such as clamps and vices: a table `[[avoid]]` for each.
     /// Passes, links and rapids keep their distance; the simulation measures it on every move, for cutter, shank and
     /// holder. With `path.pattern = "hub"` it says nothing.
@@ -585,6 +590,21 @@ pub struct AvoidTable {
     /// What it is called in messages and reports; each another name.
     #[schemars(extend("x-default" = "the file's name without its extension", "minLength" = 1, "maxLength" = 40))]
     pub name: Option<String>,
+}
+
+/// `[stock]`.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("not" = { "required": ["box", "file"] }))]
+pub struct StockTable {
+    /// A box with sides along the axes: least corner, greatest corner, in the coordinates of the program.
+    #[serde(rename = "box")]
+    #[schemars(extend("x-default" = "`file` counts", "items" = { "type": "array", "minItems": 3, "maxItems": 3, "items": { "type": "number", "x-unit": "mm", "minimum": -1e6, "maximum": 1e6 } }))]
+    pub corners: Option<[[f64; 3]; 2]>,
+    /// Mesh (stl, obj, ply or off) of all of the material, the part's included; the path is relative to the job file, and it
+    /// is placed as the files of `[[avoid]]` are.
+    #[schemars(extend("x-default" = "`box` counts", "minLength" = 1, "maxLength" = 4096))]
+    pub file: Option<String>,
 }
 
 /// `[force]`.

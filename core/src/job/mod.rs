@@ -24,6 +24,7 @@ mod reference;
 mod regions;
 mod resolve;
 mod schema;
+mod stock;
 mod surface;
 mod template;
 mod texture;
@@ -57,6 +58,7 @@ pub use regions::{
     RegionOrder, TensorOptions,
 };
 pub use schema::schema;
+pub use stock::StockShape;
 pub use surface::{
     AnalyticKind, AnalyticOptions, AnalyticParameters, Component, Faces, FlattenMethod, Selection,
     SurfaceOptions, SurfaceSource,

@@ -7,8 +7,8 @@ use super::file::{
     AnalyticTable, AvoidTable, ComponentKey, ComponentRule, CutTable, DistortionTable, FaceKey,
     FaceRule, FlattenTable, ForceTable, GcodeTable, HolderTable, HubTable, JobFile, MachineTable,
     MaterialTable, OutputTable, PathTable, PostKey, RegionsTable, RotaryLetter, RotaryTable,
-    SelectTable, SurfaceTable, TensorTable, TextureTable, ToolTable, TravelTable, TrochoidTable,
-    Units, VERSION,
+    SelectTable, StockTable, SurfaceTable, TensorTable, TextureTable, ToolTable, TravelTable,
+    TrochoidTable, Units, VERSION,
 };
 use super::force::{MinChip, MrrLimit};
 use super::hub::HubOptions;
@@ -16,6 +16,7 @@ use super::output::{Post, PostSource};
 use super::path::{Boundary, PathOptions, Start, StartKey};
 use super::regions::{Division, RegionOptions};
 use super::resolve::{is_step, uses};
+use super::stock::StockShape;
 use super::surface::{AnalyticOptions, Component, Faces, Selection, SurfaceOptions, SurfaceSource};
 use super::texture::TextureOptions;
 use super::units::{to_degrees, to_per_minute};
@@ -45,6 +46,7 @@ impl Job {
             cut: self.cut_table(),
             regions: regions_table(&self.regions),
             path: path_table(&self.path),
+            stock: self.stock.as_ref().map(stock_table).unwrap_or_default(),
             avoid: (!self.avoid.is_empty()).then(|| self.avoid.iter().map(avoid_table).collect()),
             hub: self.hub.as_ref().map(hub_table).unwrap_or_default(),
             force: self.force_table(),
@@ -234,6 +236,15 @@ fn path_table(path: &PathOptions) -> PathTable {
         entry_radius: uses("entry_radius").then_some(path.entry_radius),
         boundary: uses("boundary").then_some(path.boundary),
         wall_height: (path.boundary == Boundary::Wall).then_some(path.wall_height),
+    }
+}
+
+fn stock_table(stock: &StockShape) -> StockTable {
+    match stock {
+        StockShape::Box(corners) => {
+            StockTable { corners: Some(corners.map(|c| c.to_array())), file: None }
+        }
+        StockShape::File(file) => StockTable { corners: None, file: Some(file.clone()) },
     }
 }
 

@@ -1,5 +1,6 @@
 //! Flat paths → delivered ones: with their true removal rates, and without the material that the first passes leave.
 
+use super::design::Design;
 use super::error::{PlanError, SLOWEST};
 use super::load::Avoided;
 use super::prepared::Prepared;
@@ -282,17 +283,18 @@ pub fn deliver_options(job: &Job, rapid_plane: f64, threads: usize) -> DeliverOp
     }
 }
 
-/// Height that clears part, stock, walls and what is avoided: above the top in three axes; in five, above the sphere
+/// Height that clears part, material, walls and what is avoided: above the top in three axes; in five, above the sphere
 /// about the rotary centre (the origin) that contains them in any position of the tables. `stock`: height of the
 /// material over the surface, mm.
-pub fn rapid_plane(part: &Part, walls: &Walls, job: &Job, stock: f64) -> f64 {
+pub fn rapid_plane(design: &Design, walls: &Walls, job: &Job, stock: f64) -> f64 {
     let reach = |p: &DVec3| match job.machine.axes {
         Axes::ThreeAxis => p.z,
         Axes::FiveAxis(_) => p.length(),
     };
-    let top = part.positions.iter().map(reach).fold(f64::NEG_INFINITY, f64::max);
+    let top = |part: &Part| part.positions.iter().map(reach).fold(f64::NEG_INFINITY, f64::max);
     let (walls, avoided) = walls.top(reach);
-    (top + stock).max(walls).max(avoided) + job.machine.clearance
+    let given = design.stock.as_ref().map_or(f64::NEG_INFINITY, top);
+    (top(&design.part) + stock).max(given).max(walls).max(avoided) + job.machine.clearance
 }
 
 /// The walls along a job's surface, none at an open boundary, and what is avoided.

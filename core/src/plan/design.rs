@@ -2,7 +2,7 @@
 
 use super::blades::{self, ChannelParts};
 use super::error::{FARTHEST, PlanError};
-use super::load::{Avoided, Files, SurfaceKeys, load, load_avoided};
+use super::load::{Avoided, Files, SurfaceKeys, load, load_avoided, load_stock};
 use crate::geometry::DVec3;
 use crate::hub::Passage;
 use crate::machine::{Axes, LONGEST_TRAVEL};
@@ -30,6 +30,8 @@ pub struct Design {
     pub warnings: Vec<Warning>,
     /// The part to which the surface belongs.
     pub(super) part: Part,
+    /// The material before the first operation, if the job says where it ends.
+    pub stock: Option<Part>,
     /// What the whole tool stays away from.
     pub avoided: Vec<Avoided>,
     /// The channel of a hub that the surface is, and the hub about it.
@@ -46,7 +48,7 @@ impl Design {
             return Self::of_channel(blades::channel(keys, files, hub)?, keys.axes);
         }
         let Whole { mut part, mut machined, surface, mut warnings } = load(keys, files)?;
-        let avoided = load_avoided(keys, files)?;
+        let (stock, avoided) = (load_stock(keys, files)?, load_avoided(keys, files)?);
         refuse_too_far(keys.axes, &part)?;
         let (surface, pieces, aside, [bridges, is_of_cutter], [mut rest, guarded]) =
             match keys.reach(threads) {
@@ -75,6 +77,7 @@ impl Design {
             guarded,
             warnings,
             part,
+            stock,
             avoided,
             passage: None,
         })
@@ -98,6 +101,7 @@ impl Design {
             // The side from which a channel is machined is known.
             warnings: warnings.into_iter().filter(|w| !w.is_of_side()).collect(),
             part,
+            stock: None,
             avoided: Vec::new(),
             passage: Some((passage, about)),
         })

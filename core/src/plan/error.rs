@@ -47,6 +47,33 @@ pub enum PlanError {
         /// Why.
         error: Box<PlanError>,
     },
+    /// The mesh of the material is not usable.
+    #[error("stock: {file}: {}", without_subject(.error))]
+    Stock {
+        /// Its file.
+        file: String,
+        /// Why.
+        error: Box<PlanError>,
+    },
+    /// The mesh of the material encloses nothing.
+    #[error(
+        "stock: the mesh has openings, so that it encloses no material; give a closed one, or a `box`"
+    )]
+    OpenStock,
+    /// The material is too thick over the surface.
+    #[error(
+        "stock: at ({:.2}, {:.2}, {:.2}) it stands {thickness:.3} mm above the surface; cut.allowance and cut.axial_depth \
+         together are {allowed:.3} mm: rough it down to that first, or give a greater cut.axial_depth",
+        place.x, place.y, place.z
+    )]
+    StockTooThick {
+        /// Where on the surface, mm.
+        place: DVec3,
+        /// How thick it is there along the normal, mm.
+        thickness: f64,
+        /// How thick it may be, mm.
+        allowed: f64,
+    },
     /// The NURBS surface or the STEP file cannot be used.
     #[error(transparent)]
     Smooth(#[from] SmoothError),

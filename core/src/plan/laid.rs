@@ -2,6 +2,7 @@
 
 use super::delivery::{Delivery, Plain, above_end, deliver_options, rapid_plane, walls};
 use super::error::PlanError;
+use super::given_stock;
 use super::plane::{FlatCut, Plane, centring};
 use super::prepared::Prepared;
 use super::stage::Stage;
@@ -143,8 +144,12 @@ impl<'a> Ground<'a> {
             }
         }
         let floor = region_meshes.iter().map(RegionMesh::length_floor).sum::<f64>() / creases;
+        if let (Some(solid), true) = (&prepared.stock, stock.earlier.is_empty()) {
+            let meshes = region_meshes.iter().map(|region_mesh| &region_mesh.fine);
+            given_stock::refuse_thick(solid, meshes, stock.top, job.cut.tolerance)?;
+        }
         let walls = walls(job, prepared);
-        let plane = rapid_plane(&prepared.part, &walls, job, stock.top);
+        let plane = rapid_plane(&prepared.design, &walls, job, stock.top);
         let mut options = deliver_options(job, plane, threads);
         if prepared.aside.is_some() {
             options.pass.tolerance *= ON_REACHED;

@@ -1,12 +1,13 @@
 //! The files that a job names, or its formula → its surface, the part to which it belongs, and what to stay away from.
 
 use super::error::PlanError;
+use crate::geometry::DVec3;
 use crate::job::{
     AnalyticKind, AnalyticOptions, AnalyticParameters, Avoid, FlattenMethod, HubOptions, Job,
-    SurfaceOptions, SurfaceSource,
+    StockShape, SurfaceOptions, SurfaceSource,
 };
 use crate::machine::Axes;
-use crate::mesh::{MeshFormat, read};
+use crate::mesh::{MeshFormat, judge, read};
 use crate::reach::ReachOptions;
 use crate::step::{SmoothFormat, smooth};
 use crate::surface::{AnalyticSurface, Part, Whole, build_beside, build_whole};
@@ -23,8 +24,8 @@ const ACCURACY: f64 = 0.5;
 pub struct Files<'a> {
     /// Content of the surface file; `None` for a formula.
     pub surface: Option<&'a [u8]>,
-    /// Names and contents of the meshes to stay away from, `avoid.file`.
-    pub avoid: &'a [(String, Vec<u8>)],
+    /// Names and contents of the meshes beside the surface, `avoid.file` and `stock.file`.
+    pub meshes: &'a [(String, Vec<u8>)],
     /// Content of the post-processor's file, `output.gcode.post_file`; `None` if there is none.
     pub post: Option<&'a [u8]>,
     /// Names and contents of the files that the job was completed with: all that is planned stands in the job, and these
@@ -64,6 +65,8 @@ pub(super) struct HubKeys {
 pub struct SurfaceKeys {
     pub(super) surface: SurfaceOptions,
     pub(super) flatten: FlattenMethod,
+    /// The material before the first operation.
+    stock: Option<StockShape>,
     /// What the tool stays away from.
     avoid: Vec<Avoid>,
     /// Largest distance between a smooth surface and its facets, mm.
@@ -83,6 +86,7 @@ impl SurfaceKeys {
         Self {
             surface: job.surface.clone(),
             flatten: job.flatten,
+            stock: job.stock.clone(),
             avoid: job.avoid.clone(),
             chord: job.surface.chord.unwrap_or(CHORD * job.cut.tolerance),
             axes: job.machine.axes,
@@ -147,17 +151,48 @@ pub struct Avoided {
     pub mesh: Part,
 }
 
+/// A mesh beside the surface.
+fn beside(keys: &SurfaceKeys, files: Files, file: &str) -> Result<Part, PlanError> {
+    let bytes = named(files.meshes, file).ok_or_else(|| PlanError::NoFile(file.to_owned()))?;
+    let format =
+        MeshFormat::from_name(file).ok_or_else(|| PlanError::UnknownFormat(file.to_owned()))?;
+    Ok(build_beside(read(bytes, format)?, &keys.surface)?)
+}
+
+/// The material before the first operation, if the job says where it ends.
+pub(super) fn load_stock(keys: &SurfaceKeys, files: Files) -> Result<Option<Part>, PlanError> {
+    let stock = match &keys.stock {
+        None => return Ok(None),
+        Some(StockShape::Box([least, greatest])) => cuboid(*least, *greatest),
+        Some(StockShape::File(file)) => beside(keys, files, file)
+            .map_err(|error| PlanError::Stock { file: file.clone(), error: Box::new(error) })?,
+    };
+    match judge(&stock.positions, &stock.faces).is_closed() {
+        true => Ok(Some(stock)),
+        false => Err(PlanError::OpenStock),
+    }
+}
+
+/// A box, its faces counter-clockwise from outside.
+fn cuboid(least: DVec3, greatest: DVec3) -> Part {
+    let corner = |k: u32| {
+        let of =
+            |bit: u32, axis: usize| if k >> bit & 1 == 1 { greatest[axis] } else { least[axis] };
+        DVec3::new(of(0, 0), of(1, 1), of(2, 2))
+    };
+    let sides: [[u32; 4]; 6] =
+        [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    Part {
+        positions: (0..8).map(corner).collect(),
+        faces: sides.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
+    }
+}
+
 /// What the tool of a job stays away from, in the order of its tables.
 pub(super) fn load_avoided(keys: &SurfaceKeys, files: Files) -> Result<Vec<Avoided>, PlanError> {
-    let mesh = |file: &str| -> Result<Part, PlanError> {
-        let bytes = named(files.avoid, file).ok_or_else(|| PlanError::NoFile(file.to_owned()))?;
-        let format =
-            MeshFormat::from_name(file).ok_or_else(|| PlanError::UnknownFormat(file.to_owned()))?;
-        Ok(build_beside(read(bytes, format)?, &keys.surface)?)
-    };
     let avoided = |(index, avoid): (usize, &Avoid)| {
         let Avoid { file, distance, name } = avoid;
-        match mesh(file) {
+        match beside(keys, files, file) {
             Ok(mesh) => Ok(Avoided { name: name.clone(), distance: *distance, mesh }),
             Err(error) => {
                 let (file, error) = (file.clone(), Box::new(error));

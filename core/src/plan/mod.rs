@@ -8,6 +8,7 @@ mod blades;
 mod delivery;
 mod design;
 mod error;
+mod given_stock;
 mod hub;
 mod laid;
 mod load;

@@ -452,6 +452,7 @@ mod tests {
             bridges: Vec::new(),
             walls: None,
             above: None,
+            stock: None,
             avoided: Vec::new(),
             threads: 1,
         };

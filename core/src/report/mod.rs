@@ -36,7 +36,7 @@ pub use texture::{
 };
 pub use verification::{
     AboveCutterFigures, AvoidedFigures, CuspFigures, FaultFigures, Lines, LoadFigures, MrrFigures,
-    RegionFigures, ScallopFigures, SlopeFigures, SpotFigures, VerificationFigures,
+    RegionFigures, ScallopFigures, SlopeFigures, SpotFigures, StockCutFigures, VerificationFigures,
     VerificationReport, WallCutFigures,
 };
 

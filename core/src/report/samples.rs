@@ -104,6 +104,7 @@ fn setup() -> SetupFigures {
         allowance_mm: 0.1,
         work_offset: Some("G54".to_owned()),
         rotary_axes: vec!["table C at (0.000, 0.000, 0.000)".to_owned()],
+        stock: Some("box from (-1.000, -1.000, 0.000) to (31.000, 31.000, 9.000)".to_owned()),
         avoid: vec!["clamp by 0.500 mm".to_owned()],
         rapid_plane_mm: 34.4,
         reach: vec![ReachFigures {
@@ -363,6 +364,13 @@ fn verification() -> VerificationFigures {
             deepest_by_line: Some(12),
             may_be_deeper: false,
             cut_mm2: 30.0,
+        }),
+        stock: Some(StockCutFigures {
+            allowed_mm: 0.51,
+            deepest_mm: 0.502,
+            deepest_at_mm: Some(at),
+            deepest_by_line: Some(76),
+            may_be_deeper: false,
         }),
         untouched_mm2: 0.3,
         untouched_at_mm: Some(at),

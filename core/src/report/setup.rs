@@ -27,6 +27,8 @@ pub struct SetupFigures {
     pub work_offset: Option<String>,
     /// Rotary axes of the machine, the one nearest to the workpiece first.
     pub rotary_axes: Vec<String>,
+    /// Where the material ends before the first operation; null where only its thickness over the surface is known.
+    pub stock: Option<String>,
     /// What stands beside the part and is avoided, with its distance.
     pub avoid: Vec<String>,
     /// Height along the tool axis, from program zero, at and above which rapids run, mm.
@@ -112,7 +114,8 @@ impl SetupFigures {
             Some(depth) => format!("{:.3} mm over the surface before", depth + self.allowance_mm),
             None => "what the operations before left".to_owned(),
         };
-        let stock = format!("{before}, {:.3} mm after", self.allowance_mm);
+        let ends = self.stock.as_ref().map_or_else(String::new, |stock| format!("; {stock}"));
+        let stock = format!("{before}, {:.3} mm after{ends}", self.allowance_mm);
         lines.push(("stock", stock));
         let offset = self.work_offset.as_deref().unwrap_or("the one in force");
         lines.push((

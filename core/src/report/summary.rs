@@ -254,9 +254,11 @@ mod tests {
         let (mut divided, mut hub) = (report.clone(), report.clone());
         divided.hub = None;
         (hub.regions, hub.tensor) = (None, None);
-        // Nor do they avoid what stands beside them.
+        // Nor do they know what stands beside them.
         let avoids_nothing = |report: &mut Report| {
-            report.verification.as_mut().unwrap().avoided.clear();
+            let verification = report.verification.as_mut().unwrap();
+            verification.avoided.clear();
+            verification.stock = None;
         };
         avoids_nothing(&mut hub);
         let mut plain = divided.clone();

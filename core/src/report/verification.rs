@@ -56,6 +56,8 @@ pub struct VerificationFigures {
     pub gouged_mm2: f64,
     /// Cuts into the walls around what is machined; null where there are none but the part's own faces.
     pub walls: Option<WallCutFigures>,
+    /// Cuts into the stock, along the normal of where it ends; null where the job does not say where that is.
+    pub stock: Option<StockCutFigures>,
     /// Area that no move reached, mm².
     pub untouched_mm2: f64,
     /// A place of it, mm.
@@ -104,6 +106,32 @@ pub struct WallCutFigures {
     pub may_be_deeper: bool,
     /// Area of wall cut into deeper than the tolerance, mm².
     pub cut_mm2: f64,
+}
+
+/// Cuts into the stock where the job says where it ends: over the surface and beside it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct StockCutFigures {
+    /// How deep the cutter may go at once, mm: what is cut over the surface, and the tolerance.
+    pub allowed_mm: f64,
+    /// Depth of the deepest cut, mm; 0 where nothing is cut into.
+    pub deepest_mm: f64,
+    /// Where, mm.
+    pub deepest_at_mm: Option<[f64; 3]>,
+    /// Line of the path that cut it.
+    pub deepest_by_line: Option<u64>,
+    /// Whether it may be deeper: cuts into stock are measured up to the cutter's diameter.
+    pub may_be_deeper: bool,
+}
+
+impl StockCutFigures {
+    fn line(&self) -> String {
+        let deepest = at_least(self.may_be_deeper).to_owned() + &format!("{:.3}", self.deepest_mm);
+        format!(
+            "cut up to {deepest} mm deep at once, over the surface and beside ({:.3} allowed)",
+            self.allowed_mm
+        )
+    }
 }
 
 /// What is left above the surface, mm.
@@ -449,6 +477,13 @@ impl VerificationFigures {
             gouge_may_be_deeper: f.gouge_is_deeper,
             gouged_mm2: f.gouged,
             walls: f.walls.as_ref().map(|walls| cut_walls(walls, &lines)),
+            stock: f.stock.as_ref().map(|stock| StockCutFigures {
+                allowed_mm: options.most_into_stock(),
+                deepest_mm: stock.deepest.map_or(0.0, |d| d.height),
+                deepest_at_mm: place(stock.deepest.map(|d| d.place)),
+                deepest_by_line: stock.deepest.and_then(|d| d.of).and_then(|of| lines.of(of)),
+                may_be_deeper: stock.is_deeper,
+            }),
             untouched_mm2: f.untouched.0,
             untouched_at_mm: place(f.untouched.1),
             inaccessible_mm2: f.inaccessible.area,
@@ -474,8 +509,9 @@ impl VerificationFigures {
         let first = [("scallop", self.scallop_line()), ("gouge", gouge)];
         let last = [("reach", self.reach_line()), ("rate", self.rate_line())];
         let load = self.load.as_ref().map(|load| ("load", load.line()));
+        let stock = self.stock.as_ref().map(|stock| ("stock", stock.line()));
         let avoided = self.avoided_line().map(|line| ("avoided", line));
-        first.into_iter().chain(walls).chain(avoided).chain(last).chain(load).collect()
+        first.into_iter().chain(walls).chain(stock).chain(avoided).chain(last).chain(load).collect()
     }
 
     /// How far the tool stays away from what it avoids: of the mesh where least is left of the distance.
@@ -842,6 +878,9 @@ fn remedy(broken: &Broken) -> Option<&'static str> {
         Broken::RemovalRate { .. } | Broken::Load { .. } => {
             "give a smaller `cut.axial_depth`, or `force.control = \"fastest\"`"
         }
+        Broken::Stock { .. } => {
+            "rough the stock down to `cut.axial_depth` over the part, beside the surface too, or keep the path off it (`[[avoid]]`)"
+        }
         Broken::Rapid { .. } => "give a larger `machine.clearance`",
         _ => return None,
     })
@@ -883,6 +922,13 @@ fn described(broken: &Broken, options: &VerifyOptions, lines: &Lines) -> String 
             } else {
                 format!("{} µm", given(*tolerance))
             }
+        ),
+        Broken::Stock { worst, is_deeper, limit } => format!(
+            "cuts {}{:.3} mm deep into the stock at {}{}; {limit:.3} mm are cut at once",
+            at_least(*is_deeper),
+            worst.height,
+            at(worst.place),
+            left(worst)
         ),
         Broken::TooNear { nearest: n, farther_out } => {
             let part = n.part.name();

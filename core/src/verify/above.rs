@@ -10,7 +10,7 @@
 
 use super::clearance::{ClearanceFigures, clearance_of_sections};
 use super::figures::{Broken, Nearest};
-use super::options::{AboveCutter, VerifyOptions};
+use super::options::{AboveCutter, Solid, VerifyOptions};
 use super::samples::Facets;
 use crate::geometry::{DVec3, OrderBy};
 use crate::tool::{Assembly, AssemblyPart, Section};
@@ -54,7 +54,9 @@ pub(super) fn measure(
     options: &VerifyOptions,
 ) -> Option<AboveFigures> {
     let above = options.above.as_ref()?;
-    let survey = Survey::new(path, [design, rest], above, options);
+    let nothing = Facets { positions: &[], faces: &[] };
+    let stock = options.stock.as_ref().map_or(nothing, Solid::facets);
+    let survey = Survey::new(path, [design, rest, stock], above, options);
     let nearest = survey.nearest(0.0);
     let is_clear = |farther| !survey.nearest(farther).iter().any(Nearest::is_too_near);
     let is_near = nearest.iter().any(Nearest::is_too_near);
@@ -94,8 +96,8 @@ fn least(most: u32, holds: impl Fn(u32) -> bool) -> u32 {
 
 struct Survey<'a> {
     path: &'a Toolpath,
-    /// The machined surface, on which there may be stock, and the rest.
-    facets: [Facets<'a>; 2],
+    /// The machined surface, on which there may be stock, the rest, and where the stock ends.
+    facets: [Facets<'a>; 3],
     above: &'a AboveCutter,
     /// Thickness of the stock, mm.
     stock: f64,
@@ -107,7 +109,7 @@ struct Survey<'a> {
 impl<'a> Survey<'a> {
     fn new(
         path: &'a Toolpath,
-        facets: [Facets<'a>; 2],
+        facets: [Facets<'a>; 3],
         above: &'a AboveCutter,
         options: &VerifyOptions,
     ) -> Self {
@@ -152,7 +154,8 @@ impl<'a> Survey<'a> {
         FINEST.max(ACCURACY * self.above.clearance)
     }
 
-    /// The distances of sections from the rest, and from the machined surface with `stock` on it.
+    /// The distances of sections from the rest, and from the machined surface with `stock` on it; of those that do not
+    /// follow the cutter into the stock also from where that ends.
     fn measured(&self, sections: Vec<Section>, wanted: f64, stock: f64) -> Vec<Nearest> {
         let assembly = Assembly { sections, ..self.above.assembly.clone() };
         let beyond = wanted.max(0.0) + stock + 2.0 * assembly.tool.radius();
@@ -168,7 +171,13 @@ impl<'a> Survey<'a> {
                 .filter_map(|p| nearest(&figures, p, (wanted, stock, beyond)))
                 .collect()
         };
-        of(self.facets[0], stock).into_iter().chain(of(self.facets[1], 0.0)).collect()
+        let [design, rest, ends] = self.facets;
+        let mut found = of(design, stock);
+        found.extend(of(rest, 0.0));
+        if stock > 0.0 {
+            found.extend(of(ends, 0.0));
+        }
+        found
     }
 }
 

@@ -80,7 +80,7 @@ impl WallFigures {
             let (depth, area) = (-s.height, s.sample.area);
             out.area += area;
             out.cut += if depth > options.tolerance { area } else { 0.0 };
-            if depth > out.deepest.map_or(0.0, |d| d.height) {
+            if s.by.is_some() && depth > out.deepest.map_or(0.0, |d| d.height) {
                 let (place, height) = (s.sample.position, depth);
                 out.deepest = Some(Spot { place, height, of: s.by, is_cut: s.is_cut() });
             }
@@ -126,6 +126,8 @@ pub struct Figures {
     pub gouged: f64,
     /// Cuts into walls; `None` where there are none but the part's own faces.
     pub walls: Option<WallFigures>,
+    /// Cuts into the stock where the options say where it ends, which may be deep beside the surface.
+    pub stock: Option<WallFigures>,
     /// Area that no move reached, and a place in it.
     pub untouched: (f64, Option<DVec3>),
     /// The area where the plan says that the cutter does not fit.
@@ -200,6 +202,15 @@ pub enum Broken {
         is_deeper: bool,
         /// Tolerance, mm.
         tolerance: f64,
+    },
+    /// The stock is cut into deeper than is cut at once.
+    Stock {
+        /// Worst place; its height is the depth.
+        worst: Spot,
+        /// Whether it may be deeper.
+        is_deeper: bool,
+        /// How deep it may be, mm.
+        limit: f64,
     },
     /// Shank or holder come too near to part or stock.
     TooNear {
@@ -280,7 +291,7 @@ impl Figures {
     pub(super) fn of(
         path: &Toolpath,
         found: Found,
-        walls: Option<WallFigures>,
+        [walls, stock]: [Option<WallFigures>; 2],
         touches: &[Touch],
         (rate, load): (&Rate, Option<&Load>),
         spacing: f64,
@@ -322,6 +333,7 @@ impl Figures {
                 .map(|s| f64::from(s.area))
                 .sum(),
             walls,
+            stock,
             untouched: (
                 untouched.clone().map(|s| f64::from(s.area)).fold(0.0, |sum, area| sum + area),
                 untouched.clone().next().map(|s| s.place()),
@@ -355,6 +367,11 @@ impl Figures {
             let worst = walls.deepest.filter(|d| d.height > tolerance)?;
             Some(Broken::Wall { worst, is_deeper: walls.is_deeper, tolerance })
         });
+        let stock = self.stock.and_then(|stock| {
+            let limit = options.most_into_stock();
+            let worst = stock.deepest.filter(|d| d.height > limit)?;
+            Some(Broken::Stock { worst, is_deeper: stock.is_deeper, limit })
+        });
         let of_inaccessible = self.inaccessible.area;
         let nowhere = (self.area == 0.0 && of_inaccessible > 0.0)
             .then_some(Broken::FitsNowhere { area: of_inaccessible });
@@ -370,7 +387,7 @@ impl Figures {
         let first = self.without_feed.first().copied();
         let no_feed = first.map(|first| Broken::NoFeed { count: self.without_feed.len(), first });
         let loads = load.zip(options.load).map(|(load, limits)| overloads(load, limits));
-        let first = [nowhere, scallop, gouge, wall, untouched, mrr];
+        let first = [nowhere, scallop, gouge, wall, stock, untouched, mrr];
         let last = [rapid, no_feed];
         first
             .into_iter()

@@ -52,7 +52,7 @@ pub use clearance::{ClearanceFigures, clearance};
 pub use crests::Crests;
 pub use figures::{Band, Broken, Fault, Figures, MRR_NOISE, Nearest, Quantity, Spot, WallFigures};
 pub use load::{Load, LoadOptions, Worst};
-pub use options::{AboveCutter, Avoided, Earlier, EarlierCut, Sphere, VerifyOptions};
+pub use options::{AboveCutter, Avoided, Earlier, EarlierCut, Solid, Sphere, VerifyOptions};
 pub use outcome::Outcome;
 pub use rate::{Rate, Window};
 pub use samples::Facets;
@@ -197,7 +197,7 @@ pub fn verify(
         };
         swept.extend(parallel::map(options.threads, group, sweep));
     }
-    let on_walls = on_walls(path, (design, rest), &motion, &body, spacing, options);
+    let on_walls = on_walls(path, (design, rest), cut, spacing, options);
     let removed = summed(&swept);
     let gauge = |load| Gauge::new(path, &options.tool, options.depth, load);
     let mut gauge = options.load.map(gauge);
@@ -207,7 +207,10 @@ pub fn verify(
         }
     });
     let load = gauge.map(|gauge| gauge.load).filter(|_| options.tells_rate);
-    let touches = touches(swept.iter().chain(&on_walls));
+    let stock = options.stock.as_ref().map(Solid::facets);
+    let nothing = Facets { positions: &[], faces: &[] };
+    let in_stock = stock.map(|stock| into_solid([stock, nothing], &cuts, spacing, options));
+    let touches = touches(swept.iter().chain(&on_walls).chain(in_stock.iter().flatten()));
     let outcomes = outcomes(&swept, &outline.walled, options);
     let walled = &outline.walled;
     let search = Search { tiles: &tiles, cuts: &cuts, material, spacing, inset, walled, options };
@@ -219,10 +222,10 @@ pub fn verify(
     let (samples, mut further): (Vec<Outcome>, Vec<Outcome>) = all.partition(|s| s.area > 0.0);
     further.extend([&scallops, &gouges].into_iter().flat_map(|found| &found.peaks));
     let found = figures::Found { samples: &samples, further: &further, highest: scallops.highest };
-    let walls = WallFigures::of(&on_walls, options);
+    let into = [&on_walls[..], in_stock.as_deref().unwrap_or_default()]
+        .map(|swept| WallFigures::of(swept, options));
     let measured = (&rate, load.as_ref());
-    let mut figures =
-        figures::Figures::of(path, found, walls, &touches, measured, spacing, options);
+    let mut figures = figures::Figures::of(path, found, into, &touches, measured, spacing, options);
     let survey = crests::Survey {
         path,
         motion: &motion,
@@ -254,14 +257,10 @@ fn earlier(options: &VerifyOptions) -> Vec<(Motion, Body)> {
 }
 
 /// The swept walls after the sweep.
-///
-/// Across a place where the cutter is deepest in a wall, samples `s` apart underestimate its depth by `s² / 8R` at
-/// most.
 fn on_walls(
     path: &Toolpath,
     (design, rest): (Facets, Facets),
-    motion: &Motion,
-    body: &Body,
+    cut: Cut,
     spacing: f64,
     options: &VerifyOptions,
 ) -> Vec<SweptTile> {
@@ -269,22 +268,35 @@ fn on_walls(
     // Samples of a high wall would be far apart.
     let height = walls.height.min(highest_reached(path, design, walls, options));
     let sheet = Walls { height, ..walls }.swept(design, rest, options.up);
+    let nothing = Facets { positions: &[], faces: &[] };
+    into_solid([nothing, sheet.facets()], &[cut], spacing, options)
+}
+
+/// What lies behind facets, those of stock and those of walls, after the sweep by cuts in their order. The last is judged.
+///
+/// Across a place where the cutter is deepest, samples `s` apart underestimate its depth by `s² / 8R` at most.
+fn into_solid(
+    [stock, walls]: [Facets; 2],
+    cuts: &[Cut],
+    spacing: f64,
+    options: &VerifyOptions,
+) -> Vec<SweptTile> {
     let radius = options.tool.radius();
     let deepest = DEEPEST_IN_WALL * radius;
     let missing = 0.5 * options.tolerance.max(0.0);
     let wide = (8.0 * radius * missing).sqrt().min(radius / WALL_SAMPLES_PER_RADIUS);
-    let spacing = wide.max(spacing).max((sheet.facets().area() / MOST_ON_WALLS).sqrt());
+    let spacing = wide.max(spacing).max(((stock.area() + walls.area()) / MOST_ON_WALLS).sqrt());
     let tolerance = options.tolerance;
-    let material = Material { height: 0.0, layer: 0.0, allowance: 0.0, deepest, tolerance };
-    let nothing = Facets { positions: &[], faces: &[] };
-    let tiles = samples::tiles(nothing, sheet.facets(), spacing, &[], &[]);
+    // What one cut has taken of stock is not there for the next.
+    let allowance = -deepest;
+    let material = Material { height: 0.0, layer: 0.0, allowance, deepest, tolerance };
+    let tiles = samples::tiles(stock, walls, spacing, &[], &[]);
     parallel::map(options.threads, &tiles, |tile: &samples::Tile| {
         let mut samples = tile.samples(spacing, 0.0);
         samples.iter_mut().for_each(|s| s.wall = Some(deepest));
-        let cut = [Cut { motion, body }];
-        let sweep = |samples| sweep::sweep(tile, samples, &cut, material);
-        let ends = Ends { tile, facets: &[sheet.facets()], counts: |_, _| true, deepest };
-        ends.applied(sweep(samples), |s| s.by.is_some(), sweep)
+        let sweep = |samples| sweep::sweep(tile, samples, cuts, material);
+        let ends = Ends { tile, facets: &[stock, walls], counts: |_, _| true, deepest };
+        ends.applied(sweep(samples), Swept::is_cut, sweep)
     })
 }
 

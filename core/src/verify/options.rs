@@ -1,6 +1,7 @@
 //! Options of the verification.
 
 use super::load::LoadOptions;
+use super::samples::Facets;
 use super::walls::Walls;
 use crate::geometry::DVec3;
 use crate::tool::{Assembly, Tool};
@@ -42,6 +43,8 @@ pub struct VerifyOptions {
     pub bridges: Vec<bool>,
     /// What is above the cutter; `None` where it is not known.
     pub above: Option<AboveCutter>,
+    /// Where the stock ends before any cut, beside the surface, too; `None` where only the layer is known.
+    pub stock: Option<Solid>,
     /// What the whole tool must stay away from.
     pub avoided: Vec<Avoided>,
     /// Number of threads; the result does not depend on it.
@@ -78,6 +81,11 @@ impl VerifyOptions {
             Some(earlier) => [earlier.top, earlier.top + earlier.bridged],
         }
     }
+
+    /// How deep the cutter may go into the stock, mm.
+    pub fn most_into_stock(&self) -> f64 {
+        self.tops()[0] - self.allowance + self.tolerance
+    }
 }
 
 /// What is above the cutter, and how far it must stay clear.
@@ -87,6 +95,21 @@ pub struct AboveCutter {
     pub assembly: Assembly,
     /// Distance of what is wider than the cutter from part and stock, mm.
     pub clearance: f64,
+}
+
+/// What encloses the stock before any cut.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solid {
+    /// `#V` positions, mm.
+    pub positions: Vec<DVec3>,
+    /// `#F` triples of indices into them, counter-clockwise from outside.
+    pub faces: Vec<[u32; 3]>,
+}
+
+impl Solid {
+    pub(super) fn facets(&self) -> Facets<'_> {
+        Facets { positions: &self.positions, faces: &self.faces }
+    }
 }
 
 /// A mesh that cutter, shank and holder must stay away from.

@@ -91,6 +91,7 @@ fn options(radius: f64, corner: f64) -> VerifyOptions {
         bridges: Vec::new(),
         walls: None,
         above: None,
+        stock: None,
         avoided: Vec::new(),
         threads: 1,
     }

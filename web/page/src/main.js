@@ -143,9 +143,10 @@ function known(name) {
   return surfaces.isExample(name) ? "example" : "not here yet: drop the file on this page";
 }
 
-function showSurface({ surface: name, avoid, post, beside, blades }) {
+function showSurface({ surface: name, stock, avoid, post, beside, blades }) {
   const named = (what, file) => [make("span", {}, what), make("b", {}, file), make("span", {}, ` ${known(file)}`)];
   const said = name ? named("Surface ", name) : [make("span", {}, checked?.name ? "Surface by formula" : " ")];
+  if (stock) said.push(...named(", out of ", stock));
   for (const file of avoid) said.push(...named(", clear of ", file));
   for (const blade of blades) said.push(...named(", blade ", blade));
   if (post) said.push(...named(", post ", post));
@@ -185,7 +186,7 @@ async function plan() {
     const one = async (file) => (file ? await surfaces.bytes(file) : null) ?? undefined;
     const contents = {
       surface: await one(found.surface),
-      avoid: await held(found.avoid),
+      meshes: await held([...found.avoid, found.stock].filter(Boolean)),
       post: await one(found.post),
       beside: await held(found.beside),
       blades: await held(found.blades),
@@ -384,7 +385,7 @@ async function surfaceAlone(meshes, open, troubles, actions, afresh) {
   const found = await check();
   const wanted = found?.surface;
   const isGiven = (file) => file && meshes.some(({ name }) => base(file) === name) && !surfaces.isExample(file);
-  const files = [wanted, found?.post, ...(found?.beside ?? []), ...(found?.avoid ?? []), ...(found?.blades ?? [])];
+  const files = [wanted, found?.stock, found?.post, ...(found?.beside ?? []), ...(found?.avoid ?? []), ...(found?.blades ?? [])];
   if (files.some(isGiven)) return;
   // A job that can be read has no other error than that its surface is not here.
   const waits = wanted ? found.faults.find((fault) => fault.severity === "error") : null;

@@ -35,7 +35,7 @@ pub fn check(source: &str, surfaces: &[String], beside: &[(String, Vec<u8>)]) ->
         Err(faults) => {
             let faults: Vec<Value> =
                 faults.0.iter().map(|fault| as_json(fault, Severity::Error, source)).collect();
-            json!({ "faults": faults, "surface": null, "avoid": [], "post": null, "blades": [], "name": null })
+            json!({ "faults": faults, "surface": null, "avoid": [], "stock": null, "post": null, "blades": [], "name": null })
         }
         Ok(resolved) => found(&resolved, source, surfaces),
     };
@@ -60,25 +60,30 @@ fn found(resolved: &Resolved, source: &str, surfaces: &[String]) -> Value {
         SurfaceSource::File(file) => Some(file.as_str()),
         SurfaceSource::Analytic(_) => None,
     };
-    let avoid: Vec<&str> = resolved.job.avoided_files().collect();
+    let meshes: Vec<(NamedFile, &str)> = NamedFile::meshes(&resolved.job).collect();
+    let names = |is_stock: bool| {
+        let of = meshes.iter().filter(move |(file, _)| (*file == NamedFile::Stock) == is_stock);
+        of.map(|(_, name)| *name)
+    };
     let is_missing = |file: &&str| !surfaces.iter().any(|held| is_called(file, held));
     let missing = |file: NamedFile| move |name: &str| file.missing(name, source.as_bytes());
     let no_surface = surface.filter(is_missing).map(missing(NamedFile::Surface));
-    let no_avoid = avoid.iter().enumerate().filter(|(_, name)| is_missing(name));
-    let no_avoid = no_avoid.map(|(i, name)| missing(NamedFile::Avoid(i))(name));
+    let no_mesh = meshes.iter().filter(|(_, name)| is_missing(name));
+    let no_mesh = no_mesh.map(|(file, name)| missing(*file)(name));
     let blades = resolved.job.blade_files();
     let no_blade = blades.iter().copied().filter(is_missing).map(missing(NamedFile::Blade));
     let post = resolved.job.post_file();
     let no_post = post.filter(is_missing).map(missing(NamedFile::Post));
     let missing: Vec<Fault> =
-        no_surface.into_iter().chain(no_avoid).chain(no_blade).chain(no_post).collect();
+        no_surface.into_iter().chain(no_mesh).chain(no_blade).chain(no_post).collect();
     let errors = missing.iter().map(|fault| as_json(fault, Severity::Error, source));
     let warnings = resolved.warnings.0.iter().map(|f| as_json(f, Severity::Warning, source));
     let faults: Vec<Value> = errors.chain(warnings).collect();
     json!({
         "faults": faults,
         "surface": surface,
-        "avoid": avoid,
+        "avoid": names(false).collect::<Vec<_>>(),
+        "stock": names(true).next(),
         "post": post,
         "blades": blades,
         "name": resolved.job.name,
@@ -129,7 +134,7 @@ mod tests {
             json!({
                 "faults": [],
                 "surface": "a.stl",
-                "avoid": [], "post": null, "beside": [],
+                "avoid": [], "stock": null, "post": null, "beside": [],
                 "blades": [],
                 "name": "Größe 📏",
             })

@@ -58,9 +58,9 @@ pub struct JobFiles {
     /// The surface.
     #[serde(default, with = "serde_bytes")]
     pub surface: Option<Vec<u8>>,
-    /// The meshes that the tool avoids, by their names in the job.
+    /// The meshes beside the surface, by their names in the job.
     #[serde(default, deserialize_with = "named_bytes")]
-    pub avoid: Vec<(String, Vec<u8>)>,
+    pub meshes: Vec<(String, Vec<u8>)>,
     /// The post-processor's file.
     #[serde(default, with = "serde_bytes")]
     pub post: Option<Vec<u8>>,
@@ -98,7 +98,7 @@ impl JobFiles {
     pub fn named(&self) -> Files<'_> {
         Files {
             surface: self.surface.as_deref(),
-            avoid: &self.avoid,
+            meshes: &self.meshes,
             post: self.post.as_deref(),
             beside: &self.beside,
             blades: &self.blades,
@@ -155,14 +155,14 @@ mod tests {
         );
         assert_eq!(
             asked(json!({ "texture": {
-                "job": { "source": "name", "surface": [1], "avoid": [["c.stl", [2]]], "post": [5], "beside": [["t.toml", [6]]], "blades": [["b.json", [9]]] },
+                "job": { "source": "name", "surface": [1], "meshes": [["c.stl", [2]]], "post": [5], "beside": [["t.toml", [6]]], "blades": [["b.json", [9]]] },
                 "path": [3], "at": [4.0, 5, 6.5],
             } })),
             Request::Texture {
                 job: JobFiles {
                     source: source(),
                     surface: Some(vec![1]),
-                    avoid: vec![("c.stl".into(), vec![2])],
+                    meshes: vec![("c.stl".into(), vec![2])],
                     post: Some(vec![5]),
                     beside: vec![("t.toml".into(), vec![6])],
                     blades: vec![("b.json".into(), vec![9])],
@@ -181,7 +181,7 @@ mod tests {
             let Request::Plan { job, .. } = ask else { panic!("{ask:?}") };
             assert_eq!(job, wanted);
         }
-        assert!(wanted.named().surface.is_none() && wanted.named().avoid.is_empty());
+        assert!(wanted.named().surface.is_none() && wanted.named().meshes.is_empty());
     }
 
     #[test]

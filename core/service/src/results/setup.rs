@@ -1,7 +1,7 @@
 //! What is to be set up at the machine.
 
 use super::program::WrittenProgram;
-use evencut_core::job::Job;
+use evencut_core::job::{Job, StockShape};
 use evencut_core::machine::{Carries, Chain, RotaryAxis, SpindleDirection, WorkOffset};
 use evencut_core::plan::Planned;
 use evencut_core::report::{SetupFigures, SetupTool};
@@ -49,9 +49,21 @@ pub(super) fn figures(
         allowance_mm: job.cut.allowance,
         work_offset: job.setup.work_offset.map(WorkOffset::name).map(str::to_owned),
         rotary_axes: chain.into_iter().flat_map(Chain::axes).map(rotary).collect(),
+        stock: job.stock.as_ref().filter(|_| is_first).map(stock),
         avoid: job.avoid.iter().map(|a| format!("{} by {:.3} mm", a.name, a.distance)).collect(),
         rapid_plane_mm: planned.rapid_plane,
         reach: program.map(|program| program.reach.clone()).unwrap_or_default(),
+    }
+}
+
+/// Where the material ends, in words.
+fn stock(shape: &StockShape) -> String {
+    match shape {
+        StockShape::File(file) => format!("all of it in {file}"),
+        StockShape::Box([a, b]) => format!(
+            "box from ({:.3}, {:.3}, {:.3}) to ({:.3}, {:.3}, {:.3})",
+            a.x, a.y, a.z, b.x, b.y, b.z
+        ),
     }
 }
 

@@ -181,6 +181,7 @@ impl Resolver<'_> {
             ("cut.lead", self.places.has("cut.lead")),
             ("cut.max_tilt", self.places.has("cut.max_tilt")),
             ("surface.steepest", surface.steepest.is_some()),
+            ("stock", self.places.found("stock")),
             ("avoid", self.file.avoid.as_ref().is_some_and(|all| !all.is_empty())),
             ("surface.flip", self.places.has("surface.flip")),
             ("surface.select", self.places.has("surface.select")),

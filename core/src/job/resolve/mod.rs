@@ -13,6 +13,7 @@ mod output;
 mod path;
 mod regions;
 mod resolver;
+mod stock;
 mod surface;
 mod texture;
 mod warnings;
@@ -88,6 +89,7 @@ impl Resolver<'_> {
             rest: false,
             cut,
             path: self.path(),
+            stock: self.stock(),
             avoid: self.avoid(clearance),
             hub,
             force,

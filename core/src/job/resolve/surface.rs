@@ -212,15 +212,20 @@ impl Resolver<'_> {
     }
 
     fn selection_box(&mut self, table: &SelectTable) -> Option<(DVec3, DVec3)> {
-        let [least, greatest] = table.within_box?;
+        let corners = table.within_box?;
+        self.check_box("surface.select.box", corners);
+        let [least, greatest] = corners.map(|corner| self.point(corner));
+        Some((least, greatest))
+    }
+
+    pub(super) fn check_box(&mut self, key: &str, [least, greatest]: [[f64; 3]; 2]) {
         for (axis, name) in ["x", "y", "z"].iter().enumerate() {
             let (a, b) = (least[axis], greatest[axis]);
             if a >= b {
                 let help = "the first corner is the least, the second the greatest";
-                self.fault("surface.select.box", format!("empty along {name}: {a} to {b}"), help);
+                self.fault(key, format!("empty along {name}: {a} to {b}"), help);
             }
         }
-        Some((self.point(least), self.point(greatest)))
     }
 }
 

@@ -1,0 +1,108 @@
+//! The material before the first operation, where the job says where it ends: no thicker over the surface than is cut at
+//! once.
+//!
+//! Steps: (1) the place on each triangle's normal that is as high over the surface as material may be; (2) whether it lies
+//! within the material: by the faces that a line from there straight up crosses ([`Solid`]); (3) the thickest place by
+//! bisection, for the message.
+
+use super::error::PlanError;
+use crate::geometry::DVec3;
+use crate::level_set::PassMesh;
+use crate::surface::Part;
+use rstar::primitives::{GeomWithData, Rectangle};
+use rstar::{AABB, RTree};
+
+/// Thickness up to which it is looked for, in thicknesses that are allowed.
+const THICKEST: f64 = 1e6;
+/// Halvings of the thickness.
+const HALVINGS: usize = 40;
+
+/// Refuses material that is thicker than `allowed` mm and the tolerance, mm, somewhere over the meshes.
+///
+/// # Errors
+/// [`PlanError::StockTooThick`].
+pub fn refuse_thick<'a>(
+    stock: &Part,
+    meshes: impl Iterator<Item = &'a PassMesh>,
+    allowed: f64,
+    tolerance: f64,
+) -> Result<(), PlanError> {
+    let solid = Solid::new(stock);
+    let most = allowed + tolerance;
+    let mut worst: Option<(DVec3, f64)> = None;
+    for mesh in meshes {
+        for face in mesh.connectivity().faces() {
+            let [a, b, c] = face.map(|v| mesh.positions()[v.index()]);
+            let (place, normal) = ((a + b + c) / 3.0, (b - a).cross(c - a).normalize_or_zero());
+            let is_in = |height: f64| solid.contains(place + height * normal);
+            let least = worst.map_or(most, |(_, thickness)| thickness);
+            if normal == DVec3::ZERO || !is_in(least) {
+                continue;
+            }
+            let (mut low, mut high) = (least, 2.0 * least);
+            while is_in(high) && high < THICKEST * most {
+                (low, high) = (high, 2.0 * high);
+            }
+            for _ in 0..HALVINGS {
+                let middle = low.midpoint(high);
+                if is_in(middle) { low = middle } else { high = middle }
+            }
+            worst = Some((place, low));
+        }
+    }
+    match worst {
+        None => Ok(()),
+        Some((place, thickness)) => Err(PlanError::StockTooThick { place, thickness, allowed }),
+    }
+}
+
+/// What faces enclose.
+struct Solid {
+    /// The triangles as seen from above, with their heights.
+    tree: RTree<GeomWithData<Rectangle<[f64; 2]>, [DVec3; 3]>>,
+}
+
+impl Solid {
+    fn new(part: &Part) -> Self {
+        let triangles = part.faces.iter().map(|face| {
+            let corners = face.map(|v| part.positions[v as usize]);
+            let [a, b, c] = corners;
+            let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+            let seen = Rectangle::from_corners([low.x, low.y], [high.x, high.y]);
+            GeomWithData::new(seen, corners)
+        });
+        Self { tree: RTree::bulk_load(triangles.collect()) }
+    }
+
+    /// Whether a place is enclosed: a line from there straight up leaves through more faces than it enters by.
+    fn contains(&self, p: DVec3) -> bool {
+        let here = AABB::from_point([p.x, p.y]);
+        let crossed = self.tree.locate_in_envelope_intersecting(here);
+        crossed.map(|triangle| above(p, triangle.data)).sum::<i32>() > 0
+    }
+}
+
+/// 1 if a line from `p` straight up leaves through the triangle, -1 if it enters there, 0 if it passes by. Of the sides
+/// that two triangles share one has the line, so that no crossing is lost or counted twice.
+fn above(p: DVec3, corners: [DVec3; 3]) -> i32 {
+    let flat = corners.map(|c| c.truncate() - p.truncate());
+    let side = |i: usize| {
+        // The same for both triangles at the side.
+        let (a, b) = (flat[i], flat[(i + 1) % 3]);
+        let is_ordered = (a.x, a.y) < (b.x, b.y);
+        let turn = if is_ordered { a.perp_dot(b) } else { b.perp_dot(a) };
+        (turn >= 0.0) == is_ordered
+    };
+    let sides = [0, 1, 2].map(side);
+    if sides[0] != sides[1] || sides[1] != sides[2] {
+        return 0;
+    }
+    let [a, b, c] = corners;
+    let normal = (b - a).cross(c - a);
+    let height = normal.dot(p - a);
+    match sides[0] {
+        true if height < 0.0 => 1,
+        false if height > 0.0 => -1,
+        _ => 0,
+    }
+}
