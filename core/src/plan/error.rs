@@ -62,7 +62,7 @@ pub enum PlanError {
     OpenStock,
     /// The material is too thick over the surface.
     #[error(
-        "stock: at ({:.2}, {:.2}, {:.2}) it stands {thickness:.3} mm above the surface; cut.allowance and cut.axial_depth \
+        "stock: at ({:.2}, {:.2}, {:.2}) it is {thickness:.3} mm thick over the surface, along its normal; cut.allowance and cut.axial_depth \
          together are {allowed:.3} mm: rough it down to that first, or give a greater cut.axial_depth",
         place.x, place.y, place.z
     )]
