@@ -1,11 +1,9 @@
 // The job editor: highlighting, what may be written and what it means as the planner says, faults at their places.
-import { autocompletion, closeBrackets, completionKeymap } from "@codemirror/autocomplete";
 import { defaultKeymap, history, historyKeymap } from "@codemirror/commands";
 import { HighlightStyle, StreamLanguage, syntaxHighlighting } from "@codemirror/language";
 import { toml } from "@codemirror/legacy-modes/mode/toml";
 import { forceLinting, lintGutter, lintKeymap, setDiagnostics } from "@codemirror/lint";
-import { highlightSelectionMatches, searchKeymap } from "@codemirror/search";
-import { EditorState, Prec } from "@codemirror/state";
+import { Compartment, EditorState, Prec } from "@codemirror/state";
 import {
   EditorView, drawSelection, highlightActiveLine, highlightActiveLineGutter, hoverTooltip, keymap,
   lineNumbers,
@@ -52,6 +50,9 @@ export class Editor {
   #quiet = false;
   #extensions;
   #opened;
+  #editing = new Compartment();
+  #loaded = [];
+  #loading = null;
 
   /** `changed` is called after edits of the user, `plan` on Ctrl+Enter; `planner` knows completions and explanations. */
   constructor(parent, planner, { changed, plan }) {
@@ -62,14 +63,14 @@ export class Editor {
       if (update.docChanged) changed(this.text, !this.#quiet);
     };
     this.#extensions = [
-      lineNumbers(), EditorView.lineWrapping, lintGutter(), history(), drawSelection(), closeBrackets(),
-      highlightActiveLine(), highlightActiveLineGutter(), highlightSelectionMatches(),
+      lineNumbers(), EditorView.lineWrapping, lintGutter(), history(), drawSelection(),
+      highlightActiveLine(), highlightActiveLineGutter(),
       StreamLanguage.define(toml),
       syntaxHighlighting(COLOURS),
-      autocompletion({ override: [(context) => this.#complete(context)] }),
+      EditorView.domEventHandlers({ focus: () => void this.#load() }),
       hoverTooltip((view, at) => this.#hover(view, at)),
       Prec.highest(keymap.of([{ key: "Mod-Enter", run: () => (plan(), true) }])),
-      keymap.of([...defaultKeymap, ...historyKeymap, ...completionKeymap, ...searchKeymap, ...lintKeymap]),
+      keymap.of([...defaultKeymap, ...historyKeymap, ...lintKeymap]),
       EditorView.contentAttributes.of({ "aria-label": "Job file, TOML", tabindex: "0", spellcheck: "false" }),
       EditorView.updateListener.of(edited),
       LOOK,
@@ -86,7 +87,20 @@ export class Editor {
   }
 
   #state(doc) {
-    return EditorState.create({ doc, extensions: this.#extensions });
+    return EditorState.create({ doc, extensions: [this.#editing.of(this.#loaded), this.#extensions] });
+  }
+
+  /** Loads what is needed to write, when someone begins to; without it the text can be edited all the same. */
+  async #load() {
+    if (this.#loading) return;
+    try {
+      this.#loading = import("./editing.js");
+      const { editing } = await this.#loading;
+      this.#loaded = editing((context) => this.#complete(context));
+      this.view.dispatch({ effects: this.#editing.reconfigure(this.#loaded) });
+    } catch {
+      this.#loading = null;
+    }
   }
 
   /** Opens another text, which cannot be undone. */
