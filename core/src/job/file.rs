@@ -61,8 +61,8 @@ pub struct JobFile {
     #[serde(default)]
     pub path: PathTable,
     /// The material before the first operation, where it is known: a `box`, or a mesh `file`. Over the surface it may be no
-    /// thicker than `cut.allowance` and `cut.axial_depth` together; the simulation also looks at what stands beside. Without
-    /// it, the surface is covered by that much and nothing stands beside it. With `path.pattern = "hub"` it says nothing.
+    /// thicker than `cut.allowance` and `cut.axial_depth` together; rapids run above it, and the simulation measures what is cut
+    /// of it beside the surface. Without it, the surface is covered by that much and nothing stands beside it. With `path.pattern = "hub"` it says nothing.
     #[serde(default, skip_serializing_if = "is_default")]
     pub stock: StockTable,
     /// What stands beside the surface and must not be touched, such as clamps and vices: a table `[[avoid]]` for each.
