@@ -6,6 +6,7 @@
 use super::facet::area_normal;
 use super::lattice::Key;
 use super::net::Net;
+use super::terrain::Height;
 use crate::geometry::DVec3;
 use crate::mesh::TriangleSoup;
 use crate::parallel;
@@ -22,6 +23,9 @@ const ALONG: f64 = 0.95;
 const SLIM: f64 = 0.03;
 /// How much steeper than the steepest slope a straight line between two places of one surface may seem, times; and mm.
 const SLACK: (f64, f64) = (1.05, 1e-4);
+
+/// Cosine of the angle between two places of one surface as near as the ends of a side: 45 degrees.
+const SAME_SIDE: f64 = core::f64::consts::FRAC_1_SQRT_2;
 
 /// A corner of the cut net.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
@@ -77,9 +81,12 @@ fn crossing(net: &Net, from: Key, to: Key) -> Option<Place> {
     for _ in 0..HALVINGS {
         let part = 0.5 * (low + high);
         let at = begin.lerp(end, part);
-        let belongs =
-            |z: f64| (z - first.z).abs() <= SLACK.0 * net.steepest * part * length + SLACK.1;
-        match net.height(at, near).filter(|h| belongs(h.z)) {
+        let may_differ = SLACK.0 * net.steepest * part * length + SLACK.1;
+        // Just beyond an edge the cutter may seem to rest on it.
+        let belongs = |h: &Height| {
+            (h.z - first.z).abs() <= may_differ && h.normal.dot(first.normal) >= SAME_SIDE
+        };
+        match net.height(at, near).filter(belongs) {
             Some(height) => {
                 (low, near, place) = (part, height, Some((at.extend(height.z), height.normal)))
             }
