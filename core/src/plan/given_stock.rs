@@ -8,12 +8,15 @@
 use super::error::PlanError;
 use crate::geometry::DVec3;
 use crate::level_set::PassMesh;
+use crate::parallel;
 use crate::surface::Part;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
 /// Thickness up to which it is looked for, in thicknesses that are allowed.
 const THICKEST: f64 = 1e6;
+/// Triangles that are looked at one after another.
+const CHUNK: usize = 4096;
 /// Halvings of the thickness.
 const HALVINGS: usize = 40;
 
@@ -24,30 +27,21 @@ const HALVINGS: usize = 40;
 pub fn refuse_thick<'a>(
     stock: &Part,
     meshes: impl Iterator<Item = &'a PassMesh>,
-    allowed: f64,
-    tolerance: f64,
+    (allowed, tolerance): (f64, f64),
+    threads: usize,
 ) -> Result<(), PlanError> {
     let solid = Solid::new(stock);
-    let most = allowed + tolerance;
     let mut worst: Option<(DVec3, f64)> = None;
     for mesh in meshes {
-        for face in mesh.connectivity().faces() {
-            let [a, b, c] = face.map(|v| mesh.positions()[v.index()]);
-            let (place, normal) = ((a + b + c) / 3.0, (b - a).cross(c - a).normalize_or_zero());
-            let is_in = |height: f64| solid.contains(place + height * normal);
-            let least = worst.map_or(most, |(_, thickness)| thickness);
-            if normal == DVec3::ZERO || !is_in(least) {
-                continue;
+        let chunks: Vec<_> = mesh.connectivity().faces().chunks(CHUNK).collect();
+        let found = parallel::map(threads, &chunks, |faces| {
+            let corners = faces.iter().map(|face| face.map(|v| mesh.positions()[v.index()]));
+            solid.thickest(corners, allowed + tolerance)
+        });
+        for (place, thickness) in found.into_iter().flatten() {
+            if worst.is_none_or(|(_, most)| thickness > most) {
+                worst = Some((place, thickness));
             }
-            let (mut low, mut high) = (least, 2.0 * least);
-            while is_in(high) && high < THICKEST * most {
-                (low, high) = (high, 2.0 * high);
-            }
-            for _ in 0..HALVINGS {
-                let middle = low.midpoint(high);
-                if is_in(middle) { low = middle } else { high = middle }
-            }
-            worst = Some((place, low));
         }
     }
     match worst {
@@ -72,6 +66,34 @@ impl Solid {
             GeomWithData::new(seen, corners)
         });
         Self { tree: RTree::bulk_load(triangles.collect()) }
+    }
+
+    /// Where over triangles it is the thickest along their normals, and how thick, mm; `None` where it is nowhere thicker
+    /// than `most` mm.
+    fn thickest(
+        &self,
+        triangles: impl Iterator<Item = [DVec3; 3]>,
+        most: f64,
+    ) -> Option<(DVec3, f64)> {
+        let mut worst = None;
+        for [a, b, c] in triangles {
+            let (place, normal) = ((a + b + c) / 3.0, (b - a).cross(c - a).normalize_or_zero());
+            let is_in = |height: f64| self.contains(place + height * normal);
+            let least = worst.map_or(most, |(_, thickness)| thickness);
+            if normal == DVec3::ZERO || !is_in(least) {
+                continue;
+            }
+            let (mut low, mut high) = (least, 2.0 * least);
+            while is_in(high) && high < THICKEST * most {
+                (low, high) = (high, 2.0 * high);
+            }
+            for _ in 0..HALVINGS {
+                let middle = low.midpoint(high);
+                if is_in(middle) { low = middle } else { high = middle }
+            }
+            worst = Some((place, low));
+        }
+        worst
     }
 
     /// Whether a place is enclosed: a line from there straight up leaves through more faces than it enters by.

@@ -146,7 +146,8 @@ impl<'a> Ground<'a> {
         let floor = region_meshes.iter().map(RegionMesh::length_floor).sum::<f64>() / creases;
         if let (Some(solid), true) = (&prepared.stock, stock.earlier.is_empty()) {
             let meshes = region_meshes.iter().map(|region_mesh| &region_mesh.fine);
-            given_stock::refuse_thick(solid, meshes, stock.top, job.cut.tolerance)?;
+            let allowed = (stock.top, job.cut.tolerance);
+            given_stock::refuse_thick(solid, meshes, allowed, threads)?;
         }
         let walls = walls(job, prepared);
         let plane = rapid_plane(&prepared.design, &walls, job, stock.top);
