@@ -115,6 +115,26 @@ fn stock_thicker_than_the_cut_is_refused_with_place_and_thickness() {
     assert!(within(place.x) && within(place.y), "{error}");
 }
 
+/// Some programs write bodies inside out.
+#[test]
+fn stock_that_is_inside_out_is_turned() {
+    let [low, _] = PLATE;
+    let text = String::from_utf8(blocks(&[[low, [25.0, 25.0, 0.8]]])).unwrap();
+    let turned = |line: &str| match line.strip_prefix("f ") {
+        Some(corners) => {
+            let corners: Vec<&str> = corners.split(' ').rev().collect();
+            format!("f {}\n", corners.join(" "))
+        }
+        None => format!("{line}\n"),
+    };
+    let inward: String = text.lines().map(turned).collect();
+    let files = [("in.obj".to_owned(), inward.into_bytes())];
+    let of_mesh = resolved(&format!("{PLANE}{BALL}[stock]\nfile = \"in.obj\"\n")).job;
+    let error = refused(&of_mesh, Files { meshes: &files, ..Files::default() });
+    let PlanError::StockTooThick { thickness, .. } = error else { panic!("{error}") };
+    assert!((thickness - 0.8).abs() < 1e-9, "{error}");
+}
+
 #[test]
 fn a_mesh_with_openings_is_no_stock() {
     let open = b"v -30 -30 1\nv 30 -30 1\nv 30 30 1\nv -30 30 1\nf 1 2 3 4\n".to_vec();

@@ -8,7 +8,7 @@ use crate::job::{
 };
 use crate::machine::Axes;
 use crate::mesh::{MeshFormat, judge, read};
-use crate::reach::ReachOptions;
+use crate::reach::{ReachOptions, turn_outward};
 use crate::step::{SmoothFormat, smooth};
 use crate::surface::{AnalyticSurface, Part, Whole, build_beside, build_whole};
 use crate::tool::Tool;
@@ -161,12 +161,13 @@ fn beside(keys: &SurfaceKeys, files: Files, file: &str) -> Result<Part, PlanErro
 
 /// The material before the first operation, if the job says where it ends.
 pub(super) fn load_stock(keys: &SurfaceKeys, files: Files) -> Result<Option<Part>, PlanError> {
-    let stock = match &keys.stock {
+    let mut stock = match &keys.stock {
         None => return Ok(None),
         Some(StockShape::Box([least, greatest])) => cuboid(*least, *greatest),
         Some(StockShape::File(file)) => beside(keys, files, file)
             .map_err(|error| PlanError::Stock { file: file.clone(), error: Box::new(error) })?,
     };
+    turn_outward(&mut stock);
     match judge(&stock.positions, &stock.faces).is_closed() {
         true => Ok(Some(stock)),
         false => Err(PlanError::OpenStock),
