@@ -10,6 +10,7 @@ mod hub;
 mod jobs;
 mod parts;
 mod regions;
+mod removal_rate;
 mod steady_load;
 mod stock;
 mod tensor;

@@ -52,8 +52,9 @@ use texture::{TextureResults, texture_on};
 const NOTEWORTHY: f64 = 0.005;
 /// A flat map whose scale varies by more than this factor gets a warning.
 const WIDEST_SCALE: f64 = 30.0;
-/// Stock higher than this fraction of the smallest concave radius overhangs what is cut beside it.
-const DEEP: f64 = 0.15;
+/// Stock higher than this fraction of the smallest concave radius stands over what is cut on the other side of the hollow:
+/// up to 0.62 predicted and simulated rates agreed on a hollow of 8 mm, at 0.75 they differed by a tenth of the limit.
+const DEEP: f64 = 0.6;
 /// Tables that make the path slower by more than this factor get a warning.
 const SLOW_TABLES: f64 = 1.25;
 /// Verification samples per side step.
@@ -1055,8 +1056,8 @@ fn warn_of_force(
         && job.force.control != ForceControl::Off
     {
         let message = format!(
-            "the stock stands {top:.3} mm over the surface, whose smallest concave radius is {:.3} mm: where it \
-             overhangs the cut, predicted removal rates are inaccurate",
+            "the stock stands {top:.3} mm over the surface, whose smallest concave radius is {:.3} mm: where it reaches \
+             over the other side of the hollow, predicted removal rates are inaccurate",
             tightest.radius
         );
         out.push(warning(

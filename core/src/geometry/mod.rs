@@ -3,6 +3,7 @@
 pub mod beyond;
 pub mod disc;
 pub mod math;
+pub mod offset;
 mod order;
 pub mod polyline;
 pub mod shape;

@@ -6,6 +6,7 @@
 //! tiles are grouped into blocks, units of work for threads, with a tree over the tiles of each.
 
 use crate::flatten::Chart;
+use crate::geometry::offset::{Widening, corner_normals};
 use crate::geometry::{DVec2, DVec3, cross2, math};
 use crate::mesh::{FaceId, HalfEdgeId, VertexId};
 use crate::surface::{Surface, SurfacePoint};
@@ -31,6 +32,8 @@ pub(super) struct Column {
     pub line: Line,
     /// Area on the surface, mm².
     pub area: f64,
+    /// How its section changes with height.
+    pub widening: Widening,
 }
 
 /// A disc-shaped neighbourhood that holds columns: all within `radius` of the line through
@@ -93,6 +96,8 @@ struct Grid<'a> {
     turned: Vec<DVec2>,
     /// `#F` linear scales.
     scale: Vec<f64>,
+    /// `#F` how columns change with height.
+    widening: Vec<Widening>,
     spacing: f64,
     /// Smallest tile, flat mm.
     smallest: f64,
@@ -122,6 +127,7 @@ impl Columns {
             surface,
             turned: points,
             scale,
+            widening: widening(surface),
             spacing,
             // Flat and solid area are equal in all, so the mean scale is one.
             smallest: SIDE as f64 * spacing / f64::from(1u32 << MOST_HALVINGS),
@@ -193,6 +199,17 @@ impl Columns {
     }
 }
 
+/// How columns on each face change with height.
+fn widening(surface: &Surface) -> Vec<Widening> {
+    let faces: Vec<[u32; 3]> =
+        surface.connectivity().faces().iter().map(|face| face.map(|v| v.0)).collect();
+    let normals = corner_normals(surface.positions(), &faces);
+    let of = |(f, normals): (usize, &[DVec3; 3])| {
+        Widening::on(surface.corners(FaceId(f as u32)), *normals)
+    };
+    normals.iter().enumerate().map(of).collect()
+}
+
 /// Orders lines so that neighbours follow each other, and puts a few of them into each leaf, which is no wider than
 /// `width`.
 fn halve(
@@ -216,7 +233,7 @@ fn halve(
     if is_leaf {
         let column = |&id: &u32| {
             let (line, flat) = lines[id as usize];
-            (Column { line, area: 0.0 }, flat)
+            (Column { line, area: 0.0, widening: Widening::default() }, flat)
         };
         leaves.push(Leaf { columns: ids.iter().map(column).collect() });
         return;
@@ -290,7 +307,8 @@ impl Grid<'_> {
             let normal = self.surface.normal(point);
             if normal != DVec3::ZERO {
                 let line = Line { foot: self.surface.position(point), normal };
-                columns.push((Column { line, area: step * step * scale * scale }, at));
+                let (area, widening) = (step * step * scale * scale, self.widening[faces[k] as usize]);
+                columns.push((Column { line, area, widening }, at));
             }
         }
         if !columns.is_empty() {

@@ -480,7 +480,7 @@ impl<'a> BlockCut<'a> {
                 continue;
             }
             let left = self.body.lowered(stroke, &column.line, *height);
-            volume += column.area * (*height - left);
+            volume += column.area * column.widening.between(left, *height);
             *height = left;
         }
         if volume > 0.0 {

@@ -117,6 +117,7 @@ impl<const N: usize> Bounds<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::offset::Widening;
     use crate::tool::Tool;
     use crate::verify::body::Placed;
 
@@ -133,6 +134,7 @@ mod tests {
                 to_centroid: [0.0; 3],
                 normal,
                 area: 0.01,
+                widening: Widening::default(),
                 machined: true,
                 is_bridge: false,
                 wall: None,

@@ -18,6 +18,7 @@ use super::outcome::Outcome;
 use super::samples::{Facets, Sample};
 use super::section::{Chain, Surface};
 use super::sweep::swept;
+use crate::geometry::offset::Widening;
 use crate::geometry::{DVec3, OrderBy};
 use crate::parallel;
 use crate::toolpath::{MoveKind, Toolpath};
@@ -363,6 +364,7 @@ impl Section<'_> {
                 to_centroid: [0.0; 3],
                 normal: place.normal,
                 area: 0.0,
+                widening: Widening::default(),
                 machined: true,
                 is_bridge: false,
                 wall: None,

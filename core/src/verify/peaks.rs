@@ -14,9 +14,10 @@ use super::material::{Material, Swept};
 use super::motion::Step;
 use super::options::VerifyOptions;
 use super::outcome::Outcome;
-use super::samples::{BLOCK, CREASE, Patch, Sample, Tile};
+use super::samples::{BLOCK, Patch, Sample, Tile};
 use super::sweep::{Cut, SweptTile, swept_in_order};
 use super::walls::{Facet, depth_behind, ends_part};
+use crate::geometry::offset::CREASE;
 use crate::geometry::{DVec3, OrderBy};
 use crate::parallel;
 

@@ -9,6 +9,7 @@
 //! over any strip of it, which scattered samples would not. Centroids never lie on the rim of the machined surface;
 //! there, further samples without area are added.
 
+use crate::geometry::offset::{Widening, corner_normals};
 use crate::geometry::{DVec3, nearest_on_triangle};
 
 /// Samples per tile. Larger: less to share between threads; smaller: more tiles against which a move must be tested.
@@ -27,8 +28,6 @@ const SCATTER: f64 = 0.5;
 /// Inverse powers of the plastic number, the root of `x³ = x + 1`: the most uniform sequence of pairs (Roberts, "The
 /// unreasonable effectiveness of quasirandom sequences", 2018).
 const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
-/// Facets that meet at a sharper angle than this cosine (40 degrees) do not share normals.
-pub const CREASE: f64 = 0.766_044_443;
 
 /// A triangle mesh to be sampled.
 #[derive(Copy, Clone, Debug)]
@@ -84,6 +83,8 @@ pub struct Sample {
     pub normal: DVec3,
     /// The area that it represents, mm².
     pub area: f64,
+    /// How its cell changes with the height over it.
+    pub widening: Widening,
     /// Whether it is to be machined.
     pub machined: bool,
     /// Whether the cutter bridges the part there.
@@ -116,33 +117,9 @@ impl Facets<'_> {
         self.faces.iter().map(|f| 0.5 * doubled(self.corners(f)).length()).sum()
     }
 
-    /// Normals at the corners of every facet: those of the facets around the vertex that meet this
-    /// one without a crease, weighted with their area.
+    /// Normals at the corners of every facet.
     pub(super) fn normals(&self) -> Vec<[DVec3; 3]> {
-        let areas: Vec<DVec3> = self.faces.iter().map(|f| doubled(self.corners(f))).collect();
-        let mut first = vec![0u32; self.positions.len() + 1];
-        for face in self.faces {
-            face.iter().for_each(|&v| first[v as usize + 1] += 1);
-        }
-        for i in 1..first.len() {
-            first[i] += first[i - 1];
-        }
-        let mut next = first.clone();
-        let mut around = vec![0u32; 3 * self.faces.len()];
-        for (f, face) in self.faces.iter().enumerate() {
-            for &v in face {
-                around[next[v as usize] as usize] = f as u32;
-                next[v as usize] += 1;
-            }
-        }
-        let normal = |f: usize, v: u32| {
-            let own = areas[f];
-            let ring = &around[first[v as usize] as usize..first[v as usize + 1] as usize];
-            let smooth = |a: &DVec3| a.dot(own) > CREASE * a.length() * own.length();
-            let sum: DVec3 = ring.iter().map(|&g| areas[g as usize]).filter(smooth).sum();
-            sum.try_normalize().or(own.try_normalize()).unwrap_or(DVec3::Z)
-        };
-        self.faces.iter().enumerate().map(|(f, face)| face.map(|v| normal(f, v))).collect()
+        corner_normals(self.positions, self.faces)
     }
 }
 
@@ -357,7 +334,8 @@ impl Patch {
         let centroid = (self.corners[0] + self.corners[1] + self.corners[2]) / 3.0;
         let sample = self.at([1.0 - u - v, u, v]);
         let to_centroid = (centroid - sample.position).as_vec3().to_array();
-        Sample { to_centroid, area: self.area, ..sample }
+        let widening = Widening::on(self.corners, self.normals);
+        Sample { to_centroid, area: self.area, widening, ..sample }
     }
 
     /// Samples without area on the edges that lie on the rim, at the start and the middle of each, and one beside the
@@ -390,6 +368,7 @@ impl Patch {
             to_centroid: [0.0; 3],
             normal: mix(&self.normals).normalize_or(self.normals[0]),
             area: 0.0,
+            widening: Widening::default(),
             machined: self.machined,
             is_bridge: self.is_bridge,
             wall: None,

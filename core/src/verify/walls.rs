@@ -10,7 +10,8 @@
 //! (`depth_behind`): at a protruding corner, or on a thin wall, the depth of a cut is then the distance from the
 //! wall, and what the cutter does beyond the far side does not count.
 
-use super::samples::{CREASE, Facets, Side};
+use super::samples::{Facets, Side};
+use crate::geometry::offset::CREASE;
 use crate::geometry::{DVec3, OrderBy, nearest_on_triangle};
 use std::collections::BTreeMap;
 

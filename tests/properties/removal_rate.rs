@@ -1,0 +1,140 @@
+//! The removal rate by a map of heights: the material over a formula's surface stands on a grid of upright columns, whose
+//! tops are those of all balls of the layer's depth about the surface, and the delivered path lowers them to the cutter.
+//! It shares nothing with the planner and its simulation, which measure along the normals of the surface.
+
+use std::collections::VecDeque;
+
+use evencut_core::geometry::DVec3;
+use evencut_core::job;
+use evencut_core::plan::{Files, plan};
+use evencut_core::tool::Tool;
+use evencut_core::toolpath::{MoveKind, Toolpath};
+
+/// Side of a cell, mm.
+const CELL: f64 = 0.08;
+/// Extent of the surface, mm.
+const SIZE: f64 = 30.0;
+/// What a window's rate may be off by as cells enter and leave it as wholes.
+const GRAIN: f64 = 0.02;
+
+/// Columns over a square.
+struct HeightMap {
+    count: usize,
+    tops: Vec<f64>,
+}
+
+impl HeightMap {
+    /// A layer over `z(x, y)`, mm.
+    fn new(surface: impl Fn(f64, f64) -> f64, depth: f64) -> Self {
+        let count = (SIZE / CELL) as usize;
+        let reach = (depth / CELL) as i64;
+        let z = |i: i64, j: i64| surface(Self::middle(i), Self::middle(j));
+        let all = 0..count as i64;
+        let heights: Vec<f64> =
+            all.clone().flat_map(|i| all.clone().map(move |j| (i, j))).map(|(i, j)| z(i, j)).collect();
+        let mut ball = Vec::new();
+        for i in -reach..=reach {
+            for j in -reach..=reach {
+                let square = depth * depth - ((i * i + j * j) as f64) * CELL * CELL;
+                if square >= 0.0 {
+                    ball.push((i, j, square.sqrt()));
+                }
+            }
+        }
+        let top = |(i, j): (i64, i64)| {
+            let beside = |&(di, dj, up): &(i64, i64, f64)| {
+                let (i, j) = (i + di, j + dj);
+                let inside = all.contains(&i) && all.contains(&j);
+                inside.then(|| heights[i as usize * count + j as usize] + up)
+            };
+            ball.iter().filter_map(beside).fold(f64::MIN, f64::max)
+        };
+        let tops = all.clone().flat_map(|i| all.clone().map(move |j| (i, j))).map(top).collect();
+        Self { count, tops }
+    }
+
+    /// Coordinate of the middle of a row, mm.
+    fn middle(i: i64) -> f64 {
+        (i as f64 + 0.5) * CELL - 0.5 * SIZE
+    }
+
+    /// Volume that an upright cutter takes, mm³.
+    fn cut(&mut self, tool: &Tool, tip: DVec3) -> f64 {
+        let (radius, corner) = (tool.radius(), tool.corner_radius());
+        let range = |x: f64| {
+            let at = |x: f64| ((x + 0.5 * SIZE) / CELL).clamp(0.0, self.count as f64) as usize;
+            at(x - radius)..at(x + radius)
+        };
+        let mut volume = 0.0;
+        for i in range(tip.x) {
+            let dx = Self::middle(i as i64) - tip.x;
+            for j in range(tip.y) {
+                let dy = Self::middle(j as i64) - tip.y;
+                let across = (dx * dx + dy * dy).sqrt();
+                if across > radius {
+                    continue;
+                }
+                let out = (across - tool.bottom_radius()).max(0.0);
+                let lower = tip.z + corner - (corner * corner - out * out).max(0.0).sqrt();
+                let top = &mut self.tops[i * self.count + j];
+                volume += (*top - lower).max(0.0) * CELL * CELL;
+                *top = top.min(lower);
+            }
+        }
+        volume
+    }
+
+    /// The highest rate over windows of a fifth of the cutter's radius whose cutter lies wholly over the surface, mm³/s.
+    fn peak(&mut self, tool: &Tool, path: &Toolpath, margin: f64) -> f64 {
+        let (window, step) = (0.2 * tool.radius(), 0.05 * tool.radius());
+        let (mut recent, mut peak) = (VecDeque::new(), 0.0_f64);
+        for move_ in path.points.windows(2) {
+            let [from, to] = [move_[0].tip, move_[1].tip];
+            if move_[1].kind == MoveKind::Rapid {
+                recent.clear();
+                continue;
+            }
+            let (length, time) = (from.distance(to), move_[1].time - move_[0].time);
+            let pieces = (length / step).ceil().max(1.0);
+            for k in 1..=pieces as u32 {
+                let tip = from.lerp(to, f64::from(k) / pieces);
+                let way = length / pieces;
+                recent.push_back((way, time / pieces, self.cut(tool, tip)));
+                let sum = |of: fn(&(f64, f64, f64)) -> f64| recent.iter().map(of).sum::<f64>();
+                while sum(|p| p.0) - recent[0].0 >= window {
+                    recent.pop_front();
+                }
+                let sum = |of: fn(&(f64, f64, f64)) -> f64| recent.iter().map(of).sum::<f64>();
+                let is_inside = tip.x.abs().max(tip.y.abs()) < 0.5 * SIZE - margin;
+                if is_inside && sum(|p| p.0) >= 0.999 * window {
+                    peak = peak.max(sum(|p| p.2) / sum(|p| p.1));
+                }
+            }
+        }
+        peak
+    }
+}
+
+/// Over a hill columns along the normals spread, and in a hollow they meet: a layer thick enough to matter is cut within
+/// the limit on both.
+#[test]
+fn limits_are_kept_in_thick_layers_on_hills_and_in_hollows() {
+    let (depth, spread) = (2.5, 6.0);
+    for (height, tool) in [(6.0, "\"ball\""), (-6.0, "\"bull\"\ncorner_radius = 2.0")] {
+        let text = format!(
+            "version = 1\n[surface.analytic]\nkind = \"bump\"\nsize = {SIZE}\nheight = {height}\nradius = {spread}\n\
+             [tool]\nkind = {tool}\ndiameter = 8.0\n[cut]\nscallop = 0.03\naxial_depth = {depth}\nfeed = 1000.0\n\
+             tolerance = 0.005\n[path]\npattern = \"contour\"\n[force]\nrelative = 1.1\n"
+        );
+        let job = job::read(text.as_bytes()).unwrap().job;
+        let planned = plan(&job, Files::of_surface(None), 2, &mut |_, _| {}).unwrap();
+        let path = &planned.toolpath;
+        let surface =
+            |x: f64, y: f64| height * (-(x * x + y * y) / (2.0 * spread * spread)).exp();
+        let mut map = HeightMap::new(surface, depth);
+        let peak = map.peak(&job.tool, path, job.tool.radius() + depth + 1.0);
+        let limit = job.mrr_limit();
+        assert!(peak > 0.9 * limit, "{height}: it is nowhere near the limit, {}", peak / limit);
+        assert!(peak < (1.0 + GRAIN) * limit, "{height}: {} of the limit", peak / limit);
+    }
+}
