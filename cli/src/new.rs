@@ -40,7 +40,7 @@ impl New {
             streams.message(&format!("error: {error}\n --> {}{hint}\n", input::shown(&job)));
             return Exit::BadJob;
         }
-        if let Some(doubt) = contents.doubt() {
+        for doubt in contents.doubts() {
             streams.message(&format!("warning: {doubt}\n"));
         }
         streams.message(&format!(

@@ -30,8 +30,11 @@ impl HeightMap {
         let reach = (depth / CELL) as i64;
         let z = |i: i64, j: i64| surface(Self::middle(i), Self::middle(j));
         let all = 0..count as i64;
-        let heights: Vec<f64> =
-            all.clone().flat_map(|i| all.clone().map(move |j| (i, j))).map(|(i, j)| z(i, j)).collect();
+        let heights: Vec<f64> = all
+            .clone()
+            .flat_map(|i| all.clone().map(move |j| (i, j)))
+            .map(|(i, j)| z(i, j))
+            .collect();
         let mut ball = Vec::new();
         for i in -reach..=reach {
             for j in -reach..=reach {
@@ -87,27 +90,26 @@ impl HeightMap {
     /// The highest rate over windows of a fifth of the cutter's radius whose cutter lies wholly over the surface, mm³/s.
     fn peak(&mut self, tool: &Tool, path: &Toolpath, margin: f64) -> f64 {
         let (window, step) = (0.2 * tool.radius(), 0.05 * tool.radius());
-        let (mut recent, mut peak) = (VecDeque::new(), 0.0_f64);
-        for move_ in path.points.windows(2) {
-            let [from, to] = [move_[0].tip, move_[1].tip];
-            if move_[1].kind == MoveKind::Rapid {
+        let (mut recent, mut peak) = (VecDeque::<[f64; 3]>::new(), 0.0_f64);
+        let sum =
+            |recent: &VecDeque<[f64; 3]>, of: usize| recent.iter().map(|p| p[of]).sum::<f64>();
+        for ends in path.points.windows(2) {
+            let [from, to] = [ends[0].tip, ends[1].tip];
+            if ends[1].kind == MoveKind::Rapid {
                 recent.clear();
                 continue;
             }
-            let (length, time) = (from.distance(to), move_[1].time - move_[0].time);
+            let (length, time) = (from.distance(to), ends[1].time - ends[0].time);
             let pieces = (length / step).ceil().max(1.0);
             for k in 1..=pieces as u32 {
                 let tip = from.lerp(to, f64::from(k) / pieces);
-                let way = length / pieces;
-                recent.push_back((way, time / pieces, self.cut(tool, tip)));
-                let sum = |of: fn(&(f64, f64, f64)) -> f64| recent.iter().map(of).sum::<f64>();
-                while sum(|p| p.0) - recent[0].0 >= window {
+                recent.push_back([length / pieces, time / pieces, self.cut(tool, tip)]);
+                while sum(&recent, 0) - recent[0][0] >= window {
                     recent.pop_front();
                 }
-                let sum = |of: fn(&(f64, f64, f64)) -> f64| recent.iter().map(of).sum::<f64>();
                 let is_inside = tip.x.abs().max(tip.y.abs()) < 0.5 * SIZE - margin;
-                if is_inside && sum(|p| p.0) >= 0.999 * window {
-                    peak = peak.max(sum(|p| p.2) / sum(|p| p.1));
+                if is_inside && sum(&recent, 0) >= 0.999 * window {
+                    peak = peak.max(sum(&recent, 2) / sum(&recent, 1));
                 }
             }
         }
@@ -129,8 +131,7 @@ fn limits_are_kept_in_thick_layers_on_hills_and_in_hollows() {
         let job = job::read(text.as_bytes()).unwrap().job;
         let planned = plan(&job, Files::of_surface(None), 2, &mut |_, _| {}).unwrap();
         let path = &planned.toolpath;
-        let surface =
-            |x: f64, y: f64| height * (-(x * x + y * y) / (2.0 * spread * spread)).exp();
+        let surface = |x: f64, y: f64| height * (-(x * x + y * y) / (2.0 * spread * spread)).exp();
         let mut map = HeightMap::new(surface, depth);
         let peak = map.peak(&job.tool, path, job.tool.radius() + depth + 1.0);
         let limit = job.mrr_limit();

@@ -254,3 +254,57 @@ fn operations_cut_what_those_before_left() {
     };
     assert!((deepest(0) - 0.3).abs() < 0.01 && (deepest(1) - 0.5).abs() < 0.01);
 }
+
+/// A plate with a pocket, as a rougher leaves it: half a millimetre on all sides, in a pocket whose walls are steep.
+#[test]
+fn roughed_stock_with_a_pocket_is_as_thick_as_what_was_left() {
+    let left = 0.5;
+    // Outside and pocket at each height of the part; walls lean by a tenth.
+    let rings = |by: f64| {
+        let outer = |z: f64| (20.0 + by, z);
+        [outer(-12.0 - by), outer(by), (8.0 - 0.9 * by, by), (7.2 - 0.9 * by, -8.0 + by)]
+    };
+    let part = |by: f64| {
+        let mut text = String::new();
+        for (half, z) in rings(by) {
+            for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
+                writeln!(text, "v {} {} {z}", half * x, half * y).unwrap();
+            }
+        }
+        text.push_str("f 4 3 2 1\n");
+        for ring in 0..3 {
+            for (i, j) in [(1, 2), (2, 3), (3, 4), (4, 1)] {
+                let at = |k: usize, up: usize| 4 * (ring + up) + k;
+                writeln!(text, "f {} {} {} {}", at(i, 0), at(j, 0), at(j, 1), at(i, 1)).unwrap();
+            }
+        }
+        text.push_str("f 13 14 15 16\n");
+        text.into_bytes()
+    };
+    let job = |stock: &str, depth: f64| {
+        resolved(&format!(
+            "[surface]\nfile = \"part.obj\"\nsteepest = 80.0\n[tool]\nkind = \"ball\"\ndiameter = 4.0\n[cut]\n\
+             scallop = 0.05\nfeed = 1200.0\naxial_depth = {depth}\ntolerance = 0.02\n[force]\ncontrol = \"off\"\n\
+             [stock]\n{stock}"
+        ))
+        .job
+    };
+    let meshes = [("rough.obj".to_owned(), part(left))];
+    let surface = part(0.0);
+    let files = Files { surface: Some(&surface), meshes: &meshes, ..Files::default() };
+    let roughed = job("file = \"rough.obj\"\n", left);
+    let (_, figures) = planned(&roughed, files);
+    assert!(figures.passed, "{figures:?}");
+    let PlanError::StockTooThick { thickness, .. } =
+        refused(&job("file = \"rough.obj\"\n", 0.4), files)
+    else {
+        panic!("another error")
+    };
+    assert!((thickness - left).abs() < 0.05, "{thickness}");
+    // A whole block is as thick as the pocket is deep, at most.
+    let block = job("box = [[-20.5, -20.5, -12.5], [20.5, 20.5, 0.5]]\n", left);
+    let PlanError::StockTooThick { thickness, .. } = refused(&block, files) else {
+        panic!("another error")
+    };
+    assert!((thickness - 8.5).abs() < 0.05, "{thickness}");
+}

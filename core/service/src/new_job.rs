@@ -2,7 +2,7 @@
 
 use crate::blisk::Blisk;
 use evencut_core::hub::HubError;
-use evencut_core::job::{Outside, SurfaceFacts, coarse_facets, template};
+use evencut_core::job::{Outside, SurfaceFacts, coarse_facets, guessed_unit, template};
 use evencut_core::mesh::{MeshFormat, TriangleSoup, read};
 use evencut_core::nurbs::{MeshOptions, NurbsError, Trim, mesh, read_json};
 use evencut_core::plan::{Design, Files, PlanError, SurfaceKeys};
@@ -127,14 +127,32 @@ impl Contents {
     }
 
     /// What of the job has to be looked at before it is used.
-    pub fn doubt(&self) -> Option<String> {
-        let Some((blisk, _)) = self.blisk.as_ref() else {
-            let off = coarse_facets(&self.facts())?;
-            return Some(format!(
+    pub fn doubts(&self) -> Vec<String> {
+        match &self.blisk {
+            Some((blisk, _)) => self.doubt_of_blades(blisk).into_iter().collect(),
+            None => self.doubts_of_mesh(),
+        }
+    }
+
+    fn doubts_of_mesh(&self) -> Vec<String> {
+        let facts = self.facts();
+        let unit = guessed_unit(&facts).map(|unit| {
+            let size = facts.size.iter().copied().fold(0.0, f64::max);
+            format!(
+                "the part would be {size:.3} mm long; the job takes its numbers as {unit}, which is a guess: correct it in \
+                 the job if they are mm"
+            )
+        });
+        let coarse = coarse_facets(&facts).map(|off| {
+            format!(
                 "if the mesh stands for a smooth surface, its facets are about {off:.3} mm off it, so cut.scallop and \
                  cut.tolerance of the job are coarse; where its edges are meant, write finer ones"
-            ));
-        };
+            )
+        });
+        unit.into_iter().chain(coarse).collect()
+    }
+
+    fn doubt_of_blades(&self, blisk: &Blisk) -> Option<String> {
         if let Some((found, around)) = blisk.found_of() {
             return Some(format!(
                 "{found} blades were found in the file, and the nearest two stand as far apart as {around} do, so hub.blades = \

@@ -109,6 +109,14 @@ pub(crate) fn is_clear(
     solids.all(|solid| hindrance.nearest(&solid, pose, distance, distance).is_none())
 }
 
+/// The place of the triangles nearest to a point, mm; `None` where there are none.
+pub fn nearest_place(hindrance: &Hindrance, to: DVec3) -> Option<DVec3> {
+    let point = Solid::new(AssemblyPart::Cutter, [0.0; 2], [0.0; 2], 0.0);
+    let pose = Pose { tip: to, axis: DVec3::Z };
+    let near = hindrance.nearest(&point, pose, f64::INFINITY, f64::NEG_INFINITY);
+    near.map(|near| near.place)
+}
+
 fn nearest_of(hindrance: &Hindrance, solids: &[Solid], pose: Pose, beyond: f64) -> Clearance {
     let mut best = Clearance { distance: beyond, part: AssemblyPart::Cutter, place: pose.tip };
     for solid in solids {

@@ -9,7 +9,7 @@ use crate::geometry::DVec3;
 pub enum LocateError {
     /// The surface faces away from the tool.
     #[error(
-        "locate: {count} of {total} contacts face away from the tool, first at ({:.3}, {:.3}, {:.3}), where the normal is {degrees:.1} degrees from the axis; it must be below 90: exclude these faces, turn the part (surface.rotate), turn its sides (surface.flip) or machine in five axes",
+        "locate: {count} of {total} contacts face away from the tool, first at ({:.3}, {:.3}, {:.3}), where the normal is {degrees:.1} degrees from the axis; it must be below 90: exclude these faces, turn the part (surface.rotate), turn its sides (surface.flip), machine in five axes, or machine what can be reached from above (surface.steepest)",
         place.x, place.y, place.z
     )]
     BelowHorizon {

@@ -20,7 +20,7 @@ mod upright;
 pub use above::{AboveEnd, KeptClear};
 pub use axis::{ToolAxis, tool_axis};
 pub use check_mesh::CheckMesh;
-pub use clearance::{Clearance, Hindrance, clearance, clearance_above_end};
+pub use clearance::{Clearance, Hindrance, clearance, clearance_above_end, nearest_place};
 pub(crate) use clearance::{Pose, Solid, above_end, is_clear};
 pub use error::LocateError;
 pub use obstacles::{Avoided, Obstacles, Standing};

@@ -63,7 +63,7 @@ pub use surface::{
     AnalyticKind, AnalyticOptions, AnalyticParameters, Component, Faces, FlattenMethod, Selection,
     SurfaceOptions, SurfaceSource,
 };
-pub use template::{Outside, SurfaceFacts, coarse_facets, template};
+pub use template::{Outside, SurfaceFacts, coarse_facets, guessed_unit, template};
 pub use texture::{TextureCells, TextureOptions};
 
 /// Reads and resolves a job file that says all by itself: its tool is from no library, its machine from no file.

@@ -105,6 +105,15 @@ pub fn coarse_facets(facts: &SurfaceFacts) -> Option<f64> {
     (off > TOLERANCES[0]).then_some(off)
 }
 
+/// The unit of the surface's numbers, where they are too small for mm and it is guessed.
+pub fn guessed_unit(facts: &SurfaceFacts) -> Option<&'static str> {
+    match Unit::guess(facts) {
+        Unit::Millimetre => None,
+        Unit::Inch => Some("inches"),
+        Unit::Metre => Some("metres"),
+    }
+}
+
 /// A commented job file for the surface in `file`, with values to start from.
 ///
 /// `file`: name of the surface file relative to the job file. The text reads as a valid job.

@@ -11,7 +11,7 @@ use crate::geometry::DVec3;
 use crate::job::{Boundary, ForceControl, Inaccessible, Job};
 use crate::link::{DeliverOptions, Delivered, Deliverer};
 use crate::machine::Axes;
-use crate::machine_time::fill_time;
+use crate::machine_time::{fill_time, machine_time};
 use crate::removal::{
     self, Access, Before, Columns, Coverage, Cutter, Feeds, Layer, Limit, Removed, TooSlow, rated,
 };
@@ -107,6 +107,18 @@ impl Delivery<'_> {
         progress: &mut dyn FnMut(f64),
     ) -> Result<Delivered, PlanError> {
         Ok(self.deliverer.path(flat, None, progress)?)
+    }
+
+    /// Whether the passes, at feeds that keep the limits, take longer on the machine than a path; so do those that cannot
+    /// be slowed enough.
+    pub fn is_slower(&self, flat: &[FlatPoint], other: &Toolpath) -> Result<bool, PlanError> {
+        let passes = self.delivered(flat, &mut |_| {})?;
+        let Ok(limited) = self.limited(&passes.toolpath) else { return Ok(true) };
+        let job = self.job;
+        let time = |path: &Toolpath| {
+            machine_time(path, &job.tool, &job.machine, job.cut.tolerance).limited.total()
+        };
+        Ok(time(&limited) > time(other))
     }
 
     /// The path with branches over what its passes leave.

@@ -62,14 +62,14 @@ pub enum PlanError {
     OpenStock,
     /// The material is too thick over the surface.
     #[error(
-        "stock: at ({:.2}, {:.2}, {:.2}) it is {thickness:.3} mm thick over the surface, along its normal; cut.allowance and cut.axial_depth \
+        "stock: at ({:.2}, {:.2}, {:.2}) it reaches {thickness:.3} mm above the surface; cut.allowance and cut.axial_depth \
          together are {allowed:.3} mm: rough it down to that first, or give a greater cut.axial_depth",
         place.x, place.y, place.z
     )]
     StockTooThick {
         /// Where on the surface, mm.
         place: DVec3,
-        /// How thick it is there along the normal, mm.
+        /// How far it reaches from there: along the normal, up, or toward its nearest face, whichever is the least, mm.
         thickness: f64,
         /// How thick it may be, mm.
         allowed: f64,

@@ -1,11 +1,14 @@
 //! The material before the first operation, where the job says where it ends: no thicker over the surface than is cut at
 //! once.
 //!
-//! Steps: (1) the place on each triangle's normal that is as high over the surface as material may be; (2) whether it lies
-//! within the material: by the faces that a line from there straight up crosses ([`Solid`]); (3) the thickest place by
-//! bisection, for the message.
+//! How thick it is over a place is how far it reaches from there along the normal, straight up, or toward its nearest face,
+//! whichever is the least: on the steep wall of a pocket the normal runs through all that is in the pocket, and beside a
+//! corner along the material on the next wall. Steps: (1) whether each triangle's middle, and the place on its normal that
+//! is as high over it as material may be, lie within the material: by the faces that a line from there straight up crosses
+//! ([`Solid`]); (2) the same in the other directions; (3) the thickest place by bisection, for the message.
 
 use super::error::PlanError;
+use crate::cutter_location::{Hindrance, nearest_place};
 use crate::geometry::DVec3;
 use crate::level_set::PassMesh;
 use crate::parallel;
@@ -15,10 +18,10 @@ use rstar::{AABB, RTree};
 
 /// Thickness up to which it is looked for, in thicknesses that are allowed.
 const THICKEST: f64 = 1e6;
-/// Triangles that are looked at one after another.
-const CHUNK: usize = 4096;
 /// Halvings of the thickness.
 const HALVINGS: usize = 40;
+/// Triangles that are looked at one after another.
+const CHUNK: usize = 4096;
 
 /// Refuses material that is thicker than `allowed` mm and the tolerance, mm, somewhere over the meshes.
 ///
@@ -54,6 +57,8 @@ pub fn refuse_thick<'a>(
 struct Solid {
     /// The triangles as seen from above, with their heights.
     tree: RTree<GeomWithData<Rectangle<[f64; 2]>, [DVec3; 3]>>,
+    /// The same in space.
+    faces: Hindrance,
 }
 
 impl Solid {
@@ -65,11 +70,11 @@ impl Solid {
             let seen = Rectangle::from_corners([low.x, low.y], [high.x, high.y]);
             GeomWithData::new(seen, corners)
         });
-        Self { tree: RTree::bulk_load(triangles.collect()) }
+        let faces = Hindrance::new(&part.positions, &part.faces);
+        Self { tree: RTree::bulk_load(triangles.collect()), faces }
     }
 
-    /// Where over triangles it is the thickest along their normals, and how thick, mm; `None` where it is nowhere thicker
-    /// than `most` mm.
+    /// Where over triangles it is the thickest, and how thick, mm; `None` where it is nowhere thicker than `most` mm.
     fn thickest(
         &self,
         triangles: impl Iterator<Item = [DVec3; 3]>,
@@ -78,22 +83,40 @@ impl Solid {
         let mut worst = None;
         for [a, b, c] in triangles {
             let (place, normal) = ((a + b + c) / 3.0, (b - a).cross(c - a).normalize_or_zero());
-            let is_in = |height: f64| self.contains(place + height * normal);
             let least = worst.map_or(most, |(_, thickness)| thickness);
-            if normal == DVec3::ZERO || !is_in(least) {
-                continue;
+            if normal != DVec3::ZERO
+                && let Some(thickness) = self.thickness(place, normal, least)
+            {
+                worst = Some((place, thickness));
             }
+        }
+        worst
+    }
+
+    /// How thick it is over a place, mm; `None` where it is no thicker than `least` mm.
+    fn thickness(&self, place: DVec3, normal: DVec3, least: f64) -> Option<f64> {
+        let is_in = |along: DVec3, way: f64| self.contains(place + way * along);
+        if !is_in(normal, least) || !is_in(DVec3::Z, least) || !self.contains(place) {
+            return None;
+        }
+        let nearest = nearest_place(&self.faces, place).unwrap_or(place);
+        // What is nearest may be the other side of the part.
+        let to_nearest = (nearest - place).try_normalize().filter(|way| way.dot(normal) > 0.0);
+        let to_nearest = to_nearest.unwrap_or(normal);
+        let reach = |along: DVec3| {
             let (mut low, mut high) = (least, 2.0 * least);
-            while is_in(high) && high < THICKEST * most {
+            while is_in(along, high) && high < THICKEST * least {
                 (low, high) = (high, 2.0 * high);
             }
             for _ in 0..HALVINGS {
                 let middle = low.midpoint(high);
-                if is_in(middle) { low = middle } else { high = middle }
+                if is_in(along, middle) { low = middle } else { high = middle }
             }
-            worst = Some((place, low));
-        }
-        worst
+            low
+        };
+        let ways = [normal, DVec3::Z, to_nearest];
+        let is_thick = is_in(to_nearest, least);
+        is_thick.then(|| ways.into_iter().map(reach).fold(f64::INFINITY, f64::min))
     }
 
     /// Whether a place is enclosed: a line from there straight up leaves through more faces than it enters by.

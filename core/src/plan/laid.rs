@@ -244,15 +244,26 @@ impl<'a> Ground<'a> {
     ) -> Result<(FlatCut, Option<Plain>), PlanError> {
         let laid = plane.laid(&self.order);
         let plain = delivery.plain(&laid.points)?;
-        let cut = plain.as_ref().and_then(|plain| self.cut_within(plane, plain, &[], progress));
-        Ok((cut.unwrap_or(laid), plain))
+        let control = self.job.force.control;
+        let cut = plain
+            .as_ref()
+            .and_then(|plain| self.cut_within((plane, control), plain, &[], progress));
+        let Some(cut) = cut else { return Ok((laid, plain)) };
+        // Trochoids that no limit asks for, only the wish for thicker chips, are not to take longer.
+        let is_wish = control == ForceControl::Fastest && !self.job.bounds().bound_sections();
+        let slowed = plain.as_ref().and_then(|plain| plain.slowed.as_ref()).filter(|_| is_wish);
+        let is_slower = match slowed {
+            Some(slowed) => delivery.is_slower(&cut.points, slowed)?,
+            None => false,
+        };
+        Ok((if is_slower { laid } else { cut }, plain))
     }
 
     /// The flat path of passes that, plain and at the full feed, would break a limit: with trochoids wherever more would
     /// be cut at once than may be, and with smaller bites by the factors of `beyond`; `None` where plain passes break none.
     pub fn cut_within(
         &self,
-        plane: &Plane,
+        (plane, control): (&Plane, ForceControl),
         plain: &Plain,
         beyond: &[Excess],
         progress: &mut dyn FnMut(f64),
@@ -260,7 +271,7 @@ impl<'a> Ground<'a> {
         let job = self.job;
         let load = job.load();
         let at_full_feed = load.at_full_feed(job.cut.feed);
-        let most = match job.force.control {
+        let most = match control {
             ForceControl::Off | ForceControl::Feed => at_full_feed,
             ForceControl::Trochoid => at_full_feed.min(load.thickest(CLOSEST)),
             ForceControl::Fastest => load.thickest(CLOSEST),

@@ -104,7 +104,27 @@ impl Laid<'_> {
         let Self { ground, flat, plain } = self;
         progress(Stage::Locate, 0.0);
         let (flat, finished) = ground.on(|plane, delivery| {
-            within_bounds(&ground, (plane, delivery), flat, plain.as_ref(), progress)
+            let (plain, control) = (plain.as_ref(), ground.job.force.control);
+            let found = within_bounds(&ground, (plane, delivery), (flat, control), plain, progress);
+            match (found, plain) {
+                (Err(why @ PlanError::TooThick { .. }), Some(plain))
+                    if control == ForceControl::Fastest =>
+                {
+                    // Slowed loops broke a limit; smaller ones at the full feed may keep it.
+                    let control = ForceControl::Trochoid;
+                    let flat = ground.cut_within((plane, control), plain, &[], &mut |_| {});
+                    let Some(flat) = flat else { return Err(why) };
+                    within_bounds(
+                        &ground,
+                        (plane, delivery),
+                        (flat, control),
+                        Some(plain),
+                        progress,
+                    )
+                    .map_err(|_| why)
+                }
+                (found, _) => found,
+            }
         })?;
         let Finished { mut toolpath, lifted, coverage } = finished;
         let job = ground.job;
@@ -142,7 +162,7 @@ impl Laid<'_> {
 fn within_bounds(
     ground: &Ground,
     (plane, delivery): (&Plane, &Delivery),
-    mut flat: FlatCut,
+    (mut flat, control): (FlatCut, ForceControl),
     plain: Option<&Plain>,
     progress: &mut dyn FnMut(Stage, f64),
 ) -> Result<(FlatCut, Finished), PlanError> {
@@ -154,7 +174,7 @@ fn within_bounds(
         let may_help = loops > 0 && excesses.len() < ROUNDS && beyond(path, &bounds).is_some();
         let plain = plain.filter(|_| may_help)?;
         excesses.push(plane.beyond(path, &bounds));
-        ground.cut_within(plane, plain, &excesses, &mut |_| {})
+        ground.cut_within((plane, control), plain, &excesses, &mut |_| {})
     };
     loop {
         let passes = delivery.delivered(&flat.points, &mut |p| progress(Stage::Locate, p))?;

@@ -307,7 +307,8 @@ impl Grid<'_> {
             let normal = self.surface.normal(point);
             if normal != DVec3::ZERO {
                 let line = Line { foot: self.surface.position(point), normal };
-                let (area, widening) = (step * step * scale * scale, self.widening[faces[k] as usize]);
+                let (area, widening) =
+                    (step * step * scale * scale, self.widening[faces[k] as usize]);
                 columns.push((Column { line, area, widening }, at));
             }
         }

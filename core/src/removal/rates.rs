@@ -48,8 +48,15 @@ pub struct Limit {
     pub feed: f64,
     /// Nominal feed of trochoid returns, mm/s.
     pub return_feed: f64,
-    /// Moves slower than this fraction of their nominal feed are not planned.
+    /// Moves slower than this fraction of the feed on the surface, or of a lower one of their own, are not planned.
     pub slowest: f64,
+}
+
+impl Limit {
+    /// The slowest feed of a move with this nominal feed, mm/s.
+    fn least(&self, nominal: f64) -> f64 {
+        self.slowest * self.feed.min(nominal)
+    }
 }
 
 /// A place where the limit would take too slow a feed.
@@ -259,7 +266,7 @@ fn window_rates(
 fn on_ladder(nominal: f64, per_mm: f64, limit: Limit) -> f64 {
     let mut feed = nominal;
     let highest = limit.load.feed(per_mm) * AIM;
-    while feed > highest && feed > limit.slowest * nominal {
+    while feed > highest && feed > limit.least(nominal) {
         feed *= RUNG;
     }
     feed
@@ -272,17 +279,17 @@ fn refuse_too_slow(
     nominal: &[f64],
     limit: Limit,
 ) -> Result<(), TooSlow> {
-    let part = |i: usize| limit.load.feed(per_mm[i]) / nominal[i];
+    let part = |i: usize| limit.load.feed(per_mm[i]) / limit.least(nominal[i]);
     let Some(worst) = (0..per_mm.len()).min_by(|&a, &b| part(a).total_cmp(&part(b))) else {
         return Ok(());
     };
-    if part(worst) >= limit.slowest {
+    if part(worst) >= 1.0 {
         return Ok(());
     }
     let point = removed.first.partition_point(|&f| f <= worst) - 1;
     Err(TooSlow {
         place: path.points[point.min(path.points.len() - 1)].tip,
-        rate: per_mm[worst] * nominal[worst],
+        rate: per_mm[worst] * limit.feed.min(nominal[worst]),
         left: per_mm[worst] * limit.load.feed(per_mm[worst]),
         feed: limit.load.feed(per_mm[worst]),
     })

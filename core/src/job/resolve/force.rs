@@ -29,9 +29,11 @@ impl Resolver<'_> {
             let message = format!("given beside {}", self.named("force.mrr_limit"));
             self.fault("force.relative", message, "keep one of the two");
         }
-        let control = self.control();
+        let limit =
+            LIMITS.iter().map(|key| format!("force.{key}")).find(|key| self.places.has(key));
+        let is_limited = limit.is_some();
+        let control = self.control(limit);
         let cubic = self.unit * self.unit * self.unit;
-        let is_limited = LIMITS.iter().any(|key| self.places.has(&format!("force.{key}")));
         Force {
             limit: match (table.mrr_limit, table.relative) {
                 (Some(limit), _) => Some(MrrLimit::Absolute(per_second(limit * cubic))),
@@ -48,11 +50,18 @@ impl Resolver<'_> {
         }
     }
 
-    fn control(&mut self) -> ForceControl {
+    /// `limit`: the key of a limit that the job states.
+    fn control(&mut self, limit: Option<String>) -> ForceControl {
         let pattern = self.file.path.pattern.unwrap_or(Pattern::Contour);
-        let default = match pattern.takes_trochoids() {
-            true => ForceControl::Fastest,
-            false => ForceControl::Off,
+        let default = match limit {
+            _ if pattern.takes_trochoids() => ForceControl::Fastest,
+            Some(_) if pattern != Pattern::Hub => ForceControl::Feed,
+            Some(key) if self.file.force.control.is_none() => {
+                let help = "leave it out";
+                self.fault(&key, "the pattern hub does not limit the removal rate", help);
+                ForceControl::Off
+            }
+            _ => ForceControl::Off,
         };
         let control = self.file.force.control.unwrap_or(default);
         if control.takes_trochoids() && !pattern.takes_trochoids() {
