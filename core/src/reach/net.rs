@@ -21,6 +21,10 @@ const STEEP: f64 = 0.25;
 const BRIDGE: f64 = 1.0 / 8.0;
 /// Shortest base over an edge beside which it bridges the part, cutter radii.
 const EDGE: f64 = 1.0 / 128.0;
+/// Tangent of a slope that may be a wall: 60 degrees.
+const WALL: f64 = 1.732_050_807_568_877_2;
+/// How much steeper than at its ends a line between two places of one surface may seem.
+const SLACK: f64 = 1.05;
 /// Rounds in which heights are passed on from place to place.
 const SETTLED: usize = 16;
 /// Most heights that are asked; more are refused; fewer in WebAssembly, all of whose memory is 4 GB.
@@ -45,6 +49,11 @@ pub(super) struct Net<'a> {
     /// Tangent of the steepest slope that is followed: what is steeper is a jump.
     pub steepest: f64,
     pub threads: usize,
+}
+
+/// Tangent of the slope of a surface with this unit normal.
+pub(super) fn tangent(normal: DVec3) -> f64 {
+    normal.truncate().length() / normal.z.max(f64::MIN_POSITIVE)
 }
 
 impl<'a> Net<'a> {
@@ -242,7 +251,7 @@ impl<'a> Net<'a> {
         ) {
             (Some(h), Some(from), Some(to)) => {
                 let length = self.lattice.at(ends[0].0).distance(self.lattice.at(ends[1].0));
-                let jumps = (from.z - to.z).abs() > self.steepest * length;
+                let jumps = self.jumps(from, to, length);
                 let is_smooth = from.is_bridge() || to.is_bridge() || h.is_bridge();
                 let above = (h.z - 0.5 * (from.z + to.z)) * h.normal.z;
                 match (jumps, is_smooth) {
@@ -264,6 +273,14 @@ impl<'a> Net<'a> {
         let is_across = heights.iter().any(Option::is_some) && heights.iter().any(Option::is_none);
         (is_across && base > outline)
             || self.tested(triangle).into_iter().zip(sides).any(|(key, ends)| is_off(key, ends))
+    }
+
+    /// Whether the surface jumps between two places `length` mm apart, seen from above: it would have to be steeper than
+    /// is followed, or steep, and steeper than at both ends, as between the top of a wall and the rounding at its foot.
+    pub fn jumps(&self, a: Height, b: Height, length: f64) -> bool {
+        let slope = (a.z - b.z).abs() / length;
+        let at_ends = SLACK * tangent(a.normal).max(tangent(b.normal));
+        slope > self.steepest || (slope > WALL && slope > at_ends)
     }
 
     /// Halves the triangles at a base, and before them what must be halved for them to exist.

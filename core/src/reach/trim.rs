@@ -5,7 +5,7 @@
 
 use super::facet::area_normal;
 use super::lattice::Key;
-use super::net::Net;
+use super::net::{Net, tangent};
 use super::terrain::Height;
 use crate::geometry::DVec3;
 use crate::mesh::TriangleSoup;
@@ -64,7 +64,7 @@ fn is_crossed(net: &Net, from: Key, to: Key) -> bool {
     match (net.known(from), net.known(to)) {
         (Some(a), Some(b)) => {
             let length = net.lattice.at(from).distance(net.lattice.at(to));
-            (a.z - b.z).abs() > net.steepest * length
+            net.jumps(a, b, length)
         }
         _ => true,
     }
@@ -81,9 +81,10 @@ fn crossing(net: &Net, from: Key, to: Key) -> Option<Place> {
     for _ in 0..HALVINGS {
         let part = 0.5 * (low + high);
         let at = begin.lerp(end, part);
-        let may_differ = SLACK.0 * net.steepest * part * length + SLACK.1;
-        // Just beyond an edge the cutter may seem to rest on it.
+        // Just beyond an edge the cutter may seem to rest on it, or be lower than the surface leads there.
         let belongs = |h: &Height| {
+            let slope = tangent(first.normal).max(tangent(h.normal)).min(net.steepest);
+            let may_differ = SLACK.0 * slope * part * length + SLACK.1;
             (h.z - first.z).abs() <= may_differ && h.normal.dot(first.normal) >= SAME_SIDE
         };
         match net.height(at, near).filter(belongs) {
