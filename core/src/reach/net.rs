@@ -21,6 +21,8 @@ const STEEP: f64 = 0.25;
 const BRIDGE: f64 = 1.0 / 8.0;
 /// Shortest base over an edge beside which it bridges the part, cutter radii.
 const EDGE: f64 = 1.0 / 128.0;
+/// Cosine of the angle between two places on one side of an edge, as near as the ends of a side: 45 degrees.
+pub(super) const SAME_SIDE: f64 = core::f64::consts::FRAC_1_SQRT_2;
 /// Tangent of a slope that may be a wall: 60 degrees.
 const WALL: f64 = 1.732_050_807_568_877_2;
 /// How much steeper than at its ends a line between two places of one surface may seem.
@@ -276,11 +278,13 @@ impl<'a> Net<'a> {
     }
 
     /// Whether the surface jumps between two places `length` mm apart, seen from above: it would have to be steeper than
-    /// is followed, or steep, and steeper than at both ends, as between the top of a wall and the rounding at its foot.
+    /// is followed; or the two face different ways, and it would have to be steep, and steeper than at both, as between the
+    /// top of a wall and the rounding at its foot.
     pub fn jumps(&self, a: Height, b: Height, length: f64) -> bool {
         let slope = (a.z - b.z).abs() / length;
-        let at_ends = SLACK * tangent(a.normal).max(tangent(b.normal));
-        slope > self.steepest || (slope > WALL && slope > at_ends)
+        let is_over_edge = || a.normal.dot(b.normal) < SAME_SIDE;
+        let at_ends = || SLACK * tangent(a.normal).max(tangent(b.normal));
+        slope > self.steepest || (slope > WALL && is_over_edge() && slope > at_ends())
     }
 
     /// Halves the triangles at a base, and before them what must be halved for them to exist.

@@ -5,7 +5,7 @@
 
 use super::facet::area_normal;
 use super::lattice::Key;
-use super::net::{Net, tangent};
+use super::net::{Net, SAME_SIDE, tangent};
 use super::terrain::Height;
 use crate::geometry::DVec3;
 use crate::mesh::TriangleSoup;
@@ -23,9 +23,6 @@ const ALONG: f64 = 0.95;
 const SLIM: f64 = 0.03;
 /// How much steeper than the steepest slope a straight line between two places of one surface may seem, times; and mm.
 const SLACK: (f64, f64) = (1.05, 1e-4);
-
-/// Cosine of the angle between two places of one surface as near as the ends of a side: 45 degrees.
-const SAME_SIDE: f64 = core::f64::consts::FRAC_1_SQRT_2;
 
 /// A corner of the cut net.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
