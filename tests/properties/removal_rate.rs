@@ -4,7 +4,7 @@
 
 use std::collections::VecDeque;
 
-use evencut_core::geometry::DVec3;
+use evencut_core::geometry::{DVec3, math};
 use evencut_core::job;
 use evencut_core::plan::{Files, plan};
 use evencut_core::tool::Tool;
@@ -131,7 +131,8 @@ fn limits_are_kept_in_thick_layers_on_hills_and_in_hollows() {
         let job = job::read(text.as_bytes()).unwrap().job;
         let planned = plan(&job, Files::of_surface(None), 2, &mut |_, _| {}).unwrap();
         let path = &planned.toolpath;
-        let surface = |x: f64, y: f64| height * (-(x * x + y * y) / (2.0 * spread * spread)).exp();
+        let surface =
+            |x: f64, y: f64| height * math::exp(-(x * x + y * y) / (2.0 * spread * spread));
         let mut map = HeightMap::new(surface, depth);
         let peak = map.peak(&job.tool, path, job.tool.radius() + depth + 1.0);
         let limit = job.mrr_limit();

@@ -174,7 +174,7 @@ pattern = \"contour\"        # rings; or iso-scallop | iso-planar | spiral and m
 boundary = \"open\"          # open: air outside of the surface; wall: material that stays
 
 [force]
-relative = 1.5             # limit of the removal rate, times that of a straight pass
+{:<26} # limit of the removal rate, times that of a straight pass
 control = {:<16} # off | feed | fastest | trochoid, the last two with rings
 
 [machine]
@@ -209,6 +209,7 @@ svg = [\"flat\", \"surface\"{}, \"scallop\"{}]
         } else {
             ""
         },
+        if whole { "# relative = 1.5" } else { "relative = 1.5" },
         if whole { "\"off\"" } else { "\"feed\"" },
         format!("axes = {:?}", if placed.five_axes { "xyzac" } else { "3" }),
         match (whole, placed.five_axes) {
