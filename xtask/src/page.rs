@@ -14,7 +14,7 @@ use crate::test::{WASM, cargo, install_target, jobs, run, target_folder};
 /// Where the page is built, within the project.
 const FOLDER: &str = "web/dist";
 /// Plain files that are copied.
-const PLAIN: [&str; 3] = ["index.html", "style.css", "icon.svg"];
+const PLAIN: [&str; 2] = ["index.html", "icon.svg"];
 /// What a browser loads before somebody asks for an example, three dimensions or a zip.
 const FIRST_LOAD: [&str; 7] = [
     "index.html",
@@ -39,6 +39,7 @@ pub fn page(project: &Path) -> Result<PathBuf, String> {
     std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     module(project, &folder)?;
     scripts(project, &folder)?;
+    style(project, &folder)?;
     for name in PLAIN {
         copy(&project.join("web/page").join(name), &folder.join(name))?;
     }
@@ -103,15 +104,35 @@ fn optimise(project: &Path, plain: &Path, small: &Path) -> Result<(), String> {
 /// The page's scripts, each with what it imports; what is loaded later is cut off.
 fn scripts(project: &Path, folder: &Path) -> Result<(), String> {
     let bindings = target_folder(project).join("page-bindings/evencut_web.js");
-    let mut esbuild = Command::new(project.join("web/node_modules/.bin/esbuild"));
+    let mut esbuild = esbuild(project);
     esbuild
         .args(["page/src/main.js", "page/src/worker.js"])
         .args(["--bundle", "--minify", "--format=esm", "--splitting", "--target=es2022"])
         .args(["--charset=utf8", "--legal-comments=eof", "--log-level=warning"])
         .arg(format!("--alias:evencut-module={}", bindings.display()))
-        .arg(format!("--outdir={}", folder.display()))
-        .current_dir(project.join("web"));
+        .arg(format!("--outdir={}", folder.display()));
     run(&mut esbuild)
+}
+
+/// The style sheet, without comments and blanks.
+fn style(project: &Path, folder: &Path) -> Result<(), String> {
+    let mut esbuild = esbuild(project);
+    esbuild
+        .args([
+            "page/style.css",
+            "--minify",
+            "--target=es2022",
+            "--charset=utf8",
+            "--log-level=warning",
+        ])
+        .arg(format!("--outfile={}", folder.join("style.css").display()));
+    run(&mut esbuild)
+}
+
+fn esbuild(project: &Path) -> Command {
+    let mut command = Command::new(project.join("web/node_modules/.bin/esbuild"));
+    command.current_dir(project.join("web"));
+    command
 }
 
 /// The jobs with their surfaces, and the list that fills the menu.
