@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use evencut_core::geometry::{DVec3, rotation};
-use evencut_core::job::{self, Outside};
+use evencut_core::job::{self, ForceControl, Outside};
 
 fn project(path: &str) -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).join(path)
@@ -430,4 +430,37 @@ fn a_fault_of_the_machine_is_one_fault() {
         let faults = job::read(text.as_bytes()).unwrap_err();
         assert_eq!(faults.0.len(), 1, "{}", faults.render("job", text.as_bytes()));
     }
+}
+
+/// A limit that a job states is kept, or refused: it is not left alone because the pattern is not the usual one.
+#[test]
+fn a_limit_without_a_control_is_not_dropped() {
+    let text = |pattern: &str, force: &str| {
+        format!(
+            "version = 1\n[surface.analytic]\nkind = \"plane\"\nsize = 30.0\n[tool]\nkind = \"ball\"\ndiameter = 6.0\n[cut]\n\
+             scallop = 0.02\nfeed = 900.0\n[path]\npattern = \"{pattern}\"\n[material]\ngroup = \"P\"\n[force]\n{force}"
+        )
+    };
+    for limit in ["mrr_limit = 900.0", "relative = 1.2", "power = 60.0", "cutting_force = 80.0"] {
+        for (pattern, control) in [
+            ("contour", ForceControl::Fastest),
+            ("iso-scallop", ForceControl::Feed),
+            ("mpf", ForceControl::Feed),
+        ] {
+            let read = job::read(text(pattern, limit).as_bytes()).unwrap();
+            assert_eq!(read.job.force.control, control, "{pattern}, {limit}");
+        }
+        let off =
+            job::read(text("iso-scallop", &format!("{limit}\ncontrol = \"off\"\n")).as_bytes());
+        let off = off.unwrap();
+        assert_eq!(off.job.force.control, ForceControl::Off);
+        // Every resolved job has a factor, `off` or not.
+        let is_said = off.warnings.0.iter().any(|w| w.message.contains("neither kept nor judged"));
+        assert_eq!(is_said, !limit.starts_with("relative"), "{limit}");
+        let key = format!("force.{}", limit.split(' ').next().unwrap());
+        let hub = job::read(text("hub", limit).as_bytes()).unwrap_err();
+        assert!(hub.0.iter().any(|fault| fault.key == key), "{limit}");
+    }
+    let free = job::read(text("iso-scallop", "").as_bytes()).unwrap();
+    assert_eq!(free.job.force.control, ForceControl::Off);
 }

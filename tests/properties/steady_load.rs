@@ -202,3 +202,16 @@ fn trochoids_take_less_time_than_layers_at_a_constant_feed() {
     ledger("steady load, pocket by trochoids", &format!("{best:.0} s"), &format!("{time:.0} s"));
     assert!(time < best, "{time} of {best} s");
 }
+
+/// Without a limit that slowing breaks, the wish for thick chips is no reason to take longer than slowing does.
+#[test]
+fn a_wish_for_thick_chips_costs_no_time() {
+    let job = |control: &str| {
+        pocket(&format!("power = 3.0\ncontrol = \"{control}\"\n[material]\ngroup = \"S\"\n"))
+    };
+    let prepared = prepared(&job("feed"), "../jobs");
+    let [fastest, feed] = ["fastest", "feed"].map(|control| report(&prepared, &job(control)));
+    let time = |r: &Report| r.delivered.machine_time_s.total;
+    assert!(fastest.verification.as_ref().is_some_and(|v| v.passed), "{:?}", fastest.verification);
+    assert!(time(&fastest) <= 1.001 * time(&feed), "{} s, not {} s", time(&fastest), time(&feed));
+}

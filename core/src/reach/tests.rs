@@ -232,3 +232,40 @@ fn a_level_top_is_reached_up_to_its_edges() {
         assert!((0.0..0.03).contains(&before), "{half}: {before}");
     }
 }
+
+/// Over a wall that is hardly higher than the cutter's rounding at its foot, no face leads from its top into that: it would
+/// cut the part's corner.
+#[test]
+fn no_face_cuts_the_corner_over_a_low_wall() {
+    let (radius, height, sides) = (22.0, 3.0, 120);
+    let ring = |z: f64| {
+        (0..sides).map(move |k| {
+            let angle = std::f64::consts::TAU * f64::from(k) / f64::from(sides);
+            DVec3::new(radius * cos(angle), radius * crate::geometry::math::sin(angle), z)
+        })
+    };
+    let mut positions: Vec<DVec3> = ring(0.0).chain(ring(height)).collect();
+    let floor = [(-30.0, -30.0), (30.0, -30.0), (30.0, 30.0), (-30.0, 30.0)];
+    positions.extend(floor.map(|(x, y)| DVec3::new(x, y, 0.0)));
+    positions.push(DVec3::new(0.0, 0.0, height));
+    let n = sides as u32;
+    let around = |k: u32| {
+        let next = (k + 1) % n;
+        [[k, next, n + next], [k, n + next, n + k], [n + k, n + next, 2 * n + 4]]
+    };
+    let mut faces: Vec<[u32; 3]> = (0..n).flat_map(around).collect();
+    faces.extend([[0, 1, 2], [0, 2, 3]].map(|f| f.map(|v| 2 * n + v)));
+    let part = Part { positions, faces };
+    let reached = reach(&part, &part, &options(2.5, 2.5)).unwrap();
+    let within = radius * cos(std::f64::consts::PI / f64::from(sides)) - 0.02;
+    let is_top = |p: &DVec3| (p.z - height).abs() < 1e-3;
+    for corners in faces_of(&reached.surface).filter(|c| c.iter().any(is_top)) {
+        for k in 0..3 {
+            let (a, b) = (corners[k], corners[(k + 1) % 3]);
+            for place in (0..=16).map(|i| a.lerp(b, f64::from(i) / 16.0)) {
+                let is_on_top = place.truncate().length() < within;
+                assert!(!is_on_top || (place.z - height).abs() < 0.006, "{place}");
+            }
+        }
+    }
+}

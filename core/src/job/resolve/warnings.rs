@@ -57,7 +57,7 @@ impl Resolver<'_> {
                 "every pass will have to be slowed or cut with trochoids; lower feed, depth or side step",
             );
         }
-        for key in ["mrr_limit", "relative", "power", "cutting_force", "min_chip"] {
+        for key in ["mrr_limit", "power", "cutting_force", "min_chip"] {
             let key = format!("force.{key}");
             if job.force.control == ForceControl::Off && self.places.has(&key) {
                 let message = "is neither kept nor judged, since `force.control` is \"off\"";
