@@ -207,7 +207,7 @@ fn trochoids_take_less_time_than_layers_at_a_constant_feed() {
 #[test]
 fn a_wish_for_thick_chips_costs_no_time() {
     let job = |control: &str| {
-        pocket(&format!("power = 3.0\ncontrol = \"{control}\"\n[material]\ngroup = \"S\"\n"))
+        pocket(&format!("power = 120.0\ncontrol = \"{control}\"\n[material]\ngroup = \"S\"\n"))
     };
     let prepared = prepared(&job("feed"), "../jobs");
     let [fastest, feed] = ["fastest", "feed"].map(|control| report(&prepared, &job(control)));

@@ -81,8 +81,26 @@ fn stretch(rows: &[Row], of: usize, share: f64, window: f64) -> (Vec<Step>, Opti
     (steps, (start > 0.0).then_some(before))
 }
 
-/// A column: its line and the area it stands for.
-type Column = (Line, f64);
+/// A column: its line, and the piece of a facet that it stands for, with the normals at its corners.
+struct Column {
+    line: Line,
+    corners: [DVec3; 3],
+    normals: [DVec3; 3],
+}
+
+impl Column {
+    /// Its section at a height: that of the piece, each corner moved along its normal; none where they have met.
+    fn section(&self, height: f64) -> f64 {
+        let moved = [0, 1, 2].map(|k| self.corners[k] + height * self.normals[k]);
+        0.5 * doubled(moved).dot(doubled(self.corners).normalize_or_zero()).max(0.0)
+    }
+
+    /// Its volume between two heights, by Simpson's rule: sections are quadratic.
+    fn volume(&self, low: f64, high: f64) -> f64 {
+        let middle = 0.5 * (low + high);
+        (high - low) * (self.section(low) + 4.0 * self.section(middle) + self.section(high)) / 6.0
+    }
+}
 
 /// Random columns, one in each piece of the facets that is as small as `spacing` squared.
 fn columns(mesh: &Mesh, faces: &[usize], spacing: f64, random: &mut Random) -> Vec<Column> {
@@ -107,7 +125,9 @@ fn columns(mesh: &Mesh, faces: &[usize], spacing: f64, random: &mut Random) -> V
             let w = [0, 1, 2]
                 .map(|i| corners[0][i] * (1.0 - u - v) + corners[1][i] * u + corners[2][i] * v);
             let place = mesh.place(face, w);
-            out.push((Line { foot: place.at, along: place.normal }, area));
+            let normals = corners.map(|w| mesh.place(face, w).normal);
+            let line = Line { foot: place.at, along: place.normal };
+            out.push(Column { line, corners: places, normals });
         }
     }
     out
@@ -131,7 +151,8 @@ fn taken(
 ) -> (Vec<f64>, Vec<DVec3>) {
     let (mut volumes, mut lowered) = (vec![0.0; steps.len()], Vec::new());
     let first = steps[0].piece.of;
-    for &(line, area) in columns {
+    for column in columns {
+        let line = column.line;
         let found = sweep.lowest(line, layer.floor, layer.top, &|of| of < first);
         let mut height = found.map_or(layer.top, |f| f.0);
         for piece in before
@@ -153,7 +174,7 @@ fn taken(
                 continue;
             }
             if let Some((low, _)) = sweep.cutter.span(&pose, line, layer.floor, height) {
-                *volume += (height - low) * area;
+                *volume += column.volume(low, height);
                 height = low;
             }
         }
@@ -208,11 +229,11 @@ pub fn peak(
     faces.sort_unstable();
     faces.dedup();
     let coarse = (COARSE.0 * cutter.radius).min(COARSE.1 * side_step);
-    let kept = |c: &Column| touched(cutter, c.0, layer, &steps, coarse + window);
+    let kept = |c: &Column| touched(cutter, c.line, layer, &steps, coarse + window);
     let set: Vec<Column> = columns(mesh, &faces, coarse, random).into_iter().filter(kept).collect();
     let (_, lowered) = taken(sweep, &set, &steps, before, layer);
     let spacing = coarse * (lowered.len() as f64 / COLUMNS).sqrt().min(1.0);
-    let near = |c: &Column| lowered.iter().any(|l| l.distance(c.0.foot) < 2.0 * coarse);
+    let near = |c: &Column| lowered.iter().any(|l| l.distance(c.line.foot) < 2.0 * coarse);
     let mut sets = Vec::new();
     let mut count = 0;
     for _ in 0..2 {
