@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use evencut_core::job::{self, Fault, Faults, Job, Resolved, SurfaceSource};
 use evencut_core::plan::Files;
-use evencut_core::report::{FileRecord, Recorded};
+use evencut_output::report::{FileRecord, Recorded};
 use evencut_service::faults::{NamedFile, fault};
 
 /// Longest part of a job file that is read, bytes: enough for `job::read` to reject a longer one.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use evencut_core::job::PostSource;
 use evencut_core::machine::Post as Builtin;
-use evencut_core::post::Dialect;
+use evencut_output::post::Dialect;
 
 use crate::plan::Failed;
 use crate::{Exit, Streams};

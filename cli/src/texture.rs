@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use evencut_core::geometry::{DVec2, DVec3};
 use evencut_core::job::{Faults, Job, Resolved, Severity, SurfaceSource, TextureOptions};
-use evencut_core::report::FileRecord;
 use evencut_core::texture::grid::GridError;
 use evencut_core::toolpath::Toolpath;
+use evencut_output::report::FileRecord;
 use evencut_service::failure;
 use evencut_service::results::ResultsError;
 use evencut_service::results::texture::{

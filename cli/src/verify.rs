@@ -4,13 +4,13 @@ use evencut_core::units::per_second;
 use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args, ValueEnum};
-use evencut_core::gcode::CheckOptions;
 use evencut_core::geometry::DVec3;
 use evencut_core::job::{Faults, Job, Resolved};
 use evencut_core::machine::{Arrangement, Axes};
-use evencut_core::report::{FileRecord, Recorded};
 use evencut_core::tool::Tool;
 use evencut_core::verify::{Rise, Sphere, VerifyError, VerifyOptions, Walls};
+use evencut_output::gcode::CheckOptions;
+use evencut_output::report::{FileRecord, Recorded};
 use evencut_service::results::{Input, named_files, verify_options};
 use evencut_service::verdict::{
     Mismatch, ProgramRules, ReadPath, UP, Verdict, VerdictError, Workpiece, verdict,

@@ -60,17 +60,9 @@ pub mod link;
 
 mod rest;
 
-pub mod post;
-
-pub mod gcode;
-
 pub mod verify;
 
 pub mod texture;
-
-pub mod report;
-
-pub mod preview;
 
 pub mod plan;
 

@@ -337,7 +337,7 @@ fn read_row(row: &str, line: usize, columns: usize) -> Result<PathPoint, CsvErro
 }
 
 /// Appends a number with fixed decimals, halves rounded away from zero, and never a negative zero.
-pub(crate) fn push_fixed(out: &mut String, value: f64, decimals: u32) {
+pub fn push_fixed(out: &mut String, value: f64, decimals: u32) {
     let scale = 10u64.pow(decimals);
     let scaled = (value * scale as f64).round();
     if scaled.is_nan() || scaled.abs() >= 9e15 {

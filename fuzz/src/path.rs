@@ -1,12 +1,12 @@
 //! Paths: tables, and programs of any controller.
 
 use crate::{Outcome, refused};
-use evencut_core::gcode::{self, CheckOptions, GcodeProgram, ReadOptions};
 use evencut_core::geometry::DVec3;
 use evencut_core::machine::{Arrangement, Coolant, Machine, Setup, Travel};
-use evencut_core::post::{self, Dialect, ProgramOptions};
 use evencut_core::tool::Tool;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
+use evencut_output::gcode::{self, CheckOptions, GcodeProgram, ReadOptions};
+use evencut_output::post::{self, Dialect, ProgramOptions};
 use evencut_service::results::Input;
 use evencut_service::verdict::{ProgramRules, ReadPath};
 

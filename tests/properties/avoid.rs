@@ -5,8 +5,8 @@ use std::fmt::Write;
 
 use evencut_core::job::{self, Job};
 use evencut_core::plan::{Files, Planned, plan};
-use evencut_core::report::{AvoidedFigures, TiltFigures, VerificationFigures};
 use evencut_core::verify::{Broken, verify};
+use evencut_output::report::{AvoidedFigures, TiltFigures, VerificationFigures};
 use evencut_service::compare::judged;
 use evencut_service::results::verify_options;
 use evencut_service::verdict::Workpiece;

@@ -4,20 +4,20 @@
     reason = "a witness that shares no functions with the product"
 )]
 
-use evencut_core::gcode::{
-    CheckOptions, Fault, FindingKind, Following, GcodeError, ReadOptions, check, leaves, read,
-};
 use evencut_core::geometry::DVec3;
 use evencut_core::machine::{
     Arrangement, Axes, Chain, Coolant, Machine, Post, RotaryAxis, Setup, SpindleDirection,
     WorkOffset,
 };
 use evencut_core::machine_time::{fill_time, machine_time};
-use evencut_core::post::{
-    self, Dialect, DialectError, OperationProgram, PostError, Program, ProgramOptions,
-};
 use evencut_core::tool::Tool;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
+use evencut_output::gcode::{
+    CheckOptions, Fault, FindingKind, Following, GcodeError, ReadOptions, check, leaves, read,
+};
+use evencut_output::post::{
+    self, Dialect, DialectError, OperationProgram, PostError, Program, ProgramOptions,
+};
 use evencut_tests::follow::{READ_BACK, assert_follows, met, read_for};
 use evencut_tests::grbl::accepted;
 use evencut_tests::linuxcnc::{in_part, interpreted};

@@ -7,14 +7,14 @@
 use std::fs;
 use std::path::Path;
 
-use evencut_core::gcode::{CheckOptions, check};
 use evencut_core::geometry::DVec3;
 use evencut_core::job::{self, Job};
 use evencut_core::machine::Post;
 use evencut_core::plan::{Files, Planned, plan};
-use evencut_core::post::{Dialect, ProgramOptions, program};
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
 use evencut_core::verify::{Facets, clearance};
+use evencut_output::gcode::{CheckOptions, check};
+use evencut_output::post::{Dialect, ProgramOptions, program};
 use evencut_service::compare::judged;
 use evencut_service::results::{Input, ResultsOptions, results};
 use evencut_tests::follow::{assert_follows, read_for};

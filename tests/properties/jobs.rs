@@ -1,14 +1,14 @@
 //! Every job, shipped and on real surfaces: what a plan promises holds for it.
 
-use evencut_core::gcode::{self, CheckOptions};
 use evencut_core::geometry::DVec3;
 use evencut_core::job::{self, ForceControl, Job, Resolved, Stepover, SurfaceSource};
 use evencut_core::link::DeliverError;
 use evencut_core::machine::Axes;
 use evencut_core::plan::{Files, PlanError, plan};
-use evencut_core::report::Report;
 use evencut_core::toolpath::{MoveKind, Toolpath};
 use evencut_core::verify::MRR_NOISE;
+use evencut_output::gcode::{self, CheckOptions};
+use evencut_output::report::Report;
 use evencut_service::results::{Input, Results, ResultsOptions, operations_results, results};
 use evencut_tests::follow::{assert_follows, met, read_for};
 use evencut_tests::ledger;

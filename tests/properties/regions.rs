@@ -3,7 +3,7 @@
 
 use evencut_core::job::{self, Job};
 use evencut_core::plan::{Files, plan};
-use evencut_core::report::Report;
+use evencut_output::report::Report;
 use evencut_service::compare::{Figures, RegionVariant, judged, with_regions};
 use evencut_tests::shared_data;
 

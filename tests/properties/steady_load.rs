@@ -2,8 +2,8 @@
 
 use evencut_core::job::{self, ForceControl, Job, SurfaceSource};
 use evencut_core::plan::{Files, PlanError, Prepared, SurfaceKeys, plan_on, stock_of};
-use evencut_core::report::Report;
 use evencut_core::verify::{Facets, verify};
+use evencut_output::report::Report;
 use evencut_service::compare::judged;
 use evencut_service::results::verify_options;
 use evencut_tests::{ledger, shared_data};

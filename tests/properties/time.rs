@@ -7,7 +7,7 @@ use evencut_core::job::{self, Job};
 use evencut_core::machine::Post;
 use evencut_core::machine_time::machine_time;
 use evencut_core::plan::{Files, plan};
-use evencut_core::post::{Dialect, ProgramOptions, program};
+use evencut_output::post::{Dialect, ProgramOptions, program};
 use evencut_tests::grbl::timed;
 use evencut_tests::ledger;
 

@@ -1,9 +1,9 @@
 //! Whether moves that were read from a program are the path it was written from.
 
-use evencut_core::gcode::{GcodeProgram, ReadOptions, read};
 use evencut_core::geometry::DVec3;
 use evencut_core::machine::Machine;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
+use evencut_output::gcode::{GcodeProgram, ReadOptions, read};
 
 /// Largest distance of a programmed point from the path's, mm.
 pub const READ_BACK: f64 = 0.001;

@@ -13,8 +13,8 @@ use evencut_core::job::{
     Compensation, DistortionOptions, Division, FirstPass, ForceControl, Job, Pattern, TensorOptions,
 };
 use evencut_core::plan::{Planned, stock_of};
-use evencut_core::preview::{Bars, comparison};
-use evencut_core::report::{CuspFigures, Lines, Report, VerificationFigures};
+use evencut_output::preview::{Bars, comparison};
+use evencut_output::report::{CuspFigures, Lines, Report, VerificationFigures};
 
 /// Header of the table as comma-separated values.
 pub const CSV_HEADER: &str = "pattern,passes,length_mm,length_over_floor,feed_length_mm,retracts,\

@@ -7,12 +7,12 @@ use evencut_core::level_set::LevelSetError;
 use evencut_core::link::DeliverError;
 use evencut_core::nurbs::NurbsError;
 use evencut_core::plan::PlanError;
-use evencut_core::post::{DialectError, PostError};
 use evencut_core::reach::ReachError;
 use evencut_core::step::{SmoothError, StepError};
 use evencut_core::surface::SurfaceError;
 use evencut_core::texture::window::WindowError;
 use evencut_core::verify::VerifyError;
+use evencut_output::post::{DialectError, PostError};
 
 use crate::faults::{self, NamedFile};
 use crate::results::ResultsError;

@@ -26,24 +26,24 @@ use evencut_core::plan::{
     self, Files, Laid, MapKind, Planned, Prepared, Stage, Stock, SurfaceKeys, plan, plan_on,
     stock_of,
 };
-use evencut_core::post::{self, Dialect, DialectError, PostError};
-use evencut_core::preview::{
-    Clearances, Drawn, FlatLines, Linked, channel_view, clearance_chart, flat_map, mrr_chart,
-    rate_map, regions_map, residual_map, surface_view, tensor_map, tool_drawing,
-};
 use evencut_core::reach::Aside;
-use evencut_core::report::{
-    AsideFigures, ByKind, CoverageFigures, DivisionFigures, FORMAT, FileRecord, FlattenFigures,
-    ForceFigures, GougeFigures, LiftedSpan, Lines, PassFigures, PathFigures, PlaneFigures, Profile,
-    RateFigures, Report, StepoverFigures, SurfaceFigures, TiltFigures, VerificationFigures,
-    Versions, Warning,
-};
 use evencut_core::surface;
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
 use evencut_core::units::per_minute;
 use evencut_core::verify::{
     AboveCutter, Avoided, Earlier, EarlierCut, Facets, LoadOptions, Rise, Solid, Sphere,
     Verification, VerifyError, VerifyOptions, Walls, verify,
+};
+use evencut_output::post::{self, Dialect, DialectError, PostError};
+use evencut_output::preview::{
+    Clearances, Drawn, FlatLines, Linked, channel_view, clearance_chart, flat_map, mrr_chart,
+    rate_map, regions_map, residual_map, surface_view, tensor_map, tool_drawing,
+};
+use evencut_output::report::{
+    AsideFigures, ByKind, CoverageFigures, DivisionFigures, FORMAT, FileRecord, FlattenFigures,
+    ForceFigures, GougeFigures, LiftedSpan, Lines, PassFigures, PathFigures, PlaneFigures, Profile,
+    RateFigures, Report, StepoverFigures, SurfaceFigures, TiltFigures, VerificationFigures,
+    Versions, Warning,
 };
 use program::WrittenProgram;
 use texture::{TextureResults, texture_on};

@@ -2,20 +2,20 @@
 
 use crate::results::hub::{Beside, measured_on};
 use crate::results::{self, Input, OutputFile};
-use evencut_core::gcode::{self, CheckOptions, Finding, GcodeError};
 use evencut_core::geometry::{DVec3, math};
 use evencut_core::job::Job;
 use evencut_core::machine::Axes;
 use evencut_core::mesh::{MeshFormat, ReadError, Repaired, Repairs, read, repair};
 use evencut_core::plan::{CuspBudget, Design, Files, PlanError, SurfaceKeys};
-use evencut_core::preview::{rate_map, residual_map};
-use evencut_core::report::{
-    FORMAT, FileRecord, HubVerdict, Lines, VerificationFigures, VerificationReport, Versions,
-};
 use evencut_core::surface::{Part, Warning};
 use evencut_core::toolpath::{CsvError, MoveKind, Toolpath};
 use evencut_core::verify::{
     Avoided, Facets, LoadOptions, Solid, VerifyError, VerifyOptions, verify,
+};
+use evencut_output::gcode::{self, CheckOptions, Finding, GcodeError};
+use evencut_output::preview::{rate_map, residual_map};
+use evencut_output::report::{
+    FORMAT, FileRecord, HubVerdict, Lines, VerificationFigures, VerificationReport, Versions,
 };
 use thiserror::Error;
 

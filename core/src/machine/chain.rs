@@ -146,7 +146,7 @@ impl Chain {
 
     /// Whether linear axes that run straight carry the tip straight through the frame of the tool: tables about program
     /// zero.
-    pub(crate) fn is_centred(&self) -> bool {
+    pub fn is_centred(&self) -> bool {
         self.axes.iter().all(|a| a.carries == Carries::Table && a.centre == DVec3::ZERO)
     }
 
@@ -173,7 +173,7 @@ impl Chain {
     }
 
     /// A place of the workpiece in axes that turn with the tool, mm: Z is its height along the tool axis.
-    pub(crate) fn in_tool_frame(&self, tip: DVec3, at: Angles) -> DVec3 {
+    pub fn in_tool_frame(&self, tip: DVec3, at: Angles) -> DVec3 {
         let v = rotated(tip, self.axes[0].direction, -self.turn_of_tool(0, at));
         rotated(v, self.axes[1].direction, -self.turn_of_tool(1, at))
     }
@@ -249,7 +249,7 @@ impl Chain {
     /// The position for a unit axis that turns least from `near`: either of the two, any winding of the first axis, within
     /// the range of the second one if that can be. An axis nearer than `pole` to the first one, by the sine of the angle,
     /// is taken for it, and leaves its position as it is. What cannot be reached leaves all as it is.
-    pub(crate) fn toward(&self, near: Angles, axis: DVec3, pole: f64) -> Angles {
+    pub fn toward(&self, near: Angles, axis: DVec3, pole: f64) -> Angles {
         let u1 = self.axes[0].direction;
         let (mut along, mut across) = (u1.dot(axis), u1.cross(axis).length());
         let at_pole = across < pole;
@@ -278,7 +278,7 @@ impl Chain {
     }
 
     /// The larger of the turns, rad.
-    pub(crate) fn turn(&self, from: Angles, to: Angles) -> f64 {
+    pub fn turn(&self, from: Angles, to: Angles) -> f64 {
         (to[0] - from[0]).abs().max((to[1] - from[1]).abs())
     }
 
@@ -299,7 +299,7 @@ impl Chain {
 }
 
 /// Positions at a share of a straight turn.
-pub(crate) fn between(from: Angles, to: Angles, u: f64) -> Angles {
+pub fn between(from: Angles, to: Angles, u: f64) -> Angles {
     [0, 1].map(|i| from[i] + (to[i] - from[i]) * u)
 }
 

@@ -7,8 +7,7 @@ mod post;
 mod tables;
 
 pub use arrangement::Arrangement;
-pub(crate) use chain::between;
-pub use chain::{Angles, Carries, Chain, ChainError, RotaryAxis};
+pub use chain::{Angles, Carries, Chain, ChainError, RotaryAxis, between};
 pub use limits::{Axes, LONGEST_TRAVEL, Machine, Travel};
 pub use post::{Coolant, Post, Setup, SpindleDirection, WorkOffset};
-pub(crate) use tables::{Leg, Tables};
+pub use tables::{Leg, Place, Tables};

@@ -16,11 +16,11 @@ const DEEPEST: u32 = 20;
 const MOST_LEGS: f64 = 1e4;
 
 /// Tip, mm, and unit axis of the cutter in the workpiece.
-pub(crate) type Place = (DVec3, DVec3);
+pub type Place = (DVec3, DVec3);
 
 /// A part of a move in which all axes run straight.
 #[derive(Copy, Clone, Debug)]
-pub(crate) struct Leg {
+pub struct Leg {
     /// Where the rotary axes stand at its end.
     pub rotary: Angles,
     /// Where the linear axes stand at its end, mm.
@@ -31,7 +31,7 @@ pub(crate) struct Leg {
 
 /// The rotary axes of a machine, where they stand and what they can do.
 #[derive(Copy, Clone, Debug)]
-pub(crate) struct Tables {
+pub struct Tables {
     /// Where they stand.
     pub at: Angles,
     /// How they are arranged.

@@ -11,7 +11,7 @@ use evencut_core::geometry::DVec3;
 use evencut_core::geometry::math::{acos_clamped, atan2, cos, sin};
 use evencut_core::job::{Boundary, ForceControl, Job};
 use evencut_core::machine::Axes;
-use evencut_core::report::Report;
+use evencut_output::report::Report;
 use evencut_service::verdict::Workpiece;
 
 /// What heights may be off: the table has six decimals, which is 1.7e-6 mm at a tip and 4e-7 mm at the end of a

@@ -2,8 +2,8 @@
 
 use evencut_core::job::Job;
 use evencut_core::plan::Stage;
-use evencut_core::preview::Linked;
-use evencut_core::report::Report;
+use evencut_output::preview::Linked;
+use evencut_output::report::Report;
 use evencut_service::results::{
     Early, Input, OutputFile, Results, ResultsOptions, Watch, linked_results,
 };

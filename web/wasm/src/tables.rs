@@ -1,8 +1,8 @@
 //! The tables of a plan, and what is needed to read them.
 
 use evencut_core::job::Job;
-use evencut_core::preview::{Linked, Placement};
 use evencut_core::toolpath::MoveKind;
+use evencut_output::preview::{Linked, Placement};
 use serde_json::{Value, json};
 
 /// Where pictures show places, the cutter, limits and colours.

@@ -6,7 +6,7 @@
 use super::{Figures, Row, quoted};
 use core::fmt::Write;
 use evencut_core::job::{ForceControl, Job};
-use evencut_core::report::{PathFigures, RateFigures, VerificationFigures};
+use evencut_output::report::{PathFigures, RateFigures, VerificationFigures};
 
 /// Header of the table as comma-separated values.
 pub const CSV_HEADER: &str = "control,length_mm,machine_time_s,peak_over_limit,near_limit_percent,variation,\

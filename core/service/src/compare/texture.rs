@@ -11,10 +11,10 @@ use evencut_core::geometry::OrderBy;
 use evencut_core::job::{Job, TextureOptions};
 use evencut_core::machine::Axes;
 use evencut_core::plan::{Prepared, Stage, plan_on, stock_of};
-use evencut_core::preview::{TexturePanel, texture_panels};
-use evencut_core::report::TextureFigures;
 use evencut_core::texture::export::Matrix;
 use evencut_core::units::per_minute;
+use evencut_output::preview::{TexturePanel, texture_panels};
+use evencut_output::report::TextureFigures;
 use std::sync::Arc;
 use thiserror::Error;
 

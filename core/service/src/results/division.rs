@@ -1,9 +1,9 @@
 //! A divided surface → its figures and pictures.
 
 use evencut_core::mesh::VertexId;
-use evencut_core::preview::{RegionPicture, RegionsPicture};
 use evencut_core::regions::{Divided, Evenness, PartFigures, Region, Spacing, neighbours};
-use evencut_core::report::{DivisionFigures, PieceFigures, SpacingFigures, UndividedFigures};
+use evencut_output::preview::{RegionPicture, RegionsPicture};
+use evencut_output::report::{DivisionFigures, PieceFigures, SpacingFigures, UndividedFigures};
 
 /// The figures of a divided surface; `lengths`: of the passes of every region in the order of machining, mm.
 pub fn figures(divided: &Divided, method: &str, lengths: &[f64]) -> DivisionFigures {

@@ -1,13 +1,13 @@
 //! Why there are no results.
 
-use evencut_core::gcode::GcodeError;
 use evencut_core::plan::PlanError;
-use evencut_core::post::PostError;
 use evencut_core::texture::engagement::TooConcave;
 use evencut_core::texture::export::X3pError;
 use evencut_core::texture::grid::{GridError, MOST_NODES};
 use evencut_core::texture::window::WindowError;
 use evencut_core::verify::VerifyError;
+use evencut_output::gcode::GcodeError;
+use evencut_output::post::PostError;
 use thiserror::Error;
 
 /// Why there are no results.

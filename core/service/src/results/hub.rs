@@ -4,13 +4,13 @@ use crate::blisk::Blisk;
 use evencut_core::hub::{ChannelFigures, ChannelLines, Passage, Shortened};
 use evencut_core::job::{BladeSurface, Job, SurfaceSource};
 use evencut_core::plan::{Files, PlanError, Planned, Prepared};
-use evencut_core::preview::{ChannelScene, Clearances, FlatLines};
-use evencut_core::report::{HubFigures, MeasuredClearance, Warning};
 use evencut_core::step::{SmoothFormat, StepFile};
 use evencut_core::surface::Part;
 use evencut_core::tool::{Assembly, AssemblyPart};
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
 use evencut_core::verify::{Facets, clearance};
+use evencut_output::preview::{ChannelScene, Clearances, FlatLines};
+use evencut_output::report::{HubFigures, MeasuredClearance, Warning};
 use std::borrow::Cow;
 
 /// Distances above this many wanted ones, and above the cutter's radius, are not measured.

@@ -8,11 +8,11 @@ use super::program::{WrittenProgram, checked, read_back};
 use super::{Input, Inputs, OutputFile, Part, Results, ResultsError, ResultsOptions, Written};
 use evencut_core::job::{Job, Operation, Resolved};
 use evencut_core::plan::{Files, PlanError, Prepared, Stage, SurfaceKeys, plan_on, stock_of};
-use evencut_core::post::{Dialect, OperationProgram, program_of_operations};
-use evencut_core::report::{
+use evencut_core::toolpath::Toolpath;
+use evencut_output::post::{Dialect, OperationProgram, program_of_operations};
+use evencut_output::report::{
     FORMAT, FileRecord, OperationFigures, OperationsReport, ProgramFigures, Versions,
 };
-use evencut_core::toolpath::Toolpath;
 
 /// The results of a job of several operations.
 #[derive(Clone, Debug)]

@@ -1,13 +1,13 @@
 //! The program of a planned path, read back.
 
 use super::{OutputFile, ResultsError};
-use evencut_core::gcode::{self, Following, GcodeError, GcodeProgram};
 use evencut_core::job::Job;
 use evencut_core::machine::Axes;
 use evencut_core::plan::Planned;
-use evencut_core::post::{Dialect, ProgramOptions, program};
-use evencut_core::report::{ProgramFigures, ReachFigures};
 use evencut_core::toolpath::Toolpath;
+use evencut_output::gcode::{self, Following, GcodeError, GcodeProgram};
+use evencut_output::post::{Dialect, ProgramOptions, program};
+use evencut_output::report::{ProgramFigures, ReachFigures};
 
 /// A program as it was written and as it was read back.
 pub(super) struct WrittenProgram {

@@ -4,9 +4,9 @@ use super::program::WrittenProgram;
 use evencut_core::job::{Job, StockShape};
 use evencut_core::machine::{Carries, Chain, RotaryAxis, SpindleDirection, WorkOffset};
 use evencut_core::plan::Planned;
-use evencut_core::report::{SetupFigures, SetupTool};
 use evencut_core::tool::AssemblyPart;
 use evencut_core::units::per_minute;
+use evencut_output::report::{SetupFigures, SetupTool};
 
 /// `is_first`: whether no operation has cut before.
 pub(super) fn figures(

@@ -9,10 +9,6 @@ use super::files::OutputFile;
 use evencut_core::geometry::{DVec2, DVec3};
 use evencut_core::job::{Job, TextureCells, TextureOptions};
 use evencut_core::plan::{Files, Prepared, Stage, SurfaceKeys, plan};
-use evencut_core::preview::{texture_map, texture_png};
-use evencut_core::report::{
-    ArealFigures, CuttingFigures, ProfileFigures, TextureFigures, WindowFigures, WorkFigures,
-};
 use evencut_core::texture::edge::Runout;
 use evencut_core::texture::engagement::{Shape, TooConcave, thickness};
 use evencut_core::texture::export::{MICRO, Matrix, asc, csv, x3p};
@@ -24,6 +20,10 @@ use evencut_core::texture::sweep::{Cutter, EdgePart, Search, SweepOptions, Work,
 use evencut_core::texture::window::Window;
 use evencut_core::toolpath::Toolpath;
 use evencut_core::units::per_minute;
+use evencut_output::preview::{texture_map, texture_png};
+use evencut_output::report::{
+    ArealFigures, CuttingFigures, ProfileFigures, TextureFigures, WindowFigures, WorkFigures,
+};
 use serde::Serialize;
 
 /// Difference of the lengths of `constant` cells, as a fraction of them.

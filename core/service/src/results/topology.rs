@@ -2,11 +2,11 @@
 
 use evencut_core::flatten::Locator;
 use evencut_core::geometry::DVec2;
-use evencut_core::preview::{PointKind, PointMark, TensorPicture};
 use evencut_core::regions::tensor::{DegeneratePoint, Kind, TensorField, Topology};
 use evencut_core::regions::{Divided, Region};
-use evencut_core::report::{PointFigures, TensorFigures};
 use evencut_core::surface::Surface;
+use evencut_output::preview::{PointKind, PointMark, TensorPicture};
+use evencut_output::report::{PointFigures, TensorFigures};
 
 /// The figures of a topology.
 pub fn figures(topology: &Topology) -> TensorFigures {
