@@ -87,7 +87,8 @@ impl HeightMap {
         volume
     }
 
-    /// The highest rate over windows of a fifth of the cutter's radius whose cutter lies wholly over the surface, mm³/s.
+    /// The highest rate over windows of a fifth of the cutter's radius whose tip is farther than a margin inside the
+    /// surface, mm³/s.
     fn peak(&mut self, tool: &Tool, path: &Toolpath, margin: f64) -> f64 {
         let (window, step) = (0.2 * tool.radius(), 0.05 * tool.radius());
         let (mut recent, mut peak) = (VecDeque::<[f64; 3]>::new(), 0.0_f64);
@@ -117,26 +118,48 @@ impl HeightMap {
     }
 }
 
+/// The highest removal rate of a plan, over its limit, of windows that end farther than `margin` inside the surface.
+fn peak_over_limit(
+    (kind, tool): (&str, &str),
+    depth: f64,
+    margin: f64,
+    surface: impl Fn(f64, f64) -> f64,
+) -> f64 {
+    let text = format!(
+        "version = 1\n[surface.analytic]\nsize = {SIZE}\n{kind}\n[tool]\nkind = {tool}\ndiameter = 8.0\n\
+         [cut]\nscallop = 0.03\naxial_depth = {depth}\nfeed = 1000.0\ntolerance = 0.005\n\
+         [path]\npattern = \"contour\"\n[force]\nrelative = 1.1\n"
+    );
+    let job = job::read(text.as_bytes()).unwrap().job;
+    let planned = plan(&job, Files::of_surface(None), 2, &mut |_, _| {}).unwrap();
+    let mut map = HeightMap::new(surface, depth);
+    map.peak(&job.tool, &planned.toolpath, margin) / job.mrr_limit()
+}
+
 /// Over a hill columns along the normals spread, and in a hollow they meet: a layer thick enough to matter is cut within
 /// the limit on both.
 #[test]
 fn limits_are_kept_in_thick_layers_on_hills_and_in_hollows() {
     let (depth, spread) = (2.5, 6.0);
     for (height, tool) in [(6.0, "\"ball\""), (-6.0, "\"bull\"\ncorner_radius = 2.0")] {
-        let text = format!(
-            "version = 1\n[surface.analytic]\nkind = \"bump\"\nsize = {SIZE}\nheight = {height}\nradius = {spread}\n\
-             [tool]\nkind = {tool}\ndiameter = 8.0\n[cut]\nscallop = 0.03\naxial_depth = {depth}\nfeed = 1000.0\n\
-             tolerance = 0.005\n[path]\npattern = \"contour\"\n[force]\nrelative = 1.1\n"
-        );
-        let job = job::read(text.as_bytes()).unwrap().job;
-        let planned = plan(&job, Files::of_surface(None), 2, &mut |_, _| {}).unwrap();
-        let path = &planned.toolpath;
+        let kind = format!("kind = \"bump\"\nheight = {height}\nradius = {spread}");
         let surface =
             |x: f64, y: f64| height * math::exp(-(x * x + y * y) / (2.0 * spread * spread));
-        let mut map = HeightMap::new(surface, depth);
-        let peak = map.peak(&job.tool, path, job.tool.radius() + depth + 1.0);
-        let limit = job.mrr_limit();
-        assert!(peak > 0.9 * limit, "{height}: it is nowhere near the limit, {}", peak / limit);
-        assert!(peak < (1.0 + GRAIN) * limit, "{height}: {} of the limit", peak / limit);
+        // The cutter lies wholly over the surface.
+        let peak = peak_over_limit((&kind, tool), depth, 4.0 + depth + 1.0, surface);
+        assert!(peak > 0.9, "{height}: it is nowhere near the limit, {peak}");
+        assert!(peak < 1.0 + GRAIN, "{height}: {peak} of the limit");
     }
+}
+
+/// Where a surface rises toward its edge, stock that goes straight up there reaches beyond the normals of the edge: the
+/// first pass, along the edge, keeps the limit in it.
+#[test]
+fn limits_are_kept_at_edges_to_which_the_surface_rises() {
+    let half = 0.5 * SIZE;
+    let surface = |x: f64, y: f64| 6.0 * (x * x - y * y) / (half * half);
+    let kind = "kind = \"saddle\"\nheight = 6.0";
+    let peak = peak_over_limit((kind, "\"ball\""), 2.5, -SIZE, surface);
+    assert!(peak > 0.9, "it is nowhere near the limit, {peak}");
+    assert!(peak < 1.0 + GRAIN, "{peak} of the limit");
 }

@@ -67,8 +67,9 @@ pub struct Delivery<'a> {
     pub bridged: f64,
     /// What has cut it before.
     pub before: &'a Before,
-    /// The material, once it is asked for.
+    /// The material, once it is asked for, and what of it is beside the surface.
     pub columns: &'a OnceCell<Columns>,
+    pub beside: &'a OnceCell<Columns>,
 }
 
 impl Delivery<'_> {
@@ -178,6 +179,14 @@ impl Delivery<'_> {
         self.columns.get_or_init(cut)
     }
 
+    /// The material beside the surface.
+    fn beside(&self) -> &Columns {
+        let (layer, threads) = (self.whole_layer(), self.deliverer.options.threads);
+        let (side_step, top) = (self.job.nominal_side_step(), layer.top());
+        let fresh = || Columns::beside(self.surface, self.chart, side_step, DVec3::Z, top);
+        self.beside.get_or_init(|| fresh().cut_before(self.before, layer, threads))
+    }
+
     fn fresh_columns(&self, layer: Layer) -> Columns {
         let side_step = self.job.nominal_side_step();
         Columns::new(self.surface, self.chart, side_step, layer.top())
@@ -230,7 +239,9 @@ impl Delivery<'_> {
     fn removed(&self, path: &Toolpath) -> Removed {
         let options = &self.deliverer.options;
         let cutter = Cutter { tool: self.job.tool, length: options.pass.reach };
-        self.columns().cut(path, cutter, self.whole_layer(), options.threads)
+        let cut =
+            |columns: &Columns| columns.cut(path, cutter, self.whole_layer(), options.threads);
+        cut(self.columns()).with(&cut(self.beside()))
     }
 
     /// The path with its true removal rates and the resulting feeds.

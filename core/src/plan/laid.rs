@@ -69,6 +69,7 @@ pub(super) struct Ground<'a> {
     before: Before,
     /// The material, once it is asked for.
     columns: OnceCell<Columns>,
+    beside: OnceCell<Columns>,
 }
 
 impl<'a> Laid<'a> {
@@ -190,6 +191,7 @@ impl<'a> Ground<'a> {
             bridged: stock.bridged,
             before,
             columns: OnceCell::new(),
+            beside: OnceCell::new(),
         })
     }
 
@@ -230,6 +232,7 @@ impl<'a> Ground<'a> {
             bridged: self.bridged,
             before: &self.before,
             columns: &self.columns,
+            beside: &self.beside,
         };
         work(&plane, &delivery)
     }

@@ -6,7 +6,7 @@
 //! tiles are grouped into blocks, units of work for threads, with a tree over the tiles of each.
 
 use crate::flatten::Chart;
-use crate::geometry::offset::{Widening, corner_normals};
+use crate::geometry::offset::{CrossSection, beside, corner_normals};
 use crate::geometry::{DVec2, DVec3, cross2, math};
 use crate::mesh::{FaceId, HalfEdgeId, VertexId};
 use crate::surface::{Surface, SurfacePoint};
@@ -30,10 +30,7 @@ const BLOCK: usize = 512;
 #[derive(Copy, Clone, Debug)]
 pub(super) struct Column {
     pub line: Line,
-    /// Area on the surface, mm².
-    pub area: f64,
-    /// How its section changes with height.
-    pub widening: Widening,
+    pub section: CrossSection,
 }
 
 /// A disc-shaped neighbourhood that holds columns: all within `radius` of the line through
@@ -96,8 +93,8 @@ struct Grid<'a> {
     turned: Vec<DVec2>,
     /// `#F` linear scales.
     scale: Vec<f64>,
-    /// `#F` how columns change with height.
-    widening: Vec<Widening>,
+    /// `#F` sections of columns of 1 mm².
+    sections: Vec<CrossSection>,
     spacing: f64,
     /// Smallest tile, flat mm.
     smallest: f64,
@@ -122,12 +119,12 @@ impl Columns {
             if flat > 0.0 { (solid / flat).sqrt() } else { 0.0 }
         };
         let scale: Vec<f64> = faces.iter().enumerate().map(scale_of).collect();
-        let spacing = (side_step / PER_STEP).max((surface.area() / MOST_COLUMNS).sqrt());
+        let spacing = spacing(surface, side_step);
         let mut grid = Grid {
             surface,
             turned: points,
             scale,
-            widening: widening(surface),
+            sections: sections(surface),
             spacing,
             // Flat and solid area are equal in all, so the mean scale is one.
             smallest: SIDE as f64 * spacing / f64::from(1u32 << MOST_HALVINGS),
@@ -138,6 +135,29 @@ impl Columns {
         let blocks =
             grid.leaves.chunks(BLOCK).map(|leaves| Block::new(leaves, back, top)).collect();
         Self { blocks, spacing }
+    }
+
+    /// Columns on the edges of the boundary, in the wedge of stock between the normals there and `up`, as far apart as
+    /// the others; `top`: height of the layer's upper side, mm.
+    pub fn beside(surface: &Surface, chart: &Chart, side_step: f64, up: DVec3, top: f64) -> Self {
+        let connectivity = surface.connectivity();
+        let normals = face_normals(surface);
+        let spacing = spacing(surface, side_step);
+        let sides = (0..3 * connectivity.face_count() as u32).map(HalfEdgeId);
+        let mut columns = Vec::new();
+        for side in sides.filter(|h| connectivity.opposite(*h).is_none()) {
+            let face = side.face();
+            let ends = [side.corner(), (side.corner() + 1) % 3];
+            let corners = surface.corners(face);
+            let uv = ends.map(|i| chart.uv()[connectivity.face(face)[i].index()]);
+            let normals = ends.map(|i| normals[face.index()][i]);
+            let found = beside(ends.map(|i| corners[i]), normals, up, (spacing, top));
+            columns.extend(found.iter().map(|c| {
+                let line = Line { foot: c.foot, normal: c.direction };
+                (Column { line, section: c.section }, uv[0].lerp(uv[1], c.along))
+            }));
+        }
+        Self { spacing, ..Self::of(&columns, f64::INFINITY, top).0 }
     }
 
     /// Columns without areas, up to the given distance inside the boundary of a surface, mm, and `spacing` mm apart;
@@ -181,9 +201,19 @@ impl Columns {
     /// Columns on these lines with their flat places, without areas; and which line each column stands on. `width`: of
     /// what is tested together at most, flat mm; `top`: the height of the layer's upper side, mm.
     pub(crate) fn on(lines: &[(Line, DVec2)], width: f64, top: f64) -> (Self, Vec<u32>) {
-        let mut ids: Vec<u32> = (0..lines.len() as u32).collect();
+        let column = |&(line, flat): &(Line, DVec2)| {
+            let section = CrossSection::default();
+            (Column { line, section }, flat)
+        };
+        let columns: Vec<(Column, DVec2)> = lines.iter().map(column).collect();
+        Self::of(&columns, width, top)
+    }
+
+    /// Given columns, and which of them each is now; as above.
+    fn of(columns: &[(Column, DVec2)], width: f64, top: f64) -> (Self, Vec<u32>) {
+        let mut ids: Vec<u32> = (0..columns.len() as u32).collect();
         let mut leaves = Vec::new();
-        halve(lines, &mut ids, (0, width), &mut leaves);
+        halve(columns, &mut ids, (0, width), &mut leaves);
         let blocks = leaves.chunks(BLOCK).map(|leaves| Block::new(leaves, DVec2::X, top)).collect();
         (Self { blocks, spacing: 0.0 }, ids)
     }
@@ -195,30 +225,39 @@ impl Columns {
 
     /// Area of all, mm².
     pub fn area(&self) -> f64 {
-        self.blocks.iter().flat_map(|b| &b.columns).map(|c| c.area).sum()
+        self.blocks.iter().flat_map(|b| &b.columns).map(|c| c.section.area).sum()
     }
 }
 
-/// How columns on each face change with height.
-fn widening(surface: &Surface) -> Vec<Widening> {
-    let faces: Vec<[u32; 3]> =
-        surface.connectivity().faces().iter().map(|face| face.map(|v| v.0)).collect();
-    let normals = corner_normals(surface.positions(), &faces);
-    let of = |(f, normals): (usize, &[DVec3; 3])| {
-        Widening::on(surface.corners(FaceId(f as u32)), *normals)
-    };
-    normals.iter().enumerate().map(of).collect()
+/// Distance between columns, mm.
+fn spacing(surface: &Surface, side_step: f64) -> f64 {
+    (side_step / PER_STEP).max((surface.area() / MOST_COLUMNS).sqrt())
 }
 
-/// Orders lines so that neighbours follow each other, and puts a few of them into each leaf, which is no wider than
+/// `#F` normals at the corners of every face.
+fn face_normals(surface: &Surface) -> Vec<[DVec3; 3]> {
+    let faces: Vec<[u32; 3]> =
+        surface.connectivity().faces().iter().map(|face| face.map(|v| v.0)).collect();
+    corner_normals(surface.positions(), &faces)
+}
+
+/// `#F` sections of columns of 1 mm².
+fn sections(surface: &Surface) -> Vec<CrossSection> {
+    let of = |(f, normals): (usize, &[DVec3; 3])| {
+        CrossSection::on(1.0, surface.corners(FaceId(f as u32)), *normals)
+    };
+    face_normals(surface).iter().enumerate().map(of).collect()
+}
+
+/// Orders columns so that neighbours follow each other, and puts a few of them into each leaf, which is no wider than
 /// `width`.
 fn halve(
-    lines: &[(Line, DVec2)],
+    columns: &[(Column, DVec2)],
     ids: &mut [u32],
     (axis, width): (usize, f64),
     leaves: &mut Vec<Leaf>,
 ) {
-    let places = || ids.iter().map(|id| lines[*id as usize].1);
+    let places = || ids.iter().map(|id| columns[*id as usize].1);
     let size = || {
         let (low, high) =
             places().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
@@ -231,19 +270,15 @@ fn halve(
         _ => false,
     };
     if is_leaf {
-        let column = |&id: &u32| {
-            let (line, flat) = lines[id as usize];
-            (Column { line, area: 0.0, widening: Widening::default() }, flat)
-        };
-        leaves.push(Leaf { columns: ids.iter().map(column).collect() });
+        leaves.push(Leaf { columns: ids.iter().map(|&id| columns[id as usize]).collect() });
         return;
     }
-    let along = |id: u32| lines[id as usize].1[axis];
+    let along = |id: u32| columns[id as usize].1[axis];
     let half = ids.len() / 2;
     ids.select_nth_unstable_by(half, |&a, &b| along(a).total_cmp(&along(b)).then(a.cmp(&b)));
     let (low, high) = ids.split_at_mut(half);
-    halve(lines, low, (1 - axis, width), leaves);
-    halve(lines, high, (1 - axis, width), leaves);
+    halve(columns, low, (1 - axis, width), leaves);
+    halve(columns, high, (1 - axis, width), leaves);
 }
 
 impl Grid<'_> {
@@ -307,9 +342,8 @@ impl Grid<'_> {
             let normal = self.surface.normal(point);
             if normal != DVec3::ZERO {
                 let line = Line { foot: self.surface.position(point), normal };
-                let (area, widening) =
-                    (step * step * scale * scale, self.widening[faces[k] as usize]);
-                columns.push((Column { line, area, widening }, at));
+                let section = self.sections[faces[k] as usize].scaled(step * step * scale * scale);
+                columns.push((Column { line, section }, at));
             }
         }
         if !columns.is_empty() {

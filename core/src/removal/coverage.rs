@@ -91,7 +91,7 @@ pub fn coverage(columns: &Columns, access: &Access) -> Coverage {
             out_of_reach.push(l.column.line.foot);
             (&mut out.inaccessible, &mut out.inaccessible_at, &mut highest[1])
         };
-        *area += l.column.area;
+        *area += l.column.section.area;
         if l.over > *highest {
             (*highest, *place) = (l.over, Some(l.column.line.foot));
         }

@@ -53,6 +53,14 @@ pub struct Removed {
 }
 
 impl Removed {
+    /// With what the same path removed of other columns as well.
+    pub fn with(mut self, other: &Self) -> Self {
+        for (piece, other) in self.pieces.iter_mut().zip(&other.pieces) {
+            piece.volume += other.volume;
+        }
+        self
+    }
+
     /// The pieces of the move that ends at point `i`.
     pub fn of_move(&self, i: usize) -> &[Piece] {
         &self.pieces[self.first[i]..self.first[i + 1]]
@@ -480,7 +488,7 @@ impl<'a> BlockCut<'a> {
                 continue;
             }
             let left = self.body.lowered(stroke, &column.line, *height);
-            volume += column.area * column.widening.between(left, *height);
+            volume += column.section.between(left, *height);
             *height = left;
         }
         if volume > 0.0 {

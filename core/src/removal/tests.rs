@@ -222,7 +222,7 @@ fn no_tile_is_left_out() {
         let removed = columns.cut(&path, endless(tool), LAYER, 1);
         let total: f64 = removed.pieces.iter().map(|p| p.volume).sum();
         let gone = columns.blocks.iter().zip(&removed.heights).flat_map(|(b, heights)| {
-            b.columns.iter().zip(heights).map(|(c, h)| c.area * (LAYER.top() - h))
+            b.columns.iter().zip(heights).map(|(c, h)| c.section.area * (LAYER.top() - h))
         });
         assert!((gone.sum::<f64>() / total - 1.0).abs() < 1e-9);
         let body = body::Body::new(endless(tool), LAYER, columns.spacing);

@@ -117,7 +117,7 @@ impl<const N: usize> Bounds<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::offset::Widening;
+    use crate::geometry::offset::CrossSection;
     use crate::tool::Tool;
     use crate::verify::body::Placed;
 
@@ -133,8 +133,7 @@ mod tests {
                 position,
                 to_centroid: [0.0; 3],
                 normal,
-                area: 0.01,
-                widening: Widening::default(),
+                section: CrossSection::on(0.01, [DVec3::ZERO; 3], [DVec3::Z; 3]),
                 machined: true,
                 is_bridge: false,
                 wall: None,

@@ -18,7 +18,6 @@ use super::outcome::Outcome;
 use super::samples::{Facets, Sample};
 use super::section::{Chain, Surface};
 use super::sweep::swept;
-use crate::geometry::offset::Widening;
 use crate::geometry::{DVec3, OrderBy};
 use crate::parallel;
 use crate::toolpath::{MoveKind, Toolpath};
@@ -359,17 +358,7 @@ impl Section<'_> {
     fn residuals(&self, chain: &Chain, ways: &[f64], steps: &[Step]) -> Vec<Swept> {
         let sample = |&way: &f64| {
             let place = chain.at(way);
-            Sample {
-                position: place.position,
-                to_centroid: [0.0; 3],
-                normal: place.normal,
-                area: 0.0,
-                widening: Widening::default(),
-                machined: true,
-                is_bridge: false,
-                wall: None,
-                on_rim: false,
-            }
+            Sample::bare(place.position, place.normal)
         };
         let samples = ways.iter().map(sample).collect();
         swept(samples, steps, self.survey.body, self.survey.material)

@@ -42,7 +42,7 @@ impl<'a> Excused<'a> {
         Outcome {
             position: sample.position.as_vec3().to_array(),
             residual: (s.height - allowance) as f32,
-            area: sample.area as f32,
+            area: sample.section.area as f32,
             up: sample.normal.dot(options.up) as f32,
             by: s.by,
             cut_before: s.cut_before,

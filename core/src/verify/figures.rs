@@ -77,7 +77,7 @@ impl WallFigures {
         samples().next()?;
         let mut out = Self { area: 0.0, deepest: None, is_deeper: false, cut: 0.0 };
         for s in samples() {
-            let (depth, area) = (-s.height, s.sample.area);
+            let (depth, area) = (-s.height, s.sample.section.area);
             out.area += area;
             out.cut += if depth > options.tolerance { area } else { 0.0 };
             if s.by.is_some() && depth > out.deepest.map_or(0.0, |d| d.height) {

@@ -54,7 +54,7 @@ impl Swept {
     /// A sample before the sweep; `walled`: whether a wall of the cutter is in the material.
     pub fn new(sample: Sample, walled: bool, material: Material) -> Self {
         let height = if sample.machined { material.height } else { 0.0 };
-        let by_parts = walled && sample.machined && sample.area > 0.0;
+        let by_parts = walled && sample.machined && sample.section.area > 0.0;
         let cell = if by_parts { Cell::Open } else { Cell::Line };
         Self {
             sample,

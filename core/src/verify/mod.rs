@@ -26,6 +26,7 @@
 
 mod above;
 mod avoided;
+mod beside;
 mod body;
 mod bound;
 mod clearance;
@@ -198,7 +199,11 @@ pub fn verify(
         swept.extend(parallel::map(options.threads, group, sweep));
     }
     let on_walls = on_walls(path, (design, rest), cut, spacing, options);
-    let removed = summed(&swept);
+    let beside = match options.tells_rate {
+        true => beside::swept(design, options.up, spacing, (&cuts, material), options.threads),
+        false => Vec::new(),
+    };
+    let removed = summed(swept.iter().chain(&beside));
     let gauge = |load| Gauge::new(path, &options.tool, options.depth, load);
     let mut gauge = options.load.map(gauge);
     let rate = rate::measure(path, &motion, &removed, options.tool.radius(), &mut |window| {
@@ -210,7 +215,8 @@ pub fn verify(
     let stock = options.stock.as_ref().map(Solid::facets);
     let nothing = Facets { positions: &[], faces: &[] };
     let in_stock = stock.map(|stock| into_solid([stock, nothing], &cuts, spacing, options));
-    let touches = touches(swept.iter().chain(&on_walls).chain(in_stock.iter().flatten()));
+    let touches =
+        touches(swept.iter().chain(&beside).chain(&on_walls).chain(in_stock.iter().flatten()));
     let outcomes = outcomes(&swept, &outline.walled, options);
     let walled = &outline.walled;
     let search = Search { tiles: &tiles, cuts: &cuts, material, spacing, inset, walled, options };
@@ -399,8 +405,8 @@ fn checked(
 }
 
 /// Volume by step, adding the tiles in their order.
-fn summed(swept: &[SweptTile]) -> Vec<(u64, f64)> {
-    let mut all: Vec<(u64, f64)> = swept.iter().flat_map(|t| t.removed.iter().copied()).collect();
+fn summed<'a>(swept: impl Iterator<Item = &'a SweptTile>) -> Vec<(u64, f64)> {
+    let mut all: Vec<(u64, f64)> = swept.flat_map(|t| t.removed.iter().copied()).collect();
     all.order_by_key(|r| r.0);
     all.dedup_by(|next, sum| {
         let same = next.0 == sum.0;

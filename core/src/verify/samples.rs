@@ -9,7 +9,7 @@
 //! over any strip of it, which scattered samples would not. Centroids never lie on the rim of the machined surface;
 //! there, further samples without area are added.
 
-use crate::geometry::offset::{Widening, corner_normals};
+use crate::geometry::offset::{CrossSection, corner_normals};
 use crate::geometry::{DVec3, nearest_on_triangle};
 
 /// Samples per tile. Larger: less to share between threads; smaller: more tiles against which a move must be tested.
@@ -81,10 +81,8 @@ pub struct Sample {
     pub to_centroid: [f32; 3],
     /// Unit normal, outward.
     pub normal: DVec3,
-    /// The area that it represents, mm².
-    pub area: f64,
-    /// How its cell changes with the height over it.
-    pub widening: Widening,
+    /// The area that it represents, and how its cell changes with the height over it.
+    pub section: CrossSection,
     /// Whether it is to be machined.
     pub machined: bool,
     /// Whether the cutter bridges the part there.
@@ -96,6 +94,20 @@ pub struct Sample {
 }
 
 impl Sample {
+    /// One of machined stock at a place, mm, along a unit direction, without area.
+    pub fn bare(position: DVec3, normal: DVec3) -> Self {
+        Self {
+            position,
+            to_centroid: [0.0; 3],
+            normal,
+            section: CrossSection::default(),
+            machined: true,
+            is_bridge: false,
+            wall: None,
+            on_rim: false,
+        }
+    }
+
     /// Centroid of its cell, mm.
     pub fn centroid(&self) -> DVec3 {
         self.position + DVec3::from_array(self.to_centroid.map(f64::from))
@@ -103,7 +115,7 @@ impl Sample {
 
     /// Distance at which cells of this size repeat: two triangles make a square.
     pub fn cell_width(&self) -> f64 {
-        (2.0 * self.area).sqrt()
+        (2.0 * self.section.area).sqrt()
     }
 }
 
@@ -264,7 +276,7 @@ fn group(patches: &mut [Patch], largest: f64, out: &mut Vec<Tile>) {
 }
 
 /// The axis along which points spread most.
-fn widest(points: impl Iterator<Item = DVec3>) -> usize {
+pub fn widest(points: impl Iterator<Item = DVec3>) -> usize {
     let (low, high) = bounds(points);
     let size = high - low;
     if size.x >= size.y && size.x >= size.z {
@@ -283,11 +295,16 @@ pub fn bounds(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
 
 impl Tile {
     fn new(patches: Vec<Patch>) -> Self {
-        let corners = || patches.iter().flat_map(|p| p.corners);
-        let (low, high) = bounds(corners());
+        let around = Self::around(patches.iter().flat_map(|p| p.corners));
+        Self { patches, ..around }
+    }
+
+    /// One without patches around places.
+    pub fn around(places: impl Iterator<Item = DVec3> + Clone) -> Self {
+        let (low, high) = bounds(places.clone());
         let centre = 0.5 * (low + high);
-        let radius = corners().map(|p| p.distance(centre)).fold(0.0, f64::max);
-        Self { patches, centre, radius }
+        let radius = places.map(|p| p.distance(centre)).fold(0.0, f64::max);
+        Self { patches: Vec::new(), centre, radius }
     }
 
     /// Its samples, about `spacing` mm apart, in blocks of [`BLOCK`] neighbouring ones; those on the rim and `inset`
@@ -334,8 +351,8 @@ impl Patch {
         let centroid = (self.corners[0] + self.corners[1] + self.corners[2]) / 3.0;
         let sample = self.at([1.0 - u - v, u, v]);
         let to_centroid = (centroid - sample.position).as_vec3().to_array();
-        let widening = Widening::on(self.corners, self.normals);
-        Sample { to_centroid, area: self.area, widening, ..sample }
+        let section = CrossSection::on(self.area, self.corners, self.normals);
+        Sample { to_centroid, section, ..sample }
     }
 
     /// Samples without area on the edges that lie on the rim, at the start and the middle of each, and one beside the
@@ -363,17 +380,9 @@ impl Patch {
     fn at(&self, weights: [f64; 3]) -> Sample {
         let mix = |x: &[DVec3; 3]| x[0] * weights[0] + x[1] * weights[1] + x[2] * weights[2];
         let position = mix(&self.corners);
-        Sample {
-            position,
-            to_centroid: [0.0; 3],
-            normal: mix(&self.normals).normalize_or(self.normals[0]),
-            area: 0.0,
-            widening: Widening::default(),
-            machined: self.machined,
-            is_bridge: self.is_bridge,
-            wall: None,
-            on_rim: false,
-        }
+        let normal = mix(&self.normals).normalize_or(self.normals[0]);
+        let (machined, is_bridge) = (self.machined, self.is_bridge);
+        Sample { machined, is_bridge, ..Sample::bare(position, normal) }
     }
 
     /// The sample without area at its place nearest to a point.
@@ -430,13 +439,13 @@ mod tests {
     #[test]
     fn areas_add_up_and_density_is_even() {
         let samples = sampled(50.0, 0.5);
-        let total: f64 = samples.iter().map(|s| s.area).sum();
+        let total: f64 = samples.iter().map(|s| s.section.area).sum();
         assert!((total - 2500.0).abs() < 1e-6);
         for (x, y) in [(0.0, 0.0), (17.0, 3.0), (40.0, 40.0)] {
             let within = |s: &&Sample| {
                 (x..x + 10.0).contains(&s.position.x) && (y..y + 10.0).contains(&s.position.y)
             };
-            let area: f64 = samples.iter().filter(within).map(|s| s.area).sum();
+            let area: f64 = samples.iter().filter(within).map(|s| s.section.area).sum();
             assert!((area - 100.0).abs() < 3.0, "{area}");
         }
     }
@@ -455,8 +464,8 @@ mod tests {
             let tiles = tiles(facets, nothing, spacing, &rim, &[]);
             let samples: Vec<Sample> = tiles.iter().flat_map(|t| t.samples(spacing, 0.0)).collect();
             let (inside, on_rim): (Vec<&Sample>, Vec<&Sample>) =
-                samples.iter().partition(|s| s.area > 0.0);
-            let total: f64 = inside.iter().map(|s| s.area).sum();
+                samples.iter().partition(|s| s.section.area > 0.0);
+            let total: f64 = inside.iter().map(|s| s.section.area).sum();
             assert!((total / (0.5 * length * width) - 1.0).abs() < 1e-6, "{apex} {total}");
             // Patches and cells are each two triangles wide; a cell is as long as a square one.
             let cell = CELL.sqrt() * spacing;

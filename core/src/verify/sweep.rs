@@ -265,7 +265,7 @@ impl StepCut<'_> {
         let height = if line { lowered_to(s, step, body, material) } else { None };
         if s.sample.machined && (cell || height.is_some() || s.cell == Cell::Line) {
             let (left, cell) = left_on_cell(s, height, step, body, material);
-            self.volume += s.sample.widening.between(left, s.left) * s.sample.area;
+            self.volume += s.sample.section.between(left, s.left);
             lowered = left < s.left;
             (s.left, s.cell) = (left, cell);
         }

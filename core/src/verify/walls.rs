@@ -67,12 +67,13 @@ type Key = [u64; 3];
 
 /// An edge of the boundary, with the machined surface on its left as seen from the tool.
 #[derive(Copy, Clone, Debug)]
-struct Edge {
-    ends: [DVec3; 2],
+pub struct Edge {
+    /// From where to where.
+    pub ends: [DVec3; 2],
     /// Unit normal of the machined facet.
     normal: DVec3,
     /// Which side of it.
-    side: Side,
+    pub side: Side,
 }
 
 /// The boundary of the machined surface.
@@ -253,7 +254,7 @@ fn undirected(edge: &Edge) -> [Key; 2] {
 }
 
 /// The edges with a facet on one side only.
-fn boundary(design: Facets) -> Vec<Edge> {
+pub fn boundary(design: Facets) -> Vec<Edge> {
     let mut halves: Vec<([u32; 2], u32, Side)> = Vec::with_capacity(3 * design.faces.len());
     for (f, face) in design.faces.iter().enumerate() {
         for i in 0..3 {
