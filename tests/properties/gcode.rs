@@ -523,6 +523,36 @@ fn a_post_that_cannot_be_read_says_why() {
     assert!(Dialect::read(b"\xff").unwrap_err().to_string().contains("no text"));
 }
 
+/// Wherever the axes stand at the start, the tool goes up, or to the machine's reference, before it goes across.
+#[test]
+fn every_program_goes_up_before_it_goes_across() {
+    let all = Arrangement::ALL.map(|name| name.axes(PIVOT));
+    for (post, axes) in Post::ALL.into_iter().flat_map(|p| all.map(|a| (p, a))) {
+        // APT has no blocks that go up alone; controllers are given what its post-processors write.
+        if post == Post::Cldata || post == Post::Grbl && axes != Axes::ThreeAxis {
+            continue;
+        }
+        let text = program_of(post, &rings(axes, 1, 50), &options(axes)).unwrap().text;
+        let is_comment = |line: &str| {
+            let numbered = line.trim_start_matches(char::is_numeric);
+            numbered.trim_start().starts_with(['(', ';'])
+        };
+        let blocks = text.lines().filter(|line| !is_comment(line));
+        let words = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+        let begins = |words: &[String], letter: char| {
+            let number = |w: &String| w.strip_prefix(letter).and_then(|n| n.parse::<f64>().ok());
+            words.iter().find_map(number)
+        };
+        let before: Vec<Vec<String>> =
+            blocks.map(words).take_while(|w| begins(w, 'X').is_none()).collect();
+        let is_up = |w: &Vec<String>| {
+            w.iter().any(|w| w == "G28")
+                || begins(w, 'Z').is_some_and(|z| z >= RAPID_PLANE - TOLERANCE)
+        };
+        assert!(before.iter().any(is_up), "{post:?}, {axes:?}: {before:?}");
+    }
+}
+
 #[test]
 fn programs_are_plain_safe_and_end() {
     for axes in both_axes() {
