@@ -203,15 +203,29 @@ fn trochoids_take_less_time_than_layers_at_a_constant_feed() {
     assert!(time < best, "{time} of {best} s");
 }
 
-/// Without a limit that slowing breaks, the wish for thick chips is no reason to take longer than slowing does.
+/// Without a limit that slowing breaks, the wish for thick chips is no reason to take longer than slowing does: on the
+/// blade loops for it would.
 #[test]
 fn a_wish_for_thick_chips_costs_no_time() {
-    let job = |control: &str| {
+    let pocket_with = |control: &str| {
         pocket(&format!("power = 120.0\ncontrol = \"{control}\"\n[material]\ngroup = \"S\"\n"))
     };
-    let prepared = prepared(&job("feed"), "../jobs");
-    let [fastest, feed] = ["fastest", "feed"].map(|control| report(&prepared, &job(control)));
-    let time = |r: &Report| r.delivered.machine_time_s.total;
-    assert!(fastest.verification.as_ref().is_some_and(|v| v.passed), "{:?}", fastest.verification);
-    assert!(time(&fastest) <= 1.001 * time(&feed), "{} s, not {} s", time(&fastest), time(&feed));
+    let blade_with = |control: &str| {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../jobs/blade.toml");
+        let text = std::fs::read_to_string(path).unwrap();
+        let shipped = "relative = 1.5\ncontrol = \"fastest\"\nvfc = \"mean\"\n";
+        let own = format!("power = 40.0\ncontrol = \"{control}\"\n[material]\ngroup = \"S\"\n");
+        assert!(text.contains(shipped));
+        read("blade", &text.replace(shipped, &own))
+    };
+    let jobs: [&dyn Fn(&str) -> Job; 2] = [&pocket_with, &blade_with];
+    for job in jobs {
+        let prepared = prepared(&job("feed"), "../jobs");
+        let [fastest, feed] = ["fastest", "feed"].map(|control| report(&prepared, &job(control)));
+        let time = |r: &Report| r.delivered.machine_time_s.total;
+        let verification = fastest.verification.as_ref();
+        assert!(verification.is_some_and(|v| v.passed), "{:?}", fastest.verification);
+        let (time, asked) = (time(&fastest), 1.001 * time(&feed));
+        assert!(time <= asked, "{}: {time} s, not {asked}", job("feed").name);
+    }
 }

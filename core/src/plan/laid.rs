@@ -67,7 +67,7 @@ pub(super) struct Ground<'a> {
     bridged: f64,
     /// What has cut it before.
     before: Before,
-    /// The material, once it is asked for.
+    /// The material, once it is asked for, and what of it is beside the surface.
     columns: OnceCell<Columns>,
     beside: OnceCell<Columns>,
 }

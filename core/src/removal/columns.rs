@@ -4,6 +4,9 @@
 //! `SIDE x SIDE` cells is as fine as required at its scale. (2) Every cell whose middle lies on a face is a column:
 //! it stands on that face along the interpolated normal and has the cell's area on the surface. (3) Neighbouring
 //! tiles are grouped into blocks, units of work for threads, with a tree over the tiles of each.
+//!
+//! Columns beside the surface, in the wedge of stock over edges to which it rises, are a set of their own: they count for
+//! the removal rate and have no area, so nothing is ever left to be machined on them.
 
 use crate::flatten::Chart;
 use crate::geometry::offset::{CrossSection, beside, corner_normals};

@@ -130,14 +130,8 @@ mod tests {
         let sample = |x: f64, z: f64, normal: DVec3| {
             let position = DVec3::new(x, 0.0, z);
             Sample {
-                position,
-                to_centroid: [0.0; 3],
-                normal,
                 section: CrossSection::on(0.01, [DVec3::ZERO; 3], [DVec3::Z; 3]),
-                machined: true,
-                is_bridge: false,
-                wall: None,
-                on_rim: false,
+                ..Sample::bare(position, normal)
             }
         };
         let upper = [-0.1, 0.0, 0.1].map(|x| sample(x, 0.0, DVec3::Z));

@@ -5,6 +5,8 @@
 //! - *Untouched*: where no move reached the stock.
 //! - *Wall*: material that stands outside the boundary of the machined surface and must stay, if the job has walls; a
 //!   cut into it is measured by its depth.
+//! - *Beside*: stock outside the boundary that goes straight up from it, where the surface rises toward it; only the
+//!   removal rate counts it (`beside`).
 //! - *Earlier cuts*: other paths, maybe with other cutters, that have cut the stock before.
 //! - *Avoided*: a mesh from which cutter, shank and holder keep a distance on every move.
 //! - *Load*: engagement, feed per tooth, power and force, from the same windows.
