@@ -102,6 +102,32 @@ impl Walls {
         out
     }
 
+    /// Adds rulings of all faces of a part whose cosine to the `axis` is below `steepest`, up to `short` mm below their
+    /// upper ends: a cutter at the height of that stands on the wall, not beside it.
+    pub fn of_part(
+        part: &Part,
+        axis: DVec3,
+        steepest: f64,
+        short: f64,
+        options: &WallOptions,
+    ) -> Self {
+        let corners = part.faces.iter().map(|f| f.map(|v| part.positions[v as usize]));
+        let steep: Vec<[DVec3; 3]> =
+            corners.filter(|c| face_normal(*c).dot(axis).abs() < steepest).collect();
+        let all: f64 = steep.iter().map(width).sum();
+        let spacing = options.spacing.max(all / MOST_RULINGS);
+        let options = WallOptions { spacing, ..*options };
+        let mut out = Self::default();
+        steep.into_iter().for_each(|corners| out.rule_facet(corners, axis, &options, true));
+        out.rulings.retain_mut(|ruling| {
+            let up = ruling.to - ruling.from;
+            let part = 1.0 - short / up.dot(axis);
+            ruling.to = ruling.from + up * part;
+            part > 0.0
+        });
+        out
+    }
+
     /// Adds all of a mesh from which the cutter keeps `distance` mm. Rulings are made only within `near` mm of the
     /// surface, as seen by the tool.
     pub fn avoid(
@@ -138,7 +164,6 @@ impl Walls {
         let is_steep = |corners: &[DVec3; 3]| face_normal(*corners).dot(up).abs() <= STEEP;
         let ruled: Vec<[DVec3; 3]> =
             mesh.faces.iter().map(corners).filter(|c| is_steep(c) && is_near(c)).collect();
-        let width = |c: &[DVec3; 3]| (c[1] - c[0]).length().max((c[2] - c[0]).length());
         let all: f64 = ruled.iter().map(width).sum();
         let options = WallOptions {
             allowance: distance,
@@ -237,6 +262,11 @@ impl Walls {
             }
         }
     }
+}
+
+/// Width of a facet, from its first corner, mm.
+fn width(c: &[DVec3; 3]) -> f64 {
+    (c[1] - c[0]).length().max((c[2] - c[0]).length())
 }
 
 fn up(sweep: Sweep, normal: DVec3) -> DVec3 {

@@ -4,15 +4,19 @@
 //!   wall by an eighth of the tolerance at most (`s²/(8R)`).
 //! - *Stand*: how deep the cutter penetrates the worst ruling, and the direction out of it, across the cutter's axis.
 //!
-//! A cutter is pushed off walls across its axis: out of the worst ruling, then out of the next; if that brings it
-//! back into the previous one, to the place where it touches both, as in a corner.
+//! A cutter is pushed off walls across its axis: out of the worst ruling, then to the nearest place out of that and of the
+//! next, and so on. Beside a ruling its end is round; the direction out of it is that from where the cutter is, so that
+//! the nearest place is found step by step.
 
-use crate::geometry::{DVec3, OrderBy, any_perpendicular};
+use crate::geometry::halves::{Half, nearest_within};
+use crate::geometry::{DVec2, DVec3, OrderBy, any_perpendicular};
 use crate::tool::Tool;
 use core::cmp::Ordering;
 use rstar::{AABB, RTree, RTreeObject};
 
-/// Greatest number of steps out of rulings; a corner of two walls takes two or three.
+/// Greatest number of rulings that a cutter is pushed out of: those of two walls, or of a round corner.
+const MOST_RULINGS: usize = 32;
+/// Greatest number of steps to the nearest place out of some of them.
 const MOST_STEPS: usize = 64;
 /// Farthest distance that a cutter is pushed, radii of the cutter with its allowance: where it touches the surface, its axis is at most a
 /// radius behind a wall, and out of a corner of 60 degrees it moves twice as far as out of a wall.
@@ -118,15 +122,20 @@ impl Rulings {
     ///
     /// Where its axis is behind the nearest wall, it penetrates the wall by its radius plus the distance to the axis.
     pub fn stand(&self, tool: &Tool, tip: DVec3, axis: DVec3, reach: f64) -> Option<Stand> {
+        self.worst(&Query { tool, tip, axis, reach }).map(|(stand, _)| stand)
+    }
+
+    /// The position relative to the worst ruling, and that.
+    fn worst(&self, query: &Query) -> Option<(Stand, &Ruling)> {
+        let &Query { tool, axis, .. } = query;
         if self.is_empty() {
             return None;
         }
-        let query = Query { tool, tip, axis, reach };
         let around = AROUND * (tool.radius() + self.allowance);
         // Those at the least distance, for lines that are equally near.
         let mut nearest: Vec<(f64, &Ruling, DVec3)> = Vec::new();
         let mut worst: Option<(f64, &Ruling, DVec3)> = None;
-        for ruling in self.tree.locate_in_envelope_intersecting(self.envelope(&query, around)) {
+        for ruling in self.tree.locate_in_envelope_intersecting(self.envelope(query, around)) {
             let floor = worst.map_or(f64::NEG_INFINITY, |w| w.0);
             let Some(seen) = query.sees(ruling, floor).filter(|s| s.distance <= around) else {
                 continue;
@@ -158,32 +167,50 @@ impl Rulings {
         if across.dot(out.reject_from(axis)) > 0.0 {
             let depth = tool.radius() + ruling.allowance + distance;
             let away = across.try_normalize().unwrap_or(inward);
-            return Some(Stand { depth, away, is_lost: !ruling.clears_behind });
+            return Some((Stand { depth, away, is_lost: !ruling.clears_behind }, ruling));
         }
         let (depth, ruling, across) = worst?;
         let away = (-across).try_normalize().unwrap_or(query.inward(ruling));
-        Some(Stand { depth, away, is_lost: false })
+        Some((Stand { depth, away, is_lost: false }, ruling))
     }
 
     /// The cutter moved across its axis until it penetrates no wall; `None` where it does not fit between them.
     pub fn push(&self, tool: &Tool, tip: DVec3, axis: DVec3, reach: f64) -> Option<Pushed> {
-        let mut pushed = Pushed { tip, away: None };
-        // The plane that the tip was last pushed out to: its direction and offset.
-        let mut before: Option<(DVec3, f64)> = None;
-        for _ in 0..MOST_STEPS {
-            let stand = self.stand(tool, pushed.tip, axis, reach).filter(|s| s.depth > TOUCH);
-            let Some(Stand { depth, away, is_lost }) = stand else { return Some(pushed) };
-            if is_lost {
+        let across = any_perpendicular(axis);
+        let frame = [across, axis.cross(across)];
+        let flat = |v: DVec3| DVec2::from(frame.map(|f| f.dot(v)));
+        let place = |at: DVec2| tip + frame[0] * at.x + frame[1] * at.y;
+        let query = |at: DVec2| Query { tool, tip: place(at), axis, reach };
+        let farthest = FARTHEST * (tool.radius() + self.allowance);
+        let mut known: Vec<Ruling> = Vec::new();
+        let mut at = DVec2::ZERO;
+        while known.len() < MOST_RULINGS {
+            let mut away = None;
+            for _ in 0..MOST_STEPS {
+                let seen = query(at);
+                let out: Vec<(f64, DVec3)> = known.iter().filter_map(|r| seen.out_of(r)).collect();
+                let half = |(depth, away): &(f64, DVec3)| {
+                    let out = flat(*away);
+                    (out, out.dot(at) + depth)
+                };
+                let halves: Vec<Half> = out.iter().map(half).collect();
+                let nearest = nearest_within(&halves, SAME_LINE)?;
+                away = out.last().map(|o| o.1);
+                let is_there = nearest.distance(at) <= SAME_LINE;
+                at = nearest;
+                if is_there {
+                    break;
+                }
+            }
+            if at.length() > farthest {
                 return None;
             }
-            let out = pushed.tip + away * depth;
-            let plane = (away, away.dot(out));
-            let both = before.and_then(|b| touching_both(out, b, plane, axis));
-            pushed = Pushed { tip: both.unwrap_or(out), away: Some(away) };
-            if pushed.tip.distance(tip) > FARTHEST * (tool.radius() + self.allowance) {
+            let worst = self.worst(&query(at)).filter(|(stand, _)| stand.depth > TOUCH);
+            let Some((stand, ruling)) = worst else { return Some(Pushed { tip: place(at), away }) };
+            if stand.is_lost || known.contains(ruling) {
                 return None;
             }
-            before = Some(plane);
+            known.push(*ruling);
         }
         None
     }
@@ -203,20 +230,6 @@ impl Rulings {
 
 fn place(ruling: &Ruling) -> [f64; 3] {
     ruling.from.to_array()
-}
-
-/// The point nearest to `out`, which lies on the plane `second`, that also lies on `first`, if `out` lies behind
-/// that.
-fn touching_both(
-    out: DVec3,
-    first: (DVec3, f64),
-    second: (DVec3, f64),
-    axis: DVec3,
-) -> Option<DVec3> {
-    let missing = first.1 - first.0.dot(out);
-    let along = axis.cross(second.0);
-    let slope = along.dot(first.0);
-    (missing > 0.0 && slope.abs() > SAME_WAY).then(|| out + along * (missing / slope))
 }
 
 /// Where the cutter at `a` and at `b`, each touching a wall, would touch both walls: the corner between them; `None`
@@ -240,6 +253,17 @@ impl Query<'_> {
     fn inward(&self, ruling: &Ruling) -> DVec3 {
         let across = ruling.inward.reject_from(self.axis);
         across.try_normalize().unwrap_or(any_perpendicular(self.axis))
+    }
+
+    /// How deep the cutter penetrates a ruling, and the unit direction out of it: negative where it is clear; `None` where
+    /// it cannot touch it.
+    fn out_of(&self, ruling: &Ruling) -> Option<(f64, DVec3)> {
+        let seen = self.sees(ruling, f64::NEG_INFINITY)?;
+        let inward = self.inward(ruling);
+        if seen.across.dot(inward) > 0.0 {
+            return Some((self.tool.radius() + ruling.allowance + seen.across.dot(inward), inward));
+        }
+        Some((seen.depth, (-seen.deepest).try_normalize().unwrap_or(inward)))
     }
 
     /// `None` for a ruling that lies wholly below the tip or above the cutter; if less deep than `floor`, the depth
@@ -359,6 +383,16 @@ mod tests {
             assert!((tip - DVec3::new(1.0, 5.0, 1.0)).length() < 1e-3, "{y}: {tip}");
         }
         assert_eq!(pushed(&rulings, &flat(5.0), 1.0, 5.5), Some(DVec3::new(1.0, 5.5, 1.0)));
+    }
+
+    /// Nearer to a wall than its rulings are to each other, the direction from the nearest one is any.
+    #[test]
+    fn close_to_a_wall_a_cutter_is_pushed_straight_off_it() {
+        let rulings = Rulings::new(along(&[(-50.0, 0.0), (50.0, 0.0)]));
+        for (x, y) in [(1.02, 0.01), (1.04, 0.02), (1.01, 0.1)] {
+            let tip = pushed(&rulings, &flat(5.0), x, y).unwrap();
+            assert!((tip.x - x).abs() < 0.03 && (tip.y - 5.0).abs() < 1e-3, "{x} {y}: {tip}");
+        }
     }
 
     /// Both walls are equally near, and neither is behind it.

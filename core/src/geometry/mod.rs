@@ -2,6 +2,7 @@
 
 pub mod beyond;
 pub mod disc;
+pub mod halves;
 pub mod math;
 pub mod offset;
 mod order;

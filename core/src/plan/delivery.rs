@@ -332,8 +332,12 @@ pub fn walls(job: &Job, prepared: &Prepared) -> Walls {
         allowance: job.cut.allowance,
         spacing: WallOptions::spacing(job.tool.radius(), job.cut.tolerance),
     };
+    let reached = prepared.reached_by_flat(job);
     let mut walls = match job.path.boundary {
-        Boundary::Open => Walls::default(),
+        Boundary::Open => reached.map_or(Walls::default(), |steepest| {
+            let short = job.cut.tolerance;
+            Walls::of_part(&prepared.part, DVec3::Z, steepest, short, &options)
+        }),
         Boundary::Wall => Walls::beside(surface, &prepared.part.without(surface), &options),
     };
     for Avoided { mesh, distance, .. } in &prepared.avoided {

@@ -8,6 +8,7 @@ use super::stage::Stage;
 use crate::cutter_location::CheckMesh;
 use crate::flatten::{Chart, FlattenError, Locator, Quality, abf, bff, unfolded};
 use crate::geometry::DVec2;
+use crate::geometry::math::cos;
 use crate::hub::ChannelLines;
 use crate::job::{FlattenMethod, Job};
 use crate::reach::ReachOptions;
@@ -118,6 +119,13 @@ impl Prepared {
     /// Finds its points by their flat points.
     pub fn locator(&self) -> Locator<'_> {
         self.chart.locator(&self.surface)
+    }
+
+    /// Cosine to the axis of the steepest faces that passes follow, where a cutter with a flat bottom reaches a part: what is
+    /// steeper is a wall off which it is moved.
+    pub fn reached_by_flat(&self, job: &Job) -> Option<f64> {
+        let reached = self.keys.reach(1).filter(|_| job.tool.bottom_radius() > 0.0)?;
+        Some(cos(reached.followed()))
     }
 
     /// The lines of the channel of a hub in the flat map, flat mm, if the surface is one.

@@ -17,7 +17,7 @@ use std::collections::{HashMap, HashSet};
 const OUTLINE: f64 = 1.0 / 16.0;
 /// What is steeper than this cosine to the axis is no longer taken for shorter.
 const STEEP: f64 = 0.25;
-/// Shortest base on what the cutter bridges, cutter radii.
+/// Shortest base on what the cutter bridges, radii of the cutter's rounding, or of a flat end.
 const BRIDGE: f64 = 1.0 / 8.0;
 /// Shortest base over an edge beside which it bridges the part, cutter radii.
 const EDGE: f64 = 1.0 / 128.0;
@@ -60,6 +60,8 @@ pub(super) fn tangent(normal: DVec3) -> f64 {
 
 impl<'a> Net<'a> {
     pub fn new(terrain: &'a Terrain<'a>, lattice: Lattice, options: &ReachOptions) -> Self {
+        let corner = options.tool.corner_radius();
+        let rounding = if corner > 0.0 { corner } else { options.tool.radius() };
         Self {
             terrain,
             lattice,
@@ -68,7 +70,7 @@ impl<'a> Net<'a> {
             settled: HashSet::new(),
             accuracy: options.accuracy,
             outline: (OUTLINE * options.tool.radius()).max(2.0 * lattice.unit),
-            bridge: BRIDGE * options.tool.radius(),
+            bridge: BRIDGE * rounding,
             edge: EDGE * options.tool.radius(),
             steepest: tan(options.followed()),
             threads: options.threads,

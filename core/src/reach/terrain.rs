@@ -7,7 +7,9 @@
 //! Where the cutter fits, that is the part itself: one query tells. Elsewhere:
 //!
 //! 1. Starts: where the cutter stands that leaves the places around, which were asked before, and the nearest place at
-//!    which the facet below is touched; a ring of places around if there are none. The best of them, by the true part.
+//!    which the facet below is touched; a ring of places around if there are none. One with a flat bottom is moved off
+//!    what stands beside the place, too, wall by wall: right beside a wall there is hardly a place from which it comes
+//!    down. The best of them, by the true part.
 //! 2. With the facets known so far as the part, the best `c` is sought (`minimax`).
 //! 3. The true part is asked there: the facet that holds the cutter up is added. Known facets alone give a lower bound,
 //!    the query an upper bound; they meet after a few rounds, since over a few facets the sum is nearly the largest of
@@ -17,10 +19,11 @@
 //! the cutter leaves, higher than the lowest, and no cutter that is led by it cuts into the part. What the cutter leaves
 //! that stands for a place nearby is looked at, too, in the end (`net`).
 
-use super::facet::area_normal;
+use super::facet::{area_normal, nearest_above};
 use super::minimax::lowest;
 use super::options::ReachOptions;
 use crate::cutter_location::{CheckMesh, Standing, Upright, tip};
+use crate::geometry::halves::{Half, nearest_within};
 use crate::geometry::math::cos;
 use crate::geometry::{DVec2, DVec3};
 use crate::parallel;
@@ -51,6 +54,13 @@ const STARTS: [f64; 3] = [0.3, 0.7, 0.97];
 /// that leaves a place nearby.
 const FIRST_STEP: f64 = 0.5;
 const NEAR_STEP: f64 = 0.1;
+/// How far from a wall a cutter is that does not touch it, mm: more than rounding, and so little that a slot as wide
+/// as the cutter is wide enough.
+const BESIDE: f64 = 1e-8;
+/// Most moves off walls: two for each, and for as many walls as a rounded corner has.
+const MOST_MOVES: usize = 40;
+/// What is steeper than this cosine to the axis is a wall off which a flat bottom is moved: 60 degrees.
+const WALL: f64 = 0.5;
 /// Most facets by which it is sought.
 const MOST_FACETS: usize = 24;
 /// A machined facet is in sight where it is not lower than the part by more than this, mm.
@@ -63,6 +73,8 @@ pub(super) struct Terrain<'a> {
     part: &'a CheckMesh,
     /// The machined facets, where these are not all.
     machined: Option<CheckMesh>,
+    /// The walls, for a cutter with a flat bottom.
+    walls: Option<CheckMesh>,
     needle: Upright,
     /// The cutter with the allowance on all sides.
     cutter: Upright,
@@ -121,9 +133,17 @@ impl<'a> Terrain<'a> {
         let lowest = part.positions.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
         let is_all = machined.faces.len() == part.faces.len();
         let own = || CheckMesh::new(machined.positions.clone(), machined.faces.clone());
+        let corners = |face: &[u32; 3]| face.map(|v| part.positions[v as usize]);
+        let is_wall = |face: &&[u32; 3]| {
+            let normal = area_normal(corners(face));
+            normal.z.abs() < WALL * normal.length()
+        };
+        let walls = || part.faces.iter().filter(is_wall).copied().collect();
+        let walls = || CheckMesh::new(part.positions.clone(), walls());
         Self {
             part: obstacle,
             machined: (!is_all).then(own),
+            walls: (options.tool.bottom_radius() > 0.0).then(walls),
             needle: upright(Tool::new(NEEDLE, 0.0).ok()),
             cutter: upright(at.grown(options.allowance).map(|s| s.tool)),
             wider: upright(at.grown(options.allowance + ROUNDED).map(|s| s.tool)),
@@ -202,9 +222,10 @@ impl<'a> Terrain<'a> {
         let known_to_leave: Vec<DVec2> = around.iter().filter_map(|h| h.by).collect();
         let radius = self.cutter.radius();
         let touching = top.normal().truncate() * radius;
-        let near = known_to_leave.iter().map(|by| *by - at).chain([touching, DVec2::ZERO]);
+        let beside = self.off_walls(at, top.z);
+        let near = known_to_leave.iter().map(|by| *by - at).chain(beside);
         let mut best = (f64::INFINITY, DVec2::ZERO);
-        for across in near {
+        for across in near.chain([touching, DVec2::ZERO]) {
             self.improve(&mut best, at, top, across, &mut known);
         }
         let is_alone = known_to_leave.is_empty();
@@ -217,6 +238,39 @@ impl<'a> Terrain<'a> {
         let local: Vec<[DVec3; 3]> = known.iter().map(|f| f.map(|p| p - at.extend(0.0))).collect();
         self.settle(at, top.z, local, step * radius, &mut best);
         Height { z: best.0, normal: self.cutter.normal(-best.1), by: Some(at + best.1) }
+    }
+
+    /// From a place to the nearest axis of a cutter with a flat bottom that clears all walls there, with its tip at a
+    /// height; `None` if none was found.
+    fn off_walls(&self, at: DVec2, tip: f64) -> Option<DVec2> {
+        let walls = self.walls.as_ref()?;
+        let (radius, above) = (self.cutter.radius(), tip + ROUNDED);
+        let mut known: Vec<[DVec3; 3]> = Vec::new();
+        let mut across = DVec2::ZERO;
+        for _ in 0..MOST_MOVES {
+            // At the end of a wall the cutter is moved off that, seen from where it is now.
+            let side = |facet: &[DVec3; 3]| {
+                let wall = nearest_above(*facet, above, at + across)?;
+                let out = (at + across - wall).try_normalize()?;
+                Some((out, out.dot(wall - at) + radius + BESIDE))
+            };
+            let sides: Option<Vec<Half>> = known.iter().map(side).collect();
+            let nearest = nearest_within(&sides?, BESIDE)?;
+            let moved = nearest.distance(across);
+            across = nearest;
+            if moved > BESIDE {
+                continue;
+            }
+            if across.length() > WITHIN * radius {
+                return None;
+            }
+            match self.cutter.lands(walls, at + across, above) {
+                None => return Some(across),
+                Some(landing) if known.contains(&landing.facet) => return None,
+                Some(landing) => known.push(landing.facet),
+            }
+        }
+        None
     }
 
     /// Tries a place of the cutter, from `at` to its axis; the facet that holds it there is known then.

@@ -232,3 +232,42 @@ fn a_level_top_is_reached_up_to_its_edges() {
         assert!((0.0..0.03).contains(&before), "{half}: {before}");
     }
 }
+
+/// Beside a wall a flat end reaches the floor from hardly any place but the one where its side touches the wall: the
+/// floor is reached up to the walls all the same, but for the corners, and nothing else is bridged.
+#[test]
+fn a_flat_end_reaches_the_floor_up_to_the_walls() {
+    let (half, depth) = (10.0, 4.0);
+    let in_corners = 4.0 - core::f64::consts::PI;
+    for (radius, corner) in [(3.0, 0.0), (2.3, 0.0), (3.0, 0.5)] {
+        let reached = reach(&pocket(), &pocket(), &options(radius, corner)).unwrap();
+        let low = faces_of(&reached.surface).filter(|c| middle(*c).z < 0.1 - depth);
+        let floor: f64 = low.map(|c| 0.5 * area_normal(c).length()).sum();
+        // Up to where the rounding of the cutter is 0.1 high.
+        let (bottom, round) = (radius - corner, corner - 0.1);
+        let lip = (corner * corner - round * round).max(0.0).sqrt();
+        let (half, radius) = (half - corner + lip, bottom + lip);
+        let expected = 4.0 * half * half - in_corners * radius * radius;
+        let before = (expected - floor) / (8.0 * half);
+        assert!(before.abs() < 0.03, "{radius} {corner}: {floor} of {expected}");
+        if corner == 0.0 {
+            let excess = reached.aside.bridged - in_corners * radius * radius;
+            assert!(excess.abs() < 0.05 * radius * radius, "{radius}: {excess}");
+        }
+    }
+}
+
+/// A slot just as wide as a flat end is reached over its whole width.
+#[test]
+fn a_slot_as_wide_as_a_flat_end_is_reached() {
+    let part = pocket();
+    let slot = Part {
+        positions: part.positions.iter().map(|p| DVec3::new(p.x, 0.3 * p.y, p.z)).collect(),
+        ..part
+    };
+    let reached = reach(&slot, &slot, &options(3.0, 0.0)).unwrap();
+    let low = faces_of(&reached.surface).filter(|c| middle(*c).z < -3.999);
+    let floor: f64 = low.map(|c| 0.5 * area_normal(c).length()).sum();
+    let expected = 14.0 * 6.0 + core::f64::consts::PI * 9.0;
+    assert!((expected - floor).abs() < 0.01 * expected, "{floor} of {expected}");
+}

@@ -194,8 +194,8 @@ pub fn verify(
             let sweep = |samples| sweep::sweep(tile, samples, &cuts, material);
             let swept = sweep(tile.samples(spacing, inset));
             let is_cut = |s: &Swept| !s.sample.machined && s.height < -options.tolerance;
-            let (counts, deepest) = (walls::ends_part as fn(_, _) -> _, material.deepest);
-            let ends = Ends { tile, facets: &[design, rest], counts, deepest };
+            let of_part = Some(options.tolerance);
+            let ends = Ends { tile, facets: &[design, rest], of_part, deepest: material.deepest };
             ends.applied(swept, is_cut, sweep)
         };
         swept.extend(parallel::map(options.threads, group, sweep));
@@ -303,7 +303,7 @@ fn into_solid(
         let mut samples = tile.samples(spacing, 0.0);
         samples.iter_mut().for_each(|s| s.wall = Some(deepest));
         let sweep = |samples| sweep::sweep(tile, samples, cuts, material);
-        let ends = Ends { tile, facets: &[stock, walls], counts: |_, _| true, deepest };
+        let ends = Ends { tile, facets: &[stock, walls], of_part: None, deepest };
         ends.applied(sweep(samples), Swept::is_cut, sweep)
     })
 }
@@ -313,8 +313,8 @@ struct Ends<'a> {
     tile: &'a samples::Tile,
     /// The walls.
     facets: &'a [Facets<'a>],
-    /// Which walls end the material behind another one, by the normals of both.
-    counts: fn(DVec3, DVec3) -> bool,
+    /// For the part itself, the tolerance, mm.
+    of_part: Option<f64>,
     /// Depths greater than this do not matter, mm.
     deepest: f64,
 }
@@ -337,8 +337,13 @@ impl Ends<'_> {
         let limited = |s: &Swept| {
             let mut sample = s.sample;
             if is_cut(s) {
-                let ending = facets.iter().filter(|f| (self.counts)(f.normal, sample.normal));
-                let behind = walls::depth_behind(sample.position, sample.normal, ending, deepest);
+                let (place, normal) = (sample.position, sample.normal);
+                let behind = match self.of_part {
+                    Some(tolerance) => {
+                        walls::part_behind(place, normal, &facets, deepest, tolerance)
+                    }
+                    None => walls::depth_behind(place, normal, facets.iter(), deepest),
+                };
                 if behind < deepest {
                     (ends, sample.wall) = (true, Some(behind));
                 }

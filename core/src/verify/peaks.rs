@@ -16,7 +16,7 @@ use super::options::VerifyOptions;
 use super::outcome::Outcome;
 use super::samples::{BLOCK, Patch, Sample, Tile};
 use super::sweep::{Cut, SweptTile, swept_in_order};
-use super::walls::{Facet, depth_behind, ends_part};
+use super::walls::{Facet, part_behind};
 use crate::geometry::offset::CREASE;
 use crate::geometry::{DVec3, OrderBy};
 use crate::parallel;
@@ -234,9 +234,8 @@ impl Search<'_> {
     /// Ends the material behind a place of the rest of the part where another face is nearer.
     fn end(&self, place: &mut Sample, facets: &[Facet]) {
         let Sample { position, normal, .. } = *place;
-        let ending = facets.iter().filter(|f| ends_part(f.normal, normal));
-        let deepest = self.material.deepest;
-        let behind = depth_behind(position, normal, ending, deepest);
+        let Material { deepest, tolerance, .. } = self.material;
+        let behind = part_behind(position, normal, facets, deepest, tolerance);
         place.wall = (behind < deepest).then_some(behind);
     }
 

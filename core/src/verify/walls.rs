@@ -21,6 +21,8 @@ const RISES: f64 = core::f64::consts::FRAC_1_SQRT_2;
 const TWIST: f64 = 1e-3;
 /// Facets along a twisted wall's rulings and across them, at most.
 const MOST_PARTS: [f64; 2] = [8.0, 64.0];
+/// Thickness of a sheet that ends at its far side, tolerances: half of it is more than the tolerance.
+const THIN: f64 = 8.0;
 /// A length that counts as zero, mm.
 const TOUCH: f64 = 1e-9;
 /// Rounds in which the ball behind a place shrinks until it touches a facet; each adds a digit or more.
@@ -192,10 +194,20 @@ pub fn near<'a>(
     facets.faces.iter().filter_map(move |f| Facet::of(facets.corners(f)).filter(is_near))
 }
 
-/// Whether a face of the part ends the material behind another one, by their normals: not the far side of a sheet,
-/// which is checked however thin it is.
-pub fn ends_part(face: DVec3, other: DVec3) -> bool {
-    face.dot(other) > -CREASE
+/// How far behind a place of the part no other face of it is nearer, mm; capped at `most`. The far side of a sheet counts
+/// if what is in between is thicker than a few tolerances: a thinner one is checked from both sides through and through.
+pub fn part_behind(
+    place: DVec3,
+    normal: DVec3,
+    facets: &[Facet],
+    most: f64,
+    tolerance: f64,
+) -> f64 {
+    let ends_part = |f: &&Facet| f.normal.dot(normal) > -CREASE;
+    let behind = depth_behind(place, normal, facets.iter().filter(ends_part), most);
+    // The ball that touches both sides is half as thick.
+    let with_far_side = depth_behind(place, normal, facets.iter(), behind);
+    if with_far_side > 0.5 * THIN * tolerance { with_far_side } else { behind }
 }
 
 /// How far behind a place of a wall no other wall is nearer, mm; capped at `most`.

@@ -1,0 +1,40 @@
+//! Halves of the plane.
+
+use super::DVec2;
+
+/// A half of the plane: a unit direction, and how far along it the half begins.
+pub type Half = (DVec2, f64);
+
+/// The place nearest to the origin that lies in all of some halves of the plane, or outside of one by `slack` at most;
+/// `None` if there is none.
+///
+/// It is the origin, or the nearest on the edge of a half, or the corner of two edges.
+pub fn nearest_within(halves: &[Half], slack: f64) -> Option<DVec2> {
+    let is_within = |at: &DVec2| halves.iter().all(|(out, d)| out.dot(*at) >= d - slack);
+    let feet = halves.iter().map(|(out, d)| *out * *d);
+    let corners = halves.iter().enumerate().flat_map(|(i, (n, d))| {
+        let meet =
+            move |(m, e): &Half| DVec2::new(d * m.y - e * n.y, e * n.x - d * m.x) / n.perp_dot(*m);
+        halves[i + 1..].iter().map(meet)
+    });
+    let places = [DVec2::ZERO].into_iter().chain(feet).chain(corners).filter(is_within);
+    places.min_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_place_is_on_an_edge_or_in_a_corner() {
+        let slanting = DVec2::new(0.6, 0.8);
+        let near = |halves: &[Half]| nearest_within(halves, 1e-9);
+        assert_eq!(near(&[]), Some(DVec2::ZERO));
+        assert_eq!(near(&[(DVec2::X, -1.0)]), Some(DVec2::ZERO));
+        assert_eq!(near(&[(slanting, 5.0)]), Some(DVec2::new(3.0, 4.0)));
+        assert_eq!(near(&[(DVec2::X, 2.0), (slanting, 5.0)]), Some(DVec2::new(3.0, 4.0)));
+        let corner = near(&[(DVec2::X, 4.0), (slanting, 5.0)]).unwrap();
+        assert!(corner.distance(DVec2::new(4.0, 3.25)) < 1e-12);
+        assert_eq!(near(&[(DVec2::X, 1.0), (DVec2::NEG_X, -0.5)]), None);
+    }
+}
