@@ -75,6 +75,11 @@ impl Footprint {
         self.whole.map(|tool| Self::leaning(tool, sin_slope))
     }
 
+    /// Radius of the flat bottom of an upright cutter with rounded corners, mm; `None` for other cutters.
+    pub fn bottom(&self) -> Option<f64> {
+        self.whole.map(|tool| tool.bottom_radius())
+    }
+
     /// Whether the edges of its strip trail behind the contact.
     pub fn lags(&self) -> bool {
         self.tool.bottom_radius() * self.cos_lead > 0.0

@@ -118,7 +118,7 @@ impl Walls {
         let spacing = options.spacing.max(all / MOST_RULINGS);
         let options = WallOptions { spacing, ..*options };
         let mut out = Self::default();
-        steep.into_iter().for_each(|corners| out.rule_facet(corners, axis, &options, true));
+        steep.into_iter().for_each(|corners| out.rule_facet(corners, axis, &options, false));
         out.rulings.retain_mut(|ruling| {
             let up = ruling.to - ruling.from;
             let part = 1.0 - short / up.dot(axis);

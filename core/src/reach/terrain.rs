@@ -237,6 +237,12 @@ impl<'a> Terrain<'a> {
         let step = if is_alone { FIRST_STEP } else { NEAR_STEP };
         let local: Vec<[DVec3; 3]> = known.iter().map(|f| f.map(|p| p - at.extend(0.0))).collect();
         self.settle(at, top.z, local, step * radius, &mut best);
+        // Under a flat bottom there may be others as good; the rounding beside it would seem to slope.
+        let bottom = self.cutter.tool().bottom_radius();
+        if bottom > 0.0 && best.1.length() > bottom {
+            let under = best.1.clamp_length_max(bottom);
+            self.improve(&mut best, at, top, under, &mut known);
+        }
         Height { z: best.0, normal: self.cutter.normal(-best.1), by: Some(at + best.1) }
     }
 

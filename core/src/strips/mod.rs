@@ -12,13 +12,15 @@ use crate::flatten::Chart;
 use crate::footprint::StripTable;
 use crate::job::{ForceControl, Job, Stepover};
 use crate::level_set::{StripMetric, length_floor_of, strip_metric};
-use crate::mesh::VertexId;
+use crate::mesh::{FaceId, VertexId};
 use crate::surface::{CurvatureField, ShapeOperator, Surface};
 use upright::Upright;
 
 /// Fraction of the strip width at which passes are spaced: the distance field is accurate to a few thousandths of it,
 /// and the cusp height grows with its square.
 const SHARE_OF_STRIP: f64 = 0.9975;
+/// Sine of the slope below which a face is level, as for where a flat bottom stands on it.
+const LEVEL: f64 = 1e-4;
 /// Fraction of the limit on the removal rate that a straight pass uses at most; bends use more.
 const SHARE_OF_LIMIT: f64 = 0.8;
 /// Edges shorter than this fraction of a strip do not concentrate the curvature in creases.
@@ -48,8 +50,10 @@ impl Strips {
             return Self { metrics, creases: 1.0, spacing: 1.0 };
         }
         let facets = facets(surface, curvature);
-        let metrics = metrics(job, cusps, curvature, &facets);
-        let smooth = self::metrics(job, cusps, curvature, &vec![0.0; facets.len()]);
+        let level = level(surface);
+        let metrics = |facets: &[f64]| metrics(job, cusps, curvature, facets, &level);
+        let smooth = metrics(&vec![0.0; facets.len()]);
+        let metrics = metrics(&facets);
         let floor = |metrics: &[StripMetric]| length_floor_of(surface, chart, metrics);
         let on_plane = |h: f64| job.footprint().width(h, 0.0, 0.0);
         Self {
@@ -60,12 +64,13 @@ impl Strips {
     }
 }
 
-/// The strip metric at every vertex, if facets are `facets` mm long there.
+/// The strip metric at every vertex, if facets are `facets` mm long there. `level`: which vertices lie in level planes.
 fn metrics(
     job: &Job,
     cusps: &CuspBudget,
     curvature: &CurvatureField,
     facets: &[f64],
+    level: &[bool],
 ) -> Vec<StripMetric> {
     let (operators, footprint, cusp) = (curvature.operators(), job.footprint(), cusps.aimed);
     let width = footprint.width(cusp, 0.0, 0.0);
@@ -77,14 +82,15 @@ fn metrics(
     // Where the surface is as concave as the cutter is convex the strip is as wide as it gets.
     let table = StripTable::new(&footprint, cusp, low.max(-footprint.k_tool()), high);
     let upright = Upright { footprint, cusp, widest: widest(job) };
-    let of_vertex = |(shape, facet): (&ShapeOperator, &f64)| {
+    let of_vertex = |((shape, facet), level): ((&ShapeOperator, &f64), &bool)| {
         let bent = |k: f64| gathered(k, facet / width);
-        let metric = upright.metric(shape, bent, |k| table.weight(k, 0.0));
+        let on_plane = level.then(|| upright.on_plane()).flatten();
+        let metric = on_plane.or_else(|| upright.metric(shape, bent, |k| table.weight(k, 0.0)));
         let on_both_sides =
             || strip_metric::of_scallop(shape, |k, along| table.weight(bent(k), along));
         metric.unwrap_or_else(on_both_sides).map(|m| m / (SHARE_OF_STRIP * SHARE_OF_STRIP))
     };
-    operators.iter().zip(facets).map(of_vertex).collect()
+    operators.iter().zip(facets).zip(level).map(of_vertex).collect()
 }
 
 /// The widest strip that a straight pass may remove at full feed, mm, but never less than the job's own.
@@ -104,6 +110,19 @@ fn gathered(k: f64, facet: f64) -> f64 {
     let share = ((facet - FINE_FACET) / (1.0 - FINE_FACET)).clamp(0.0, 1.0);
     let most = if k < 0.0 { 0.0 } else { facet.max(1.0) };
     k * (1.0 + share * (most - 1.0))
+}
+
+/// Which vertices have level faces alone around them.
+fn level(surface: &Surface) -> Vec<bool> {
+    let mut out = vec![true; surface.positions().len()];
+    for (f, face) in surface.connectivity().faces().iter().enumerate() {
+        let [a, b, c] = surface.corners(FaceId(f as u32));
+        let normal = (b - a).cross(c - a);
+        if normal.truncate().length() > LEVEL * normal.length() {
+            face.iter().for_each(|v| out[v.index()] = false);
+        }
+    }
+    out
 }
 
 /// Mean length of the edges at every vertex, mm; 0 where the surface is smooth and its mesh an image of it, and where its

@@ -5,17 +5,22 @@
 //! the shape operator, what a move along `d` leaves beside it is to second order `S - (S d)(S d)ᵀ / dᵀ S d`, so a
 //! strip with the unit direction `b` across it has the width `w` with `1 / w² = 1 / (8 h bᵀ S⁻¹ b)`. Passes at a
 //! distance of one in the metric `S / (8 h)` lie one such strip apart, as those of a ball do.
+//!
+//! On a level plane the whole bottom touches, and strips are wider by its diameter in all directions.
 
 use crate::footprint::Footprint;
 use crate::geometry::DVec3;
 use crate::geometry::math::sin;
 use crate::level_set::StripMetric;
-use crate::level_set::strip_metric::of_frame;
+use crate::level_set::strip_metric::{even, of_frame};
 use crate::surface::ShapeOperator;
 
 /// Slope angle below which strips blend into those of the corner, rad: on nearly level ground the direction of
 /// steepest descent changes from place to place, and with it the side on which the cutter stands.
 const LEVEL: f64 = 5.0 * core::f64::consts::PI / 180.0;
+/// Side step on a level plane as a fraction of the widest: where rings turn by a right angle they are farther apart by the
+/// inverse.
+const AT_TURNS: f64 = core::f64::consts::FRAC_1_SQRT_2;
 /// By what factor strips across the slope may be wider than those along it. Larger: gaps between passes are measured
 /// in ever smaller pieces along the wide strips, in time that grows quadratically.
 const MOST_WIDER: f64 = 6.0;
@@ -61,6 +66,12 @@ impl Upright {
         let skew = if even > 0.0 { (mixed / even).clamp(-MOST_SKEW, MOST_SKEW) } else { 0.0 };
         let skewed = skew * steep * (weights[0] * weights[1]).sqrt();
         Some(of_frame(frame, [weights[0], skewed, weights[1]], corner(0.0)))
+    }
+
+    /// The strip metric on a level plane; `None` for a cutter without flat bottom and corners.
+    pub fn on_plane(&self) -> Option<StripMetric> {
+        let widest = 2.0 * self.footprint.bottom()? + self.footprint.side_step(self.cusp);
+        Some(even((AT_TURNS * widest).min(self.widest)))
     }
 }
 

@@ -521,6 +521,7 @@ fn a_step_that_grazes_the_surface_between_its_places_is_not_lost() {
 #[test]
 fn beside_a_thin_wall_is_no_gouge_and_through_it_is_one() {
     let (r, thick) = (3.0, 0.2);
+    let options = VerifyOptions { spacing: 0.3, tolerance: 0.005, ..options(r, 0.0) };
     let floor = Part::grid(2, 2, |u, v| DVec3::new(thick + 12.0 * u, 20.0 * v, 0.0));
     let side = |x: f64, up: f64| {
         let at = move |u: f64, v: f64| DVec3::new(x, 20.0 * (0.5 + up * (u - 0.5)), 8.0 * v);
@@ -533,10 +534,10 @@ fn beside_a_thin_wall_is_no_gouge_and_through_it_is_one() {
         wall.positions.extend(part.positions);
         wall.faces.extend(part.faces.iter().map(|f| f.map(|v| v + first)));
     }
-    for (depth, expected) in [(0.0, 0.0), (0.0015, 0.0015), (0.05, 0.05), (1.0, 0.1)] {
+    for (depth, expected) in [(0.0, 0.0), (0.001, 0.001), (0.05, 0.05), (1.0, 0.1)] {
         let at = |y: f64| (DVec3::new(thick + r - depth, y, 0.0), DVec3::Z);
         let along = path(&[vec![at(-5.0), at(25.0)]]);
-        let v = verify(&along, floor.facets(), wall.facets(), &options(r, 0.0), &mut |_| {});
+        let v = verify(&along, floor.facets(), wall.facets(), &options, &mut |_| {});
         let gouge = v.unwrap().figures.gouge.map_or(0.0, |g| -g.height);
         // Half of the wall is nearer to each of its sides.
         assert!((gouge - expected).abs() < 1e-3, "{depth}: {gouge}");
