@@ -9,7 +9,7 @@
 //! facets, as are the steep facets of avoided meshes.
 
 use crate::cutter_location::{
-    Avoided, CheckMesh, Obstacles, PassOptions, Ruling, Stand, ToolAxis, tip, tool_axis,
+    Avoided, CheckMesh, Obstacles, PassOptions, Ruling, Stand, Standing, ToolAxis, tip, tool_axis,
 };
 use crate::flatten::Locator;
 use crate::geometry::{DVec2, DVec3, OrderBy};
@@ -123,6 +123,7 @@ impl Walls {
             let up = ruling.to - ruling.from;
             let part = 1.0 - short / up.dot(axis);
             ruling.to = ruling.from + up * part;
+            ruling.beside_level = true;
             part > 0.0
         });
         out
@@ -215,7 +216,14 @@ impl Walls {
                     _ => side.inward,
                 };
                 let (from, to) = (from.lerp(to, t), tops[0].lerp(tops[1], t));
-                self.rulings.push(Ruling { from, to, inward, allowance: 0.0, clears_behind: true });
+                self.rulings.push(Ruling {
+                    from,
+                    to,
+                    inward,
+                    allowance: 0.0,
+                    clears_behind: true,
+                    beside_level: false,
+                });
             }
         }
     }
@@ -258,6 +266,7 @@ impl Walls {
                     inward: normal,
                     allowance: options.allowance,
                     clears_behind,
+                    beside_level: false,
                 });
             }
         }
@@ -447,8 +456,9 @@ impl Clearance<'_> {
         let stand = |feed: DVec3| {
             let axis = tool_axis(rule, normal, feed);
             let tip = tip(&tool, contact, normal, axis, allowance);
-            (normal.dot(axis) > 0.0)
-                .then(|| self.obstacles.rulings().stand(&tool, tip, axis, reach))
+            (normal.dot(axis) > 0.0).then(|| {
+                self.obstacles.rulings().stand(&Standing { tool, tip, axis, reach }, false)
+            })
         };
         let clear = |stand: Option<Stand>| stand.map_or(tool.radius(), |s| -s.depth);
         let upright = stand(DVec3::ZERO)?;

@@ -159,13 +159,13 @@ impl Obstacles {
             && self.avoided.iter().all(|a| clears(&a.mesh, at.away(a.distance, depth)))
     }
 
-    /// The cutter moved across its axis until it just touches the walls that it penetrated; `None` where it does not
-    /// fit.
-    pub fn pushed(&self, at: Standing) -> Option<Pushed> {
+    /// The cutter, on level ground or not, moved across its axis until it just touches the walls that it penetrated;
+    /// `None` where it does not fit.
+    pub fn pushed(&self, at: Standing, is_level: bool) -> Option<Pushed> {
         if self.rulings.is_empty() {
             return Some(Pushed { tip: at.tip, away: None });
         }
-        self.rulings.push(&at.tool, at.tip, at.axis, at.reach)
+        self.rulings.push(&at, is_level)
     }
 
     /// The cutter lowered, or lifted, along its axis until it rests on the part; unchanged if the part is not within
@@ -206,7 +206,14 @@ mod tests {
         let rulings = (0..=360).map(|i| {
             let from = DVec3::new(10.0, -9.0 + f64::from(i) * 0.05, -4.0);
             let to = from.with_z(4.0);
-            Ruling { from, to, inward: DVec3::NEG_X, allowance: distance, clears_behind: false }
+            Ruling {
+                from,
+                to,
+                inward: DVec3::NEG_X,
+                allowance: distance,
+                clears_behind: false,
+                beside_level: false,
+            }
         });
         let avoided = vec![Avoided { mesh: CheckMesh::new(positions, faces), distance }];
         let (part, walls) = (CheckMesh::nothing().into(), CheckMesh::nothing());
@@ -228,7 +235,7 @@ mod tests {
             assert!(obstacles.is_clear(at(10.0 - aside - 1e-4), 0.0, 0.0), "{distance}");
             assert!(!obstacles.is_clear(at(10.0 - aside + 1e-4), 0.0, 0.0), "{distance}");
             assert!(obstacles.is_clear(at(10.0 - aside + 1e-4), 0.0, 0.01), "{distance}");
-            let pushed = obstacles.pushed(at(9.0)).unwrap().tip;
+            let pushed = obstacles.pushed(at(9.0), false).unwrap().tip;
             assert!((pushed.x - (10.0 - aside)).abs() < 1e-4, "{distance}: {pushed}");
         }
     }

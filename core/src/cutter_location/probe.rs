@@ -3,7 +3,7 @@
 use super::axis::tool_axis;
 use super::obstacles::{Obstacles, Standing};
 use super::options::PassOptions;
-use super::tip::tip;
+use super::tip::{is_level, tip};
 use crate::geometry::{DVec3, any_perpendicular};
 use crate::tool::Tool;
 
@@ -81,7 +81,7 @@ impl<'a> Probe<'a> {
     /// part; lifted where it does not fit. Where it is in a steep side of the part by little, and would be lifted over
     /// the whole of it, it is moved aside.
     pub fn placed(&self, tip: DVec3, axis: DVec3, normal: DVec3) -> Placed {
-        let pushed = self.obstacles.pushed(self.standing(tip, axis));
+        let pushed = self.obstacles.pushed(self.standing(tip, axis), is_level(normal, axis));
         if let Some(pushed) = pushed
             && pushed.away.is_some()
         {
@@ -208,7 +208,7 @@ pub fn is_in_wall(
 ) -> bool {
     let rulings = obstacles.rulings();
     touching(contact, normal, feed, options)
-        .and_then(|at| rulings.stand(&at.tool, at.tip, at.axis, at.reach))
+        .and_then(|at| rulings.stand(&at, is_level(normal, at.axis)))
         .is_some_and(|stand| stand.depth > 0.25 * options.tolerance)
 }
 

@@ -8,6 +8,7 @@
 //! next, and so on. Beside a ruling its end is round; the direction out of it is that from where the cutter is, so that
 //! the nearest place is found step by step.
 
+use super::obstacles::Standing;
 use crate::geometry::halves::{Half, nearest_within};
 use crate::geometry::{DVec2, DVec3, OrderBy, any_perpendicular};
 use crate::tool::Tool;
@@ -48,6 +49,8 @@ pub struct Ruling {
     pub allowance: f64,
     /// Whether a cutter whose axis is behind the wall is moved out in front of it; otherwise it has no place there.
     pub clears_behind: bool,
+    /// Whether it is in the way of a cutter on level ground alone: elsewhere the contact says where the cutter stands.
+    pub beside_level: bool,
 }
 
 impl RTreeObject for Ruling {
@@ -92,6 +95,8 @@ struct Query<'a> {
     tip: DVec3,
     axis: DVec3,
     reach: f64,
+    /// Whether it stands on level ground.
+    is_level: bool,
 }
 
 /// A ruling seen from the cutter.
@@ -117,12 +122,13 @@ impl Rulings {
         self.tree.size() == 0
     }
 
-    /// Position relative to the walls of a cutter with its tip at `tip`, `reach` mm long; `None` where no wall is
+    /// Position relative to the walls of a cutter, on level ground or not; `None` where no wall is
     /// near.
     ///
     /// Where its axis is behind the nearest wall, it penetrates the wall by its radius plus the distance to the axis.
-    pub fn stand(&self, tool: &Tool, tip: DVec3, axis: DVec3, reach: f64) -> Option<Stand> {
-        self.worst(&Query { tool, tip, axis, reach }).map(|(stand, _)| stand)
+    pub fn stand(&self, at: &Standing, is_level: bool) -> Option<Stand> {
+        let Standing { ref tool, tip, axis, reach } = *at;
+        self.worst(&Query { tool, tip, axis, reach, is_level }).map(|(stand, _)| stand)
     }
 
     /// The position relative to the worst ruling, and that.
@@ -175,12 +181,13 @@ impl Rulings {
     }
 
     /// The cutter moved across its axis until it penetrates no wall; `None` where it does not fit between them.
-    pub fn push(&self, tool: &Tool, tip: DVec3, axis: DVec3, reach: f64) -> Option<Pushed> {
+    pub fn push(&self, at: &Standing, is_level: bool) -> Option<Pushed> {
+        let Standing { ref tool, tip, axis, reach } = *at;
         let across = any_perpendicular(axis);
         let frame = [across, axis.cross(across)];
         let flat = |v: DVec3| DVec2::from(frame.map(|f| f.dot(v)));
         let place = |at: DVec2| tip + frame[0] * at.x + frame[1] * at.y;
-        let query = |at: DVec2| Query { tool, tip: place(at), axis, reach };
+        let query = |at: DVec2| Query { tool, tip: place(at), axis, reach, is_level };
         let farthest = FARTHEST * (tool.radius() + self.allowance);
         let mut known: Vec<Ruling> = Vec::new();
         let mut at = DVec2::ZERO;
@@ -269,6 +276,7 @@ impl Query<'_> {
     /// `None` for a ruling that lies wholly below the tip or above the cutter; if less deep than `floor`, the depth
     /// beside the rounded end does not matter.
     fn sees(&self, ruling: &Ruling, floor: f64) -> Option<Seen> {
+        (self.is_level || !ruling.beside_level).then_some(())?;
         let grown = ruling.allowance;
         let tip = self.tip - self.axis * grown;
         let (reach, radius) = (self.reach + 2.0 * grown, self.tool.radius() + grown);
@@ -352,15 +360,20 @@ mod tests {
                     inward,
                     allowance: 0.0,
                     clears_behind: true,
+                    beside_level: false,
                 }
             }));
         }
         out
     }
 
+    fn standing(tool: Tool, tip: DVec3) -> Standing {
+        Standing { tool, tip, axis: DVec3::Z, reach: f64::INFINITY }
+    }
+
     fn pushed(rulings: &Rulings, tool: &Tool, x: f64, y: f64) -> Option<DVec3> {
         let tip = DVec3::new(x, y, 1.0);
-        rulings.push(tool, tip, DVec3::Z, f64::INFINITY).map(|p| p.tip)
+        rulings.push(&standing(*tool, tip), false).map(|p| p.tip)
     }
 
     /// In a wedge the place that touches both walls may be far from where the cutter was to stand: no place for it.
@@ -402,7 +415,7 @@ mod tests {
         let tool = flat(3.0);
         for i in 1..60 {
             let d = 0.1 * f64::from(i);
-            let stand = walls.stand(&tool, DVec3::new(d, d, 0.0), DVec3::Z, 20.0).unwrap();
+            let stand = walls.stand(&standing(tool, DVec3::new(d, d, 0.0)), false).unwrap();
             assert!((stand.depth - (3.0 - d)).abs() < 1e-3, "{d}: {stand:?}");
         }
     }
@@ -439,12 +452,11 @@ mod tests {
             .collect();
         let rulings = Rulings::new(low);
         let ball = Tool::new(5.0, 5.0).unwrap();
-        let tip =
-            rulings.push(&ball, DVec3::new(0.0, 1.0, 0.0), DVec3::Z, f64::INFINITY).unwrap().tip;
+        let tip = rulings.push(&standing(ball, DVec3::new(0.0, 1.0, 0.0)), false).unwrap().tip;
         // The sphere about z = 5 at the wall's top, z = 1.
         assert!((tip.y - 3.0).abs() < 1e-3, "{tip}");
         let above = DVec3::new(0.0, 0.0, 1.1);
-        assert_eq!(rulings.stand(&ball, above, DVec3::Z, f64::INFINITY), None);
+        assert_eq!(rulings.stand(&standing(ball, above), false), None);
     }
 
     #[test]
@@ -454,7 +466,7 @@ mod tests {
         let axis = DVec3::new(0.0, -sin(lean), cos(lean));
         let (tool, reach) = (Tool::new(5.0, 5.0).unwrap(), 12.0);
         let tip = DVec3::new(0.0, 6.0, 0.0);
-        let stand = rulings.stand(&tool, tip, axis, reach).unwrap();
+        let stand = rulings.stand(&Standing { tool, tip, axis, reach }, false).unwrap();
         // Its axis comes nearer by sin(lean) per mm of length, up to the end of the cutter or of the wall.
         let top = tip + axis * reach;
         let rim = top.y - 5.0 * cos(lean);

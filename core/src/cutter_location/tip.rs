@@ -7,6 +7,11 @@ use crate::tool::Tool;
 /// radius; smaller: the rounding of coordinates in files decides on which side of its contact the cutter stands.
 const LEVEL: f64 = 1e-4;
 
+/// Whether ground of unit `normal` is level, for a cutter along `axis`.
+pub fn is_level(normal: DVec3, axis: DVec3) -> bool {
+    normal.reject_from_normalized(axis).length_squared() <= LEVEL * LEVEL
+}
+
 /// From the tip of the cutter to the point at which it touches a surface of unit `normal`, mm.
 ///
 /// `r_c a - r_c n - (R - r_c) m`, with `m` the direction of the part of `n` perpendicular to `a`. On level ground the
@@ -18,8 +23,10 @@ pub fn contact_offset(tool: &Tool, normal: DVec3, axis: DVec3) -> DVec3 {
     if bottom == 0.0 {
         return ball;
     }
-    let across = normal - axis * normal.dot(axis);
-    let m = if across.length_squared() > LEVEL * LEVEL { across.normalize() } else { DVec3::ZERO };
+    let m = match is_level(normal, axis) {
+        true => DVec3::ZERO,
+        false => normal.reject_from_normalized(axis).normalize(),
+    };
     ball - m * bottom
 }
 
