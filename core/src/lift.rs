@@ -381,3 +381,48 @@ fn at_way(end: &Contact, inward: &[&Contact], way: f64) -> Option<DVec3> {
     }
     None
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Connectivity, VertexId};
+    use crate::tool::Tool;
+    use crate::toolpath::MoveKind;
+
+    /// Two squares side by side as seen by the tool, one 5 mm lower.
+    #[test]
+    fn a_pass_along_the_edge_of_a_piece_stays_on_it() {
+        let square = |x: f64, z: f64| {
+            [(x, 0.0), (x + 10.0, 0.0), (x + 10.0, 10.0), (x, 10.0)]
+                .map(|(x, y)| DVec3::new(x, y, z))
+        };
+        // The lower one comes first, and is found first.
+        let positions = [square(10.0, -5.0), square(0.0, 0.0)].concat();
+        let faces = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]].map(|f| f.map(VertexId));
+        let connectivity = Connectivity::new(positions.len(), faces.to_vec()).unwrap();
+        let flat: Vec<DVec2> = positions.iter().map(|p| p.truncate()).collect();
+        let surface = Surface::new(connectivity, positions);
+        let chart = Chart::new(&surface, flat);
+        let locator = chart.locator(&surface);
+        let footprint = Footprint::new(Tool::new(1.0, 1.0).unwrap(), 0.0);
+        let lift = Lift::new(&surface, &chart, &locator, (1.0, footprint), None);
+        let places = [(4.0, 1.0), (6.0, 1.0), (10.0, 2.0), (10.0, 8.0), (6.0, 9.0), (4.0, 9.0)];
+        let offset = chart.uv()[4];
+        let point = |(x, y): (f64, f64)| FlatPoint {
+            at: offset + DVec2::new(x, y),
+            height: 0.0,
+            kind: MoveKind::Cut,
+            pass: 0,
+            region: 0,
+            feed: 10.0,
+            mrr: 0.0,
+            alpha: 0.0,
+            length: 1.0,
+            heading: None,
+            overrun: 0.0,
+        };
+        let lifted = lift.run(&places.map(point), 0).unwrap();
+        assert!(lifted.contacts.iter().all(|c| c.position.z == 0.0), "{:?}", lifted.contacts);
+        assert_eq!(surface.connectivity().pieces(), [0, 0, 1, 1]);
+    }
+}

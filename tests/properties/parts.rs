@@ -190,6 +190,19 @@ fn a_closed_block_is_faced_by_a_flat_end() {
     assert!(planned.toolpath.points.iter().all(|p| p.tip.z > -TOLERANCE));
 }
 
+/// On a level plane the whole bottom of a bull end cuts: passes are farther apart by that than a ball of its corner's radius
+/// would need.
+#[test]
+fn a_bull_end_faces_a_block_with_its_bottom() {
+    let bull = "bull\"\ncorner_radius = 1.0 # \"";
+    let job = job(bull, 6.0, "file = \"block.obj\"", "pattern = \"contour\"");
+    let (planned, _) = kept("block", &job, &block(false));
+    let moves = planned.toolpath.points.windows(2).filter(|w| w[1].kind == MoveKind::Cut);
+    let length: f64 = moves.map(|w| w[0].tip.distance(w[1].tip)).sum();
+    let (area, corner_step) = (4.0 * POCKET[1] * POCKET[1], 2.0 * (0.03f64 * (2.0 - 0.03)).sqrt());
+    assert!(length < 0.5 * area / corner_step, "{length}");
+}
+
 /// A block of six plane faces that share nothing, as STEP, its top at z = 0 and its side twice `half` mm.
 fn step_block(half: f64, height: f64) -> Vec<u8> {
     let mut lines = vec!["#1=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))".to_owned()];
@@ -404,4 +417,118 @@ fn scans_with_noise_and_folded_faces_keep_their_limits() {
         kept(&format!("scan {seed}"), &job, &file);
     }
     assert!(folded > 0, "no face is turned over");
+}
+
+/// A block of boxes side by side, as OBJ: between neighbouring `xs` and `ys`, mm, as high as `heights` says, row by row.
+fn terraces(xs: &[f64], ys: &[f64], heights: &[&[f64]]) -> Vec<u8> {
+    let mut out = String::new();
+    let mut count = 0;
+    let mut face = |corners: [[f64; 3]; 4]| {
+        for [x, y, z] in corners {
+            writeln!(out, "v {x} {y} {z}").unwrap();
+        }
+        let [a, b, c, d] = [1, 2, 3, 4].map(|k| count + k);
+        writeln!(out, "f {a} {b} {c}\nf {a} {c} {d}").unwrap();
+        count += 4;
+    };
+    let height = |i: isize, j: isize| {
+        let row = usize::try_from(j).ok().and_then(|j| heights.get(j));
+        row.and_then(|row| row.get(usize::try_from(i).ok()?)).copied().unwrap_or(0.0)
+    };
+    for (j, y) in ys.windows(2).enumerate() {
+        for (i, x) in xs.windows(2).enumerate() {
+            let ([x, to_x], [y, to_y]) = ([x[0], x[1]], [y[0], y[1]]);
+            let z = heights[j][i];
+            face([[x, y, z], [to_x, y, z], [to_x, to_y, z], [x, to_y, z]]);
+            face([[x, y, 0.0], [x, to_y, 0.0], [to_x, to_y, 0.0], [to_x, y, 0.0]]);
+            // Its sides, counter-clockwise as seen from above, and the box beyond each.
+            let (i, j) = (i as isize, j as isize);
+            let sides = [
+                ([x, y], [to_x, y], (i, j - 1)),
+                ([to_x, y], [to_x, to_y], (i + 1, j)),
+                ([to_x, to_y], [x, to_y], (i, j + 1)),
+                ([x, to_y], [x, y], (i - 1, j)),
+            ];
+            for ([a, b], [c, d], (i, j)) in sides {
+                let low = height(i, j);
+                if low < z {
+                    face([[a, b, low], [c, d, low], [c, d, z], [a, b, z]]);
+                }
+            }
+        }
+    }
+    out.into_bytes()
+}
+
+/// The lowest that a flat end of a radius comes over a place on its path, mm.
+fn lowest_over(path: &[DVec3], radius: f64, x: f64, y: f64) -> f64 {
+    let mut lowest = f64::INFINITY;
+    for pair in path.windows(2) {
+        let (from, way) = (pair[0], pair[1] - pair[0]);
+        let (to_x, to_y) = (x - from.x, y - from.y);
+        let square = way.x * way.x + way.y * way.y;
+        let (begin, end) = if square > 0.0 {
+            let along = (to_x * way.x + to_y * way.y) / square;
+            let beside = (to_x * way.y - to_y * way.x).abs() / square.sqrt();
+            let half = ((radius * radius - beside * beside) / square).max(0.0).sqrt();
+            (if beside <= radius { along - half } else { 2.0 }, along + half)
+        } else {
+            (if to_x.hypot(to_y) <= radius { 0.0 } else { 2.0 }, 1.0)
+        };
+        if begin <= 1.0 && end >= 0.0 {
+            let ends = [begin.max(0.0), end.min(1.0)].map(|part| from.z + part * way.z);
+            lowest = lowest.min(ends[0]).min(ends[1]);
+        }
+    }
+    lowest
+}
+
+/// A flat end cuts floors up to the walls beside them and nothing else: in a slot as wide as it is, on stairs, beside a thin wall,
+/// and in a pocket up to its own radius in the corners.
+#[test]
+fn flat_ends_cut_floors_up_to_their_walls() {
+    let slot = (vec![0.0, 30.0], vec![0.0, 8.0, 14.0, 22.0], vec![vec![9.0], vec![4.0], vec![9.0]]);
+    let stairs = (vec![0.0, 7.0, 14.0, 21.0], vec![0.0, 20.0], vec![vec![12.0, 8.0, 4.0]]);
+    let wall = (vec![0.0, 10.0, 10.2, 20.0], vec![0.0, 20.0], vec![vec![3.0, 9.0, 3.0]]);
+    let high = vec![8.0; 3];
+    let pocket_rows = vec![high.clone(), vec![8.0, 3.0, 8.0], high];
+    let pocket = (vec![0.0, 5.0, 20.0, 25.0], vec![0.0, 5.0, 17.0, 22.0], pocket_rows);
+    for (name, diameter, (xs, ys, rows)) in [
+        ("slot", 6.0, slot.clone()),
+        ("wide slot", 5.0, slot),
+        ("stairs", 6.0, stairs),
+        ("thin wall", 6.0, wall),
+        ("pocket", 6.0, pocket),
+    ] {
+        let rows: Vec<&[f64]> = rows.iter().map(Vec::as_slice).collect();
+        let job = job("flat", diameter, "file = \"terraces.obj\"", "pattern = \"contour\"");
+        let (planned, _) = kept(name, &job, &terraces(&xs, &ys, &rows));
+        let tips: Vec<DVec3> = planned.toolpath.points.iter().map(|p| p.tip).collect();
+        let radius = 0.5 * diameter;
+        let height = |x: f64, y: f64| {
+            let [i, j] = [(&xs, x), (&ys, y)].map(|(all, at)| all.partition_point(|a| *a < at));
+            rows[j - 1][i - 1]
+        };
+        // Inside corners of a pocket, where two walls are within the radius.
+        let is_in_corner = |x: f64, y: f64| {
+            let z = height(x, y);
+            let near = |dx: f64, dy: f64| {
+                let (x, y) = (x + dx, y + dy);
+                let is_in = x > xs[0] && x < xs[xs.len() - 1] && y > ys[0] && y < ys[ys.len() - 1];
+                is_in && height(x, y) > z
+            };
+            (near(radius, 0.0) || near(-radius, 0.0)) && (near(0.0, radius) || near(0.0, -radius))
+        };
+        let step = 0.25;
+        let [wide, deep] = [&xs, &ys].map(|all| (all[all.len() - 1] / step) as usize);
+        let mut left = 0;
+        for k in 0..wide * deep {
+            let at = |i: usize| (i as f64 + 0.5) * step;
+            let (x, y) = (at(k % wide), at(k / wide));
+            let over = lowest_over(&tips, radius, x, y) - height(x, y);
+            assert!(over > -TOLERANCE, "{name}: cut by {over} at {x}, {y}");
+            left += usize::from(over > TOLERANCE && !is_in_corner(x, y));
+        }
+        assert_eq!(left, 0, "{name}: places {step} mm apart that stay");
+    }
 }

@@ -1,8 +1,9 @@
 //! One cutter tested at a place: moved off walls, lowered onto the part, or lifted clear of both.
 
 use super::axis::tool_axis;
-use super::obstacles::{Obstacles, Standing};
+use super::obstacles::Obstacles;
 use super::options::PassOptions;
+use super::standing::Standing;
 use super::tip::{is_level, tip};
 use crate::geometry::{DVec3, any_perpendicular};
 use crate::tool::Tool;

@@ -8,7 +8,7 @@
 //! next, and so on. Beside a ruling its end is round; the direction out of it is that from where the cutter is, so that
 //! the nearest place is found step by step.
 
-use super::obstacles::Standing;
+use super::standing::Standing;
 use crate::geometry::halves::{Half, nearest_within};
 use crate::geometry::{DVec2, DVec3, OrderBy, any_perpendicular};
 use crate::tool::Tool;

@@ -184,7 +184,7 @@ pub fn verify(
         tolerance: options.tolerance,
     };
     let inset = BESIDE_RIM * options.tool.radius();
-    let outline = Outline::of(design, rest, options.walls.is_some());
+    let outline = Outline::of(design, rest, options.walls.is_some(), options.tolerance);
     let tiles = samples::tiles(design, rest, spacing, &outline.open, &options.bridges);
     let mut swept: Vec<SweptTile> = Vec::with_capacity(tiles.len());
     // In groups, so that progress shows.

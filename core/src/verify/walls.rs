@@ -13,6 +13,8 @@
 use super::samples::{Facets, Side};
 use crate::geometry::offset::CREASE;
 use crate::geometry::{DVec3, OrderBy, nearest_on_triangle};
+use rstar::primitives::{GeomWithData, Rectangle};
+use rstar::{AABB, RTree};
 use std::collections::BTreeMap;
 
 /// Sine of the angle to the machined surface from which a face of the part is a wall: 45 degrees.
@@ -88,13 +90,19 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// `is_walled`: whether walls stand around all of `design`; otherwise only where `rest` rises from it.
-    pub fn of(design: Facets, rest: Facets, is_walled: bool) -> Self {
+    /// `is_walled`: whether walls stand around all of `design`; otherwise only where `rest` rises from it, or within
+    /// `tolerance` mm beside it.
+    pub fn of(design: Facets, rest: Facets, is_walled: bool, tolerance: f64) -> Self {
         let mut edges = boundary(design);
         edges.order_by_key(|e| (undirected(e), key(e.ends[0])));
         let mut out = Self::default();
-        for (edge, is_own) in edges.iter().zip(own_walls(&edges, rest)) {
-            match is_walled || is_own {
+        let own = own_walls(&edges, rest);
+        let is_beside = match is_walled {
+            true => vec![true; edges.len()],
+            false => walls_beside(&edges, rest, tolerance),
+        };
+        for ((edge, is_own), is_beside) in edges.iter().zip(own).zip(is_beside) {
+            match is_own || is_beside {
                 true => out.walled.push(edge.ends),
                 false => out.open.push(edge.side),
             }
@@ -320,6 +328,30 @@ fn own_walls(edges: &[Edge], rest: Facets) -> Vec<bool> {
     is_own
 }
 
+/// Beside which edges a face of the rest of the part rises, within a distance, that need not end on them.
+fn walls_beside(edges: &[Edge], rest: Facets, distance: f64) -> Vec<bool> {
+    let boxes = rest.faces.iter().map(|face| {
+        let corners = rest.corners(face);
+        let low = corners.iter().fold(DVec3::INFINITY, |l, p| l.min(*p)) - distance;
+        let high = corners.iter().fold(DVec3::NEG_INFINITY, |h, p| h.max(*p)) + distance;
+        GeomWithData::new(Rectangle::from_corners(low.to_array(), high.to_array()), corners)
+    });
+    let tree = RTree::bulk_load(boxes.collect());
+    let is_beside = |edge: &Edge| {
+        let middle = 0.5 * (edge.ends[0] + edge.ends[1]);
+        let rises = |[a, b, c]: [DVec3; 3]| {
+            let normal = (b - a).cross(c - a).normalize_or_zero();
+            let is_high = [a, b, c].iter().any(|p| (*p - middle).dot(edge.normal) > distance);
+            let weights = nearest_on_triangle(middle, [a, b, c]);
+            let nearest = a * weights[0] + b * weights[1] + c * weights[2];
+            normal.dot(edge.normal).abs() < RISES && is_high && nearest.distance(middle) <= distance
+        };
+        let at = AABB::from_point(middle.to_array());
+        tree.locate_in_envelope_intersecting(at).any(|facet| rises(facet.data))
+    };
+    edges.iter().map(is_beside).collect()
+}
+
 /// The normals at the ends of edges: means of those of the facets around them, weighted with their area.
 fn normals(design: Facets, edges: &[Edge]) -> BTreeMap<Key, DVec3> {
     let ends = edges.iter().flat_map(|e| e.ends);
@@ -375,14 +407,25 @@ mod tests {
         let positions = square(10.0);
         let design = Facets { positions: &positions, faces: &SQUARE };
         let side = |facet, corner| Side { facet, corner };
-        let open = Outline::of(design, NOTHING, false);
+        let open = Outline::of(design, NOTHING, false, 0.0);
         assert_eq!(open.open, [side(0, 0), side(0, 1), side(1, 1), side(1, 2)]);
-        assert_eq!((open.walled.len(), Outline::of(design, NOTHING, true).walled.len()), (0, 4));
+        assert_eq!(
+            (open.walled.len(), Outline::of(design, NOTHING, true, 0.0).walled.len()),
+            (0, 4)
+        );
         // It rises from the edge at y = 0.
         let rest = [positions[0], positions[1], DVec3::new(5.0, 0.0, 4.0)];
         let rest = Facets { positions: &rest, faces: &[[0, 2, 1]] };
-        let own = Outline::of(design, rest, false);
+        let own = Outline::of(design, rest, false, 0.0);
         assert_eq!((own.open.len(), own.walled.len()), (3, 1));
+        // Beside it within the tolerance, with vertices of its own; and farther away, or only up to the edge.
+        let beside = |y: f64, top: f64| {
+            let wall = [(-3.0, top - 5.0), (13.0, top - 5.0), (5.0, top)];
+            let wall = wall.map(|(x, z)| DVec3::new(x, y, z));
+            let rest = Facets { positions: &wall, faces: &[[0, 2, 1]] };
+            Outline::of(design, rest, false, 0.01).walled.len()
+        };
+        assert_eq!([beside(-0.009, 4.0), beside(-0.011, 4.0), beside(-0.009, 0.0)], [1, 0, 0]);
     }
 
     /// With vertices of their own, too.
