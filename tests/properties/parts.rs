@@ -473,7 +473,7 @@ fn lowest_over(path: &[DVec3], radius: f64, x: f64, y: f64) -> f64 {
             let half = ((radius * radius - beside * beside) / square).max(0.0).sqrt();
             (if beside <= radius { along - half } else { 2.0 }, along + half)
         } else {
-            (if to_x.hypot(to_y) <= radius { 0.0 } else { 2.0 }, 1.0)
+            (if to_x * to_x + to_y * to_y <= radius * radius { 0.0 } else { 2.0 }, 1.0)
         };
         if begin <= 1.0 && end >= 0.0 {
             let ends = [begin.max(0.0), end.min(1.0)].map(|part| from.z + part * way.z);
