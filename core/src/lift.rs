@@ -11,8 +11,6 @@ use crate::geometry::beyond::Parabola;
 use crate::geometry::{DVec2, DVec3};
 use crate::mesh::{FaceId, HalfEdgeId};
 use crate::surface::{Surface, SurfacePoint};
-use core::cmp::Reverse;
-use std::collections::BTreeMap;
 
 /// Contacts closer than this are merged, mm.
 const SAME: f64 = 1e-6;
@@ -45,8 +43,6 @@ pub struct Lift<'a> {
     tool_radius: f64,
     footprint: Footprint,
     axis: Option<DVec3>,
-    /// The connected piece of every face, if there are several.
-    pieces: Option<Vec<u32>>,
 }
 
 impl<'a> Lift<'a> {
@@ -59,15 +55,10 @@ impl<'a> Lift<'a> {
         (tool_radius, footprint): (f64, Footprint),
         axis: Option<DVec3>,
     ) -> Self {
-        let pieces = surface.connectivity().pieces();
-        let pieces = pieces.iter().any(|p| *p > 0).then_some(pieces);
-        Self { surface, chart, locator, tool_radius, footprint, axis, pieces }
+        Self { surface, chart, locator, tool_radius, footprint, axis }
     }
 
     /// Maps a run of moves onto the surface; `first` is the index of `run[0]` in the whole path.
-    ///
-    /// Pieces of the surface may lie side by side without a gap, as seen by the tool, and one above the other; the moves of
-    /// a region stay on the piece on which most of them are.
     ///
     /// Where a move cuts a corner of the boundary, the contact goes straight in space from where it leaves the chart
     /// to where it returns.
@@ -77,12 +68,11 @@ impl<'a> Lift<'a> {
     pub fn run(&self, run: &[FlatPoint], first: usize) -> Result<Lifted, OutsideChart> {
         let mut out = Lifted::default();
         let Some(start) = run.first() else { return Ok(out) };
-        let pieces = self.pieces_of(run);
-        let mut at = self.locate(start.at, pieces[0])?;
+        let mut at = self.locate(start.at)?;
         self.push(&mut out, at, start, first, start.at, start.height);
         let mut from = start;
         for (i, to) in run.iter().enumerate().skip(1) {
-            match self.walk(&mut out, at, (from, to), pieces[i], first + i) {
+            match self.walk(&mut out, at, from, to, first + i) {
                 Ok(end) => (at, from) = (end, to),
                 // A stretch that cuts a corner of the boundary: straight on to where it is back.
                 Err(_) if i + 1 < run.len() => {}
@@ -104,29 +94,8 @@ impl<'a> Lift<'a> {
         Ok(overrun(out, run, first, (step, &self.footprint), self.axis))
     }
 
-    /// The place of a flat point, on a piece if that has one there.
-    fn locate(&self, at: DVec2, piece: Option<u32>) -> Result<SurfacePoint, OutsideChart> {
-        let own = piece.map(|own| self.locator.locate_on(at, |face| self.piece(face) == Some(own)));
-        own.and_then(Result::ok).map_or_else(|| self.locator.locate(at), Ok)
-    }
-
-    fn piece(&self, face: FaceId) -> Option<u32> {
-        self.pieces.as_ref().map(|pieces| pieces[face.0 as usize])
-    }
-
-    /// The piece of every point of a run: that on which most points of its region are; `None` where there is one alone.
-    fn pieces_of(&self, run: &[FlatPoint]) -> Vec<Option<u32>> {
-        if self.pieces.is_none() {
-            return vec![None; run.len()];
-        }
-        let of_region = |points: &[FlatPoint]| {
-            let mut votes: BTreeMap<u32, usize> = BTreeMap::new();
-            let on = |p: &FlatPoint| self.piece(self.locator.locate(p.at).ok()?.face);
-            points.iter().filter_map(on).for_each(|piece| *votes.entry(piece).or_default() += 1);
-            let most = votes.into_iter().max_by_key(|(piece, count)| (*count, Reverse(*piece)));
-            vec![most.map(|(piece, _)| piece); points.len()]
-        };
-        run.chunk_by(|a, b| a.region == b.region).flat_map(of_region).collect()
+    fn locate(&self, at: DVec2) -> Result<SurfacePoint, OutsideChart> {
+        self.locator.locate(at)
     }
 
     /// Appends the crossings of one move and its end; returns where it ends.
@@ -134,8 +103,8 @@ impl<'a> Lift<'a> {
         &self,
         out: &mut Lifted,
         start: SurfacePoint,
-        (from, to): (&FlatPoint, &FlatPoint),
-        piece: Option<u32>,
+        from: &FlatPoint,
+        to: &FlatPoint,
         source: usize,
     ) -> Result<SurfacePoint, OutsideChart> {
         let way = to.at - from.at;
@@ -152,16 +121,11 @@ impl<'a> Lift<'a> {
                 self.push(out, point, &there, source, uv, height);
             }
         });
-        // The last step of a walk may end on another piece.
-        let walked = walked.ok().filter(|end| piece.is_none() || self.piece(end.face) == piece);
-        let end = walked.map_or_else(
-            || {
-                out.contacts.truncate(crossed);
-                out.points.truncate(crossed);
-                self.locate(to.at, piece)
-            },
-            Ok,
-        )?;
+        let end = walked.or_else(|_| {
+            out.contacts.truncate(crossed);
+            out.points.truncate(crossed);
+            self.locate(to.at)
+        })?;
         self.push(out, end, to, source, to.at, to.height);
         Ok(end)
     }
@@ -380,49 +344,4 @@ fn at_way(end: &Contact, inward: &[&Contact], way: f64) -> Option<DVec3> {
         from = contact.position;
     }
     None
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::mesh::{Connectivity, VertexId};
-    use crate::tool::Tool;
-    use crate::toolpath::MoveKind;
-
-    /// Two squares side by side as seen by the tool, one 5 mm lower.
-    #[test]
-    fn a_pass_along_the_edge_of_a_piece_stays_on_it() {
-        let square = |x: f64, z: f64| {
-            [(x, 0.0), (x + 10.0, 0.0), (x + 10.0, 10.0), (x, 10.0)]
-                .map(|(x, y)| DVec3::new(x, y, z))
-        };
-        // The lower one comes first, and is found first.
-        let positions = [square(10.0, -5.0), square(0.0, 0.0)].concat();
-        let faces = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]].map(|f| f.map(VertexId));
-        let connectivity = Connectivity::new(positions.len(), faces.to_vec()).unwrap();
-        let flat: Vec<DVec2> = positions.iter().map(|p| p.truncate()).collect();
-        let surface = Surface::new(connectivity, positions);
-        let chart = Chart::new(&surface, flat);
-        let locator = chart.locator(&surface);
-        let footprint = Footprint::new(Tool::new(1.0, 1.0).unwrap(), 0.0);
-        let lift = Lift::new(&surface, &chart, &locator, (1.0, footprint), None);
-        let places = [(4.0, 1.0), (6.0, 1.0), (10.0, 2.0), (10.0, 8.0), (6.0, 9.0), (4.0, 9.0)];
-        let offset = chart.uv()[4];
-        let point = |(x, y): (f64, f64)| FlatPoint {
-            at: offset + DVec2::new(x, y),
-            height: 0.0,
-            kind: MoveKind::Cut,
-            pass: 0,
-            region: 0,
-            feed: 10.0,
-            mrr: 0.0,
-            alpha: 0.0,
-            length: 1.0,
-            heading: None,
-            overrun: 0.0,
-        };
-        let lifted = lift.run(&places.map(point), 0).unwrap();
-        assert!(lifted.contacts.iter().all(|c| c.position.z == 0.0), "{:?}", lifted.contacts);
-        assert_eq!(surface.connectivity().pieces(), [0, 0, 1, 1]);
-    }
 }

@@ -155,7 +155,16 @@ impl Probe<'_> {
     /// When a cutter turns about its contact, its rounding, of radius `r`, passes places that it was not near before.
     /// Between places `s/2` apart it penetrates by up to `s²/(32 r)`, here three quarters of the tolerance.
     fn longest_step(&self, a: &Dense, b: &Dense) -> f64 {
-        let longest = 0.5 * self.tool.radius();
+        let mut longest = 0.5 * self.tool.radius();
+        // Off a wall that turns, or off its end: between places `s/2` apart it penetrates by up to `s²/(32 R)`.
+        let is_turning = match (a.away, b.away) {
+            (None, None) => false,
+            (Some(a), Some(b)) => a.dot(b) < STRAIGHT,
+            _ => true,
+        };
+        if is_turning {
+            longest = longest.min((8.0 * self.tool.radius() * self.tolerance).sqrt());
+        }
         let is_swing = a.tip.distance(b.tip) > SWING * a.contact.distance(b.contact);
         if !is_swing {
             return longest;
@@ -292,6 +301,8 @@ fn in_corner(dense: &[Dense], b: &Dense, probe: &Probe) -> Option<Dense> {
 
 /// Greatest distance of a corner from the line between its walls, in lengths of that line.
 const CORNER: f64 = 4.0;
+/// Cosine of the angle between directions out of one straight wall.
+const STRAIGHT: f64 = 1.0 - 1e-9;
 /// Greatest travel of the tip, in travels of its contact, where the cutter turns about it.
 const SWING: f64 = 2.0;
 /// Penetration that a lifted cutter may still have, mm: a bound of [`CheckMesh::raise`].

@@ -433,6 +433,22 @@ mod tests {
         assert!(found.unwrap().distance(corner) < 1e-12);
     }
 
+    /// From wherever close to a corner that juts out, the cutter comes to stand off both walls.
+    #[test]
+    fn around_a_corner_that_juts_out_it_is_off_both_walls() {
+        let rulings = Rulings::new(along(&[(30.0, 0.0), (0.0, 0.0), (0.0, 30.0)]));
+        for (x, y) in [(3.0, -0.3), (0.7, -2.0), (-0.2, -0.2), (-0.01, -1.0), (-4.5, 0.4)] {
+            let tip = pushed(&rulings, &flat(5.0), x, y).unwrap();
+            let nearest = DVec2::new(tip.x.max(0.0), tip.y.max(0.0));
+            let off = tip.truncate().distance(if tip.x > 0.0 && tip.y > 0.0 {
+                DVec2::NAN
+            } else {
+                nearest
+            });
+            assert!((off - 5.0).abs() < 2e-3, "{x} {y}: {tip}");
+        }
+    }
+
     #[test]
     fn between_walls_too_near_there_is_no_place() {
         let gap = |wide: f64| {

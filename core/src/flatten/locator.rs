@@ -85,31 +85,16 @@ impl<'a> Locator<'a> {
     /// # Errors
     /// [`OutsideChart`] when `uv` lies outside by more than rounding.
     pub fn locate(&self, uv: DVec2) -> Result<SurfacePoint, OutsideChart> {
-        self.locate_on(uv, |_| true)
-    }
-
-    /// As [`Self::locate`], on some of the faces alone.
-    ///
-    /// # Errors
-    /// [`OutsideChart`] when `uv` lies outside of those by more than rounding.
-    pub fn locate_on(
-        &self,
-        uv: DVec2,
-        is_one: impl Fn(FaceId) -> bool,
-    ) -> Result<SurfacePoint, OutsideChart> {
         let mut found: Option<SurfacePoint> = None;
         self.tree.visit(uv, 0.0, |face| {
             let earlier = found.is_none_or(|best| face < best.face);
-            if earlier
-                && let Some(weights) = inside(self.flat.corners(face), uv)
-                && is_one(face)
-            {
+            if earlier && let Some(weights) = inside(self.flat.corners(face), uv) {
                 found = Some(SurfacePoint { face, weights });
             }
         });
         match found {
             Some(point) => Ok(point),
-            None => self.nearest(uv, is_one).ok_or(OutsideChart { uv }),
+            None => self.nearest(uv).ok_or(OutsideChart { uv }),
         }
     }
 
@@ -184,12 +169,9 @@ impl<'a> Locator<'a> {
     }
 
     /// The nearest point of the chart when it is within the tolerance.
-    fn nearest(&self, uv: DVec2, is_one: impl Fn(FaceId) -> bool) -> Option<SurfacePoint> {
+    fn nearest(&self, uv: DVec2) -> Option<SurfacePoint> {
         let mut best = (self.tree.tolerance, None);
         self.tree.visit(uv, self.tree.tolerance, |face| {
-            if !is_one(face) {
-                return;
-            }
             let (distance, weights) = nearest_on(self.flat.corners(face), uv);
             let first = best.1.is_none_or(|p: SurfacePoint| face < p.face);
             if distance < best.0 || (distance == best.0 && first) {

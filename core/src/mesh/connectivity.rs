@@ -143,30 +143,6 @@ impl Connectivity {
         self.faces[face.index()]
     }
 
-    /// Of every face the number of its connected piece, in the order of their first faces.
-    pub fn pieces(&self) -> Vec<u32> {
-        let mut number = vec![NONE; self.faces.len()];
-        let mut count = 0;
-        for first in 0..self.faces.len() {
-            if number[first] != NONE {
-                continue;
-            }
-            number[first] = count;
-            let mut open = vec![FaceId(first as u32)];
-            while let Some(face) = open.pop() {
-                let beside = (0..3).filter_map(|k| self.opposite(face.half_edge(k)));
-                for next in beside.map(HalfEdgeId::face) {
-                    if number[next.index()] == NONE {
-                        number[next.index()] = count;
-                        open.push(next);
-                    }
-                }
-            }
-            count += 1;
-        }
-        number
-    }
-
     /// The same side seen from the neighbouring face; `None` on the boundary.
     pub fn opposite(&self, side: HalfEdgeId) -> Option<HalfEdgeId> {
         let o = self.opposite[side.index()];

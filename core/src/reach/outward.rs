@@ -45,15 +45,19 @@ pub fn turn_outward(part: &mut Part) -> usize {
             edge.iter().for_each(|side| bodies[side.2 as usize].is_closed = false);
         }
     }
-    let boxed = |(i, b): (usize, &Body)| {
+    let boxed = |(i, b): (u32, &Body)| {
         let [low, high] = [b.low, b.high].map(|p| p.to_array());
         b.is_closed.then(|| GeomWithData::new(Rectangle::from_corners(low, high), i))
     };
-    let boxes = RTree::bulk_load(bodies.iter().enumerate().filter_map(boxed).collect());
+    let boxes = RTree::bulk_load(
+        bodies.iter().zip(0u32..).map(|(b, i)| (i, b)).filter_map(boxed).collect(),
+    );
     let is_void = |i: usize| {
         let own = &bodies[i];
         let holds = |b: &Body| b.low.cmple(own.low).all() && b.high.cmpge(own.high).all();
-        boxes.locate_all_at_point(own.low.to_array()).any(|b| b.data != i && holds(&bodies[b.data]))
+        boxes
+            .locate_all_at_point(own.low.to_array())
+            .any(|b| b.data as usize != i && holds(&bodies[b.data as usize]))
     };
     let is_turned: Vec<bool> = (0..bodies.len())
         .map(|i| bodies[i].is_closed && bodies[i].volume < 0.0 && !is_void(i))

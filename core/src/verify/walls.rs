@@ -330,11 +330,11 @@ fn own_walls(edges: &[Edge], rest: Facets) -> Vec<bool> {
 
 /// Beside which edges a face of the rest of the part rises, within a distance, that need not end on them.
 fn walls_beside(edges: &[Edge], rest: Facets, distance: f64) -> Vec<bool> {
-    let boxes = rest.faces.iter().map(|face| {
+    let boxes = rest.faces.iter().zip(0u32..).map(|(face, index)| {
         let corners = rest.corners(face);
         let low = corners.iter().fold(DVec3::INFINITY, |l, p| l.min(*p)) - distance;
         let high = corners.iter().fold(DVec3::NEG_INFINITY, |h, p| h.max(*p)) + distance;
-        GeomWithData::new(Rectangle::from_corners(low.to_array(), high.to_array()), corners)
+        GeomWithData::new(Rectangle::from_corners(low.to_array(), high.to_array()), index)
     });
     let tree = RTree::bulk_load(boxes.collect());
     let is_beside = |edge: &Edge| {
@@ -347,7 +347,8 @@ fn walls_beside(edges: &[Edge], rest: Facets, distance: f64) -> Vec<bool> {
             normal.dot(edge.normal).abs() < RISES && is_high && nearest.distance(middle) <= distance
         };
         let at = AABB::from_point(middle.to_array());
-        tree.locate_in_envelope_intersecting(at).any(|facet| rises(facet.data))
+        tree.locate_in_envelope_intersecting(at)
+            .any(|found| rises(rest.corners(&rest.faces[found.data as usize])))
     };
     edges.iter().map(is_beside).collect()
 }
