@@ -23,7 +23,7 @@ pub struct ReachOptions {
 }
 
 impl ReachOptions {
-    /// Steepest slope up to which the reached surface is followed, rad: [`BEYOND`] what is machined.
+    /// Steepest slope up to which the reached surface is followed, rad: a little beyond what is machined.
     pub fn followed(&self) -> f64 {
         (self.steepest + BEYOND).min(STEEPEST)
     }
