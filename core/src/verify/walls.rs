@@ -13,8 +13,8 @@
 use super::samples::{Facets, Side};
 use crate::geometry::offset::CREASE;
 use crate::geometry::{DVec3, OrderBy, nearest_on_triangle};
+use rstar::RTree;
 use rstar::primitives::{GeomWithData, Rectangle};
-use rstar::{AABB, RTree};
 use std::collections::BTreeMap;
 
 /// Sine of the angle to the machined surface from which a face of the part is a wall: 45 degrees.
@@ -347,7 +347,7 @@ fn walls_beside(edges: &[Edge], rest: Facets, distance: f64) -> Vec<bool> {
             normal.dot(edge.normal).abs() < RISES && is_high && nearest.distance(middle) <= distance
         };
         let at = AABB::from_point(middle.to_array());
-        tree.locate_in_envelope_intersecting(at)
+        tree.locate_all_at_point(middle.to_array())
             .any(|found| rises(rest.corners(&rest.faces[found.data as usize])))
     };
     edges.iter().map(is_beside).collect()
