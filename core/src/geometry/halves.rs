@@ -9,6 +9,7 @@ pub type Half = (DVec2, f64);
 /// `None` if there is none.
 ///
 /// It is the origin, or the nearest on the edge of a half, or the corner of two edges.
+#[inline(never)]
 pub fn nearest_within(halves: &[Half], slack: f64) -> Option<DVec2> {
     let is_within = |at: &DVec2| halves.iter().all(|(out, d)| out.dot(*at) >= d - slack);
     let feet = halves.iter().map(|(out, d)| *out * *d);

@@ -280,6 +280,7 @@ impl<'a> Terrain<'a> {
     }
 
     /// Tries a place of the cutter, from `at` to its axis; the facet that holds it there is known then.
+    #[inline(never)]
     fn improve(
         &self,
         best: &mut (f64, DVec2),

@@ -346,7 +346,6 @@ fn walls_beside(edges: &[Edge], rest: Facets, distance: f64) -> Vec<bool> {
             let nearest = a * weights[0] + b * weights[1] + c * weights[2];
             normal.dot(edge.normal).abs() < RISES && is_high && nearest.distance(middle) <= distance
         };
-        let at = AABB::from_point(middle.to_array());
         tree.locate_all_at_point(middle.to_array())
             .any(|found| rises(rest.corners(&rest.faces[found.data as usize])))
     };
