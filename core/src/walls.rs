@@ -102,7 +102,7 @@ impl Walls {
         out
     }
 
-    /// Adds rulings of all faces of a part whose cosine to the `axis` is below `steepest`, up to `short` mm below their
+    /// Rulings of all faces of a part whose cosine to the `axis` is below `steepest`, up to `short` mm below their
     /// upper ends: a cutter at the height of that stands on the wall, not beside it.
     pub fn of_part(
         part: &Part,

@@ -211,10 +211,10 @@ pub fn part_behind(
     most: f64,
     tolerance: f64,
 ) -> f64 {
-    let ends_part = |f: &&Facet| f.normal.dot(normal) > -CREASE;
-    let behind = depth_behind(place, normal, facets.iter().filter(ends_part), most);
+    let ends_part = |f: &Facet| f.normal.dot(normal) > -CREASE;
+    let behind = depth_behind(place, normal, (facets, &ends_part), most);
     // The ball that touches both sides is half as thick.
-    let with_far_side = depth_behind(place, normal, facets.iter(), behind);
+    let with_far_side = depth_behind(place, normal, (facets, &|_| true), behind);
     if with_far_side > 0.5 * THIN * tolerance { with_far_side } else { behind }
 }
 
@@ -223,10 +223,11 @@ pub fn part_behind(
 /// The radius of the largest ball behind it that touches the wall there and contains nothing of the facets. Facets at
 /// an angle of less than a crease belong to the same wall: the chords of a curved boundary are not corners. A facet
 /// that the ball meets from its front side does not count.
-pub fn depth_behind<'a>(
+/// `facets`, and which of them count.
+pub fn depth_behind(
     place: DVec3,
     normal: DVec3,
-    facets: impl Iterator<Item = &'a Facet>,
+    (facets, counts): (&[Facet], &dyn Fn(&Facet) -> bool),
     most: f64,
 ) -> f64 {
     let (mut radius, mut centre) = (most, place - normal * most);
@@ -237,6 +238,7 @@ pub fn depth_behind<'a>(
         if facet.middle.distance_squared(centre) >= reach * reach
             || facet.normal.dot(normal) >= CREASE
             || !facet.corners.iter().any(behind)
+            || !counts(facet)
         {
             continue;
         }
@@ -490,10 +492,11 @@ mod tests {
         let sheet = Walls { height: 8.0, rise: Rise::Up }.swept(design, NOTHING, DVec3::Z);
         let facets: Vec<Facet> = near(sheet.facets(), DVec3::ZERO, 60.0).collect();
         for s in [0.01, 0.3, 2.0] {
-            let behind = depth_behind(DVec3::new(s, 0.0, 4.0), DVec3::Y, facets.iter(), 20.0);
+            let behind =
+                depth_behind(DVec3::new(s, 0.0, 4.0), DVec3::Y, (&facets, &|_| true), 20.0);
             assert!((behind - s).abs() < 1e-6, "{s}: {behind}");
         }
-        let behind = |at: DVec3, normal| depth_behind(at, normal, facets.iter(), 7.0);
+        let behind = |at: DVec3, normal| depth_behind(at, normal, (&facets, &|_| true), 7.0);
         assert_eq!(behind(DVec3::new(8.0, 0.0, 4.0), DVec3::Y), 7.0);
         assert_eq!(behind(DVec3::new(0.0, 9.0, 4.0), -DVec3::Y), 7.0);
     }
