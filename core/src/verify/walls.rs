@@ -93,8 +93,7 @@ impl Outline {
     /// `is_walled`: whether walls stand around all of `design`; otherwise only where `rest` rises from it, or within
     /// `tolerance` mm beside it.
     pub fn of(design: Facets, rest: Facets, is_walled: bool, tolerance: f64) -> Self {
-        let mut edges = boundary(design);
-        edges.order_by_key(|e| (undirected(e), key(e.ends[0])));
+        let edges = boundary(design);
         let mut out = Self::default();
         let own = own_walls(&edges, rest);
         let is_beside = match is_walled {
@@ -115,8 +114,7 @@ impl Outline {
 impl Walls {
     /// The swept walls around `design`; `rest` has its own. `up`: unit.
     pub fn swept(&self, design: Facets, rest: Facets, up: DVec3) -> Sheet {
-        let mut edges = boundary(design);
-        edges.order_by_key(|e| (undirected(e), key(e.ends[0])));
+        let edges = boundary(design);
         let is_own = own_walls(&edges, rest);
         let rises = match self.rise {
             Rise::Up => edges.iter().flat_map(|e| e.ends).map(|p| (key(p), up)).collect(),
@@ -275,7 +273,7 @@ fn undirected(edge: &Edge) -> [Key; 2] {
     keys
 }
 
-/// The edges with a facet on one side only.
+/// The edges with a facet on one side only, in the order of their keys.
 pub fn boundary(design: Facets) -> Vec<Edge> {
     let mut halves: Vec<([u32; 2], u32, Side)> = Vec::with_capacity(3 * design.faces.len());
     for (f, face) in design.faces.iter().enumerate() {
