@@ -1,7 +1,8 @@
-//! Walls beside the surface, where its boundary is a wall.
+//! Walls beside the surface: where its boundary is a wall, those of a part that a flat bottom reaches, and what is avoided.
 //!
 //! - *Own wall*: a face of the part that meets the boundary and rises there.
 //! - *Swept wall*: elsewhere, the boundary edge moved up along the tool axis or along the surface's normal.
+//! - *Wall of a reached part*: a face too steep to be machined, for a cutter with a flat bottom on level ground beside it.
 //! - *Avoided mesh*: a mesh from which the job keeps the cutter a distance, independent of the boundary.
 //!
 //! Steps: (1) each edge of the boundary has an own wall or gets a swept one. (2) Own walls continue over the part's
@@ -114,11 +115,8 @@ impl Walls {
         let corners = part.faces.iter().map(|f| f.map(|v| part.positions[v as usize]));
         let steep: Vec<[DVec3; 3]> =
             corners.filter(|c| face_normal(*c).dot(axis).abs() < steepest).collect();
-        let all: f64 = steep.iter().map(width).sum();
-        let spacing = options.spacing.max(all / MOST_RULINGS);
-        let options = WallOptions { spacing, ..*options };
         let mut out = Self::default();
-        steep.into_iter().for_each(|corners| out.rule_facet(corners, axis, &options, false));
+        out.rule_facets(&steep, axis, options);
         out.rulings.retain_mut(|ruling| {
             let up = ruling.to - ruling.from;
             let part = 1.0 - short / up.dot(axis);
@@ -165,13 +163,7 @@ impl Walls {
         let is_steep = |corners: &[DVec3; 3]| face_normal(*corners).dot(up).abs() <= STEEP;
         let ruled: Vec<[DVec3; 3]> =
             mesh.faces.iter().map(corners).filter(|c| is_steep(c) && is_near(c)).collect();
-        let all: f64 = ruled.iter().map(width).sum();
-        let options = WallOptions {
-            allowance: distance,
-            spacing: options.spacing.max(all / MOST_RULINGS),
-            ..*options
-        };
-        ruled.into_iter().for_each(|corners| self.rule_facet(corners, up, &options, false));
+        self.rule_facets(&ruled, up, &WallOptions { allowance: distance, ..*options });
     }
 
     /// How far these walls reach at most, and what is avoided with its distance, by a measure of places; minus infinity
@@ -228,6 +220,15 @@ impl Walls {
         }
     }
 
+    /// Rulings straight up facets, behind which the cutter has no place.
+    fn rule_facets(&mut self, facets: &[[DVec3; 3]], up: DVec3, options: &WallOptions) {
+        let width = |c: &[DVec3; 3]| (c[1] - c[0]).length().max((c[2] - c[0]).length());
+        let all: f64 = facets.iter().map(width).sum();
+        let spacing = options.spacing.max(all / MOST_RULINGS);
+        let options = WallOptions { spacing, ..*options };
+        facets.iter().for_each(|corners| self.rule_facet(*corners, up, &options, false));
+    }
+
     /// Rulings straight up a facet.
     fn rule_facet(
         &mut self,
@@ -271,11 +272,6 @@ impl Walls {
             }
         }
     }
-}
-
-/// Width of a facet, from its first corner, mm.
-fn width(c: &[DVec3; 3]) -> f64 {
-    (c[1] - c[0]).length().max((c[2] - c[0]).length())
 }
 
 fn up(sweep: Sweep, normal: DVec3) -> DVec3 {

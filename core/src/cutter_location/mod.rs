@@ -31,5 +31,5 @@ pub use probe::{is_in_wall, is_way_clear, lowest_off_walls, raise_at, standing_c
 pub use ruling::{Pushed, Ruling, Rulings, Stand};
 pub use standing::Standing;
 pub use tilt::tool_axes;
-pub use tip::{contact_offset, tip};
+pub use tip::{contact_offset, is_level, tip};
 pub use upright::{Landing, Upright};

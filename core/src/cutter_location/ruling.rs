@@ -9,7 +9,7 @@
 //! the nearest place is found step by step.
 
 use super::standing::Standing;
-use crate::geometry::halves::{Half, nearest_within};
+use crate::geometry::halves::nearest_within_seen;
 use crate::geometry::{DVec2, DVec3, OrderBy, any_perpendicular};
 use crate::tool::Tool;
 use core::cmp::Ordering;
@@ -17,8 +17,6 @@ use rstar::{AABB, RTree, RTreeObject};
 
 /// Greatest number of rulings that a cutter is pushed out of: those of two walls, or of a round corner.
 const MOST_RULINGS: usize = 32;
-/// Greatest number of steps to the nearest place out of some of them.
-const MOST_STEPS: usize = 64;
 /// Farthest distance that a cutter is pushed, radii of the cutter with its allowance: where it touches the surface, its axis is at most a
 /// radius behind a wall, and out of a corner of 60 degrees it moves twice as far as out of a wall.
 const FARTHEST: f64 = 4.0;
@@ -192,28 +190,23 @@ impl Rulings {
         let mut known: Vec<Ruling> = Vec::new();
         let mut at = DVec2::ZERO;
         while known.len() < MOST_RULINGS {
-            let mut away = None;
-            for _ in 0..MOST_STEPS {
-                let seen = query(at);
-                let out: Vec<(f64, DVec3)> = known.iter().filter_map(|r| seen.out_of(r)).collect();
-                let half = |(depth, away): &(f64, DVec3)| {
-                    let out = flat(*away);
-                    (out, out.dot(at) + depth)
+            let seen = |at: DVec2| {
+                let half = |ruling| {
+                    let (depth, away) = query(at).out_of(ruling)?;
+                    let out = flat(away);
+                    Some((out, out.dot(at) + depth))
                 };
-                let halves: Vec<Half> = out.iter().map(half).collect();
-                let nearest = nearest_within(&halves, SAME_LINE)?;
-                away = out.last().map(|o| o.1);
-                let is_there = nearest.distance(at) <= SAME_LINE;
-                at = nearest;
-                if is_there {
-                    break;
-                }
-            }
+                Some(known.iter().filter_map(half).collect())
+            };
+            at = nearest_within_seen(at, SAME_LINE, &seen)?;
             if at.length() > farthest {
                 return None;
             }
             let worst = self.worst(&query(at)).filter(|(stand, _)| stand.depth > TOUCH);
-            let Some((stand, ruling)) = worst else { return Some(Pushed { tip: place(at), away }) };
+            let Some((stand, ruling)) = worst else {
+                let away = known.last().and_then(|last| query(at).out_of(last)).map(|out| out.1);
+                return Some(Pushed { tip: place(at), away });
+            };
             if stand.is_lost || known.contains(ruling) {
                 return None;
             }

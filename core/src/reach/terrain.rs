@@ -23,7 +23,7 @@ use super::facet::{area_normal, nearest_above};
 use super::minimax::lowest;
 use super::options::ReachOptions;
 use crate::cutter_location::{CheckMesh, Standing, Upright, tip};
-use crate::geometry::halves::{Half, nearest_within};
+use crate::geometry::halves::nearest_within_seen;
 use crate::geometry::math::cos;
 use crate::geometry::{DVec2, DVec3};
 use crate::parallel;
@@ -57,8 +57,8 @@ const NEAR_STEP: f64 = 0.1;
 /// How far from a wall a cutter is that does not touch it, mm: more than rounding, and so little that a slot as wide
 /// as the cutter is wide enough.
 const BESIDE: f64 = 1e-8;
-/// Most moves off walls: two for each, and for as many walls as a rounded corner has.
-const MOST_MOVES: usize = 40;
+/// Most walls that a cutter is moved off: the facets of a rounded corner.
+const MOST_WALLS: usize = 16;
 /// What is steeper than this cosine to the axis is a wall off which a flat bottom is moved: 60 degrees.
 const WALL: f64 = 0.5;
 /// Most facets by which it is sought.
@@ -253,20 +253,17 @@ impl<'a> Terrain<'a> {
         let (radius, above) = (self.cutter.radius(), tip + ROUNDED);
         let mut known: Vec<[DVec3; 3]> = Vec::new();
         let mut across = DVec2::ZERO;
-        for _ in 0..MOST_MOVES {
+        while known.len() < MOST_WALLS {
             // At the end of a wall the cutter is moved off that, seen from where it is now.
-            let side = |facet: &[DVec3; 3]| {
-                let wall = nearest_above(*facet, above, at + across)?;
-                let out = (at + across - wall).try_normalize()?;
-                Some((out, out.dot(wall - at) + radius + BESIDE))
+            let seen = |across: DVec2| {
+                let side = |facet: &[DVec3; 3]| {
+                    let wall = nearest_above(*facet, above, at + across)?;
+                    let out = (at + across - wall).try_normalize()?;
+                    Some((out, out.dot(wall - at) + radius + BESIDE))
+                };
+                known.iter().map(side).collect()
             };
-            let sides: Option<Vec<Half>> = known.iter().map(side).collect();
-            let nearest = nearest_within(&sides?, BESIDE)?;
-            let moved = nearest.distance(across);
-            across = nearest;
-            if moved > BESIDE {
-                continue;
-            }
+            across = nearest_within_seen(across, BESIDE, &seen)?;
             if across.length() > WITHIN * radius {
                 return None;
             }
@@ -280,7 +277,6 @@ impl<'a> Terrain<'a> {
     }
 
     /// Tries a place of the cutter, from `at` to its axis; the facet that holds it there is known then.
-    #[inline(never)]
     fn improve(
         &self,
         best: &mut (f64, DVec2),

@@ -8,8 +8,10 @@ mod upright;
 
 pub use budget::CuspBudget;
 
+use crate::cutter_location::is_level;
 use crate::flatten::Chart;
 use crate::footprint::StripTable;
+use crate::geometry::DVec3;
 use crate::job::{ForceControl, Job, Stepover};
 use crate::level_set::{StripMetric, length_floor_of, strip_metric};
 use crate::mesh::{FaceId, VertexId};
@@ -19,8 +21,6 @@ use upright::Upright;
 /// Fraction of the strip width at which passes are spaced: the distance field is accurate to a few thousandths of it,
 /// and the cusp height grows with its square.
 const SHARE_OF_STRIP: f64 = 0.9975;
-/// Sine of the slope below which a face is level, as for where a flat bottom stands on it.
-const LEVEL: f64 = 1e-4;
 /// Fraction of the limit on the removal rate that a straight pass uses at most; bends use more.
 const SHARE_OF_LIMIT: f64 = 0.8;
 /// Edges shorter than this fraction of a strip do not concentrate the curvature in creases.
@@ -117,8 +117,7 @@ fn level(surface: &Surface) -> Vec<bool> {
     let mut out = vec![true; surface.positions().len()];
     for (f, face) in surface.connectivity().faces().iter().enumerate() {
         let [a, b, c] = surface.corners(FaceId(f as u32));
-        let normal = (b - a).cross(c - a);
-        if normal.truncate().length() > LEVEL * normal.length() {
+        if !is_level((b - a).cross(c - a).normalize_or_zero(), DVec3::Z) {
             face.iter().for_each(|v| out[v.index()] = false);
         }
     }
