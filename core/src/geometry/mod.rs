@@ -1,6 +1,7 @@
 //! Vectors, reproducible elementary functions, small planar geometry and the shape operator of a surface.
 
 pub mod beyond;
+pub mod boxes;
 pub mod disc;
 pub mod halves;
 pub mod math;

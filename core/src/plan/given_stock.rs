@@ -10,11 +10,10 @@
 use super::error::PlanError;
 use crate::cutter_location::{Hindrance, nearest_place};
 use crate::geometry::DVec3;
+use crate::geometry::boxes::{Boxes, around};
 use crate::level_set::PassMesh;
 use crate::parallel;
 use crate::surface::Part;
-use rstar::primitives::{GeomWithData, Rectangle};
-use rstar::{AABB, RTree};
 
 /// Thickness up to which it is looked for, in thicknesses that are allowed.
 const THICKEST: f64 = 1e6;
@@ -56,22 +55,22 @@ pub fn refuse_thick<'a>(
 /// What faces enclose.
 struct Solid {
     /// The triangles as seen from above, with their heights.
-    tree: RTree<GeomWithData<Rectangle<[f64; 2]>, [DVec3; 3]>>,
+    seen: Boxes,
+    triangles: Vec<[DVec3; 3]>,
     /// The same in space.
     faces: Hindrance,
 }
 
 impl Solid {
     fn new(part: &Part) -> Self {
-        let triangles = part.faces.iter().map(|face| {
-            let corners = face.map(|v| part.positions[v as usize]);
-            let [a, b, c] = corners;
-            let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-            let seen = Rectangle::from_corners([low.x, low.y], [high.x, high.y]);
-            GeomWithData::new(seen, corners)
-        });
-        let faces = Hindrance::new(&part.positions, &part.faces);
-        Self { tree: RTree::bulk_load(triangles.collect()), faces }
+        let corners = |face: &[u32; 3]| face.map(|v| part.positions[v as usize]);
+        let triangles: Vec<[DVec3; 3]> = part.faces.iter().map(corners).collect();
+        let seen = |(triangle, number): (&[DVec3; 3], u32)| around(number, &triangle.map(flat));
+        Self {
+            seen: Boxes::new(triangles.iter().zip(0..).map(seen).collect()),
+            triangles,
+            faces: Hindrance::new(&part.positions, &part.faces),
+        }
     }
 
     /// Where over triangles it is the thickest, and how thick, mm; `None` where it is nowhere thicker than `most` mm.
@@ -121,10 +120,14 @@ impl Solid {
 
     /// Whether a place is enclosed: a line from there straight up leaves through more faces than it enters by.
     fn contains(&self, p: DVec3) -> bool {
-        let here = AABB::from_point([p.x, p.y]);
-        let crossed = self.tree.locate_in_envelope_intersecting(here);
-        crossed.map(|triangle| above(p, triangle.data)).sum::<i32>() > 0
+        let crossed = self.seen.holding(flat(p)).map(|triangle| self.triangles[triangle as usize]);
+        crossed.map(|triangle| above(p, triangle)).sum::<i32>() > 0
     }
+}
+
+/// A place as seen from above.
+fn flat(p: DVec3) -> DVec3 {
+    p.with_z(0.0)
 }
 
 /// 1 if a line from `p` straight up leaves through the triangle, -1 if it enters there, 0 if it passes by. Of the sides

@@ -1,10 +1,9 @@
 //! Closed bodies whose faces look inward.
 
+use crate::geometry::boxes::{Boxes, around};
 use crate::geometry::{DVec3, OrderBy};
 use crate::mesh::{component_of, judge};
 use crate::surface::Part;
-use rstar::RTree;
-use rstar::primitives::{GeomWithData, Rectangle};
 
 /// What is known of a connected component.
 struct Body {
@@ -45,19 +44,12 @@ pub fn turn_outward(part: &mut Part) -> usize {
             edge.iter().for_each(|side| bodies[side.2 as usize].is_closed = false);
         }
     }
-    let boxed = |(i, b): (u32, &Body)| {
-        let [low, high] = [b.low, b.high].map(|p| p.to_array());
-        b.is_closed.then(|| GeomWithData::new(Rectangle::from_corners(low, high), i))
-    };
-    let boxes = RTree::bulk_load(
-        bodies.iter().zip(0u32..).map(|(b, i)| (i, b)).filter_map(boxed).collect(),
-    );
+    let closed = bodies.iter().zip(0..).filter(|(body, _)| body.is_closed);
+    let boxes = Boxes::new(closed.map(|(body, i)| around(i, &[body.low, body.high])).collect());
     let is_void = |i: usize| {
         let own = &bodies[i];
         let holds = |b: &Body| b.low.cmple(own.low).all() && b.high.cmpge(own.high).all();
-        boxes
-            .locate_all_at_point(own.low.to_array())
-            .any(|b| b.data as usize != i && holds(&bodies[b.data as usize]))
+        boxes.holding(own.low).any(|b| b as usize != i && holds(&bodies[b as usize]))
     };
     let is_turned: Vec<bool> = (0..bodies.len())
         .map(|i| bodies[i].is_closed && bodies[i].volume < 0.0 && !is_void(i))

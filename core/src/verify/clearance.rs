@@ -20,11 +20,11 @@
 use super::body::Placed;
 use super::samples::Facets;
 use super::solids::{Solid, Stretch};
+use crate::geometry::boxes::{Boxed, around};
 use crate::geometry::{DVec2, DVec3, nearest_on_triangle};
 use crate::parallel;
 use crate::tool::{Assembly, AssemblyPart};
 use crate::toolpath::{PathPoint, Toolpath};
-use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree, SelectionFunction};
 use std::cell::Cell;
 use std::collections::VecDeque;
@@ -160,12 +160,10 @@ struct Facet {
     radius: f64,
 }
 
-/// A box of the tree, with the number of its facet.
-type Boxed = GeomWithData<Rectangle<[f64; 3]>, u32>;
-
 /// What is measured, and against what.
 struct Survey {
     facets: Vec<Facet>,
+    /// Boxes around them, with their numbers.
     tree: RTree<Boxed>,
     solids: Vec<(AssemblyPart, Solid)>,
     beyond: f64,
@@ -320,12 +318,8 @@ impl Survey {
         // Even of a tool of any length, no more can come near.
         let beyond = beyond.max(0.0).min(far + 1.0);
         let solids = Solid::of(assembly, far + beyond + 1.0);
-        let boxed = |(i, f): (usize, &Facet)| {
-            let [a, b, c] = f.corners;
-            let [low, high] = [a.min(b).min(c), a.max(b).max(c)].map(|p| p.to_array());
-            GeomWithData::new(Rectangle::from_corners(low, high), i as u32)
-        };
-        let tree = RTree::bulk_load(all.iter().enumerate().map(boxed).collect());
+        let boxed = |(facet, number): (&Facet, u32)| around(number, &facet.corners);
+        let tree = RTree::bulk_load(all.iter().zip(0..).map(boxed).collect());
         Some(Self { facets: all, tree, solids, beyond, accuracy: accuracy.max(FINEST) })
     }
 

@@ -342,7 +342,7 @@ impl Ends<'_> {
                     Some(tolerance) => {
                         walls::part_behind(place, normal, &facets, deepest, tolerance)
                     }
-                    None => walls::depth_behind(place, normal, (&facets, &|_| true), deepest),
+                    None => walls::depth_behind(place, normal, &facets, &|_| true, deepest),
                 };
                 if behind < deepest {
                     (ends, sample.wall) = (true, Some(behind));

@@ -11,10 +11,9 @@
 //! wall, and what the cutter does beyond the far side does not count.
 
 use super::samples::{Facets, Side};
+use crate::geometry::boxes::{Boxes, around};
 use crate::geometry::offset::CREASE;
 use crate::geometry::{DVec3, OrderBy, nearest_on_triangle};
-use rstar::RTree;
-use rstar::primitives::{GeomWithData, Rectangle};
 use std::collections::BTreeMap;
 
 /// Sine of the angle to the machined surface from which a face of the part is a wall: 45 degrees.
@@ -210,9 +209,9 @@ pub fn part_behind(
     tolerance: f64,
 ) -> f64 {
     let ends_part = |f: &Facet| f.normal.dot(normal) > -CREASE;
-    let behind = depth_behind(place, normal, (facets, &ends_part), most);
+    let behind = depth_behind(place, normal, facets, &ends_part, most);
     // The ball that touches both sides is half as thick.
-    let with_far_side = depth_behind(place, normal, (facets, &|_| true), behind);
+    let with_far_side = depth_behind(place, normal, facets, &|_| true, behind);
     if with_far_side > 0.5 * THIN * tolerance { with_far_side } else { behind }
 }
 
@@ -221,11 +220,12 @@ pub fn part_behind(
 /// The radius of the largest ball behind it that touches the wall there and contains nothing of the facets. Facets at
 /// an angle of less than a crease belong to the same wall: the chords of a curved boundary are not corners. A facet
 /// that the ball meets from its front side does not count.
-/// `facets`, and which of them count.
+/// `counts` says which of `facets` count.
 pub fn depth_behind(
     place: DVec3,
     normal: DVec3,
-    (facets, counts): (&[Facet], &dyn Fn(&Facet) -> bool),
+    facets: &[Facet],
+    counts: &dyn Fn(&Facet) -> bool,
     most: f64,
 ) -> f64 {
     let (mut radius, mut centre) = (most, place - normal * most);
@@ -330,13 +330,12 @@ fn own_walls(edges: &[Edge], rest: Facets) -> Vec<bool> {
 
 /// Beside which edges a face of the rest of the part rises, within a distance, that need not end on them.
 fn walls_beside(edges: &[Edge], rest: Facets, distance: f64) -> Vec<bool> {
-    let boxes = rest.faces.iter().zip(0u32..).map(|(face, index)| {
+    let grown = |(face, number): (&[u32; 3], u32)| {
         let corners = rest.corners(face);
-        let low = corners.iter().fold(DVec3::INFINITY, |l, p| l.min(*p)) - distance;
-        let high = corners.iter().fold(DVec3::NEG_INFINITY, |h, p| h.max(*p)) + distance;
-        GeomWithData::new(Rectangle::from_corners(low.to_array(), high.to_array()), index)
-    });
-    let tree = RTree::bulk_load(boxes.collect());
+        let [less, more] = [-distance, distance].map(|by| corners.map(|p| p + by));
+        around(number, &[less, more].concat())
+    };
+    let boxes = Boxes::new(rest.faces.iter().zip(0..).map(grown).collect());
     let is_beside = |edge: &Edge| {
         let middle = 0.5 * (edge.ends[0] + edge.ends[1]);
         let rises = |[a, b, c]: [DVec3; 3]| {
@@ -346,8 +345,7 @@ fn walls_beside(edges: &[Edge], rest: Facets, distance: f64) -> Vec<bool> {
             let nearest = a * weights[0] + b * weights[1] + c * weights[2];
             normal.dot(edge.normal).abs() < RISES && is_high && nearest.distance(middle) <= distance
         };
-        tree.locate_all_at_point(middle.to_array())
-            .any(|found| rises(rest.corners(&rest.faces[found.data as usize])))
+        boxes.holding(middle).any(|face| rises(rest.corners(&rest.faces[face as usize])))
     };
     edges.iter().map(is_beside).collect()
 }
@@ -490,11 +488,10 @@ mod tests {
         let sheet = Walls { height: 8.0, rise: Rise::Up }.swept(design, NOTHING, DVec3::Z);
         let facets: Vec<Facet> = near(sheet.facets(), DVec3::ZERO, 60.0).collect();
         for s in [0.01, 0.3, 2.0] {
-            let behind =
-                depth_behind(DVec3::new(s, 0.0, 4.0), DVec3::Y, (&facets, &|_| true), 20.0);
+            let behind = depth_behind(DVec3::new(s, 0.0, 4.0), DVec3::Y, &facets, &|_| true, 20.0);
             assert!((behind - s).abs() < 1e-6, "{s}: {behind}");
         }
-        let behind = |at: DVec3, normal| depth_behind(at, normal, (&facets, &|_| true), 7.0);
+        let behind = |at: DVec3, normal| depth_behind(at, normal, &facets, &|_| true, 7.0);
         assert_eq!(behind(DVec3::new(8.0, 0.0, 4.0), DVec3::Y), 7.0);
         assert_eq!(behind(DVec3::new(0.0, 9.0, 4.0), -DVec3::Y), 7.0);
     }
