@@ -126,9 +126,11 @@ impl Checker<'_> {
         let mut findings = self.findings(FindingKind::NoFeed, rule(without), |_| {
             "feed move without a feed; F must be above 0, under G93 in every block".to_string()
         });
-        findings.extend(self.findings(FindingKind::SpindleOff, rule(|m| !m.spindle), |_| {
-            "feed move while the spindle is stopped; it needs M3 or M4 and S".to_string()
-        }));
+        findings.extend(self.findings(
+            FindingKind::SpindleOff,
+            rule(|m| !m.setting.turns()),
+            |_| "feed move while the spindle is stopped; it needs M3 or M4 and S".to_string(),
+        ));
         let Some(most) = self.options.max_feed else { return findings };
         let fast = |i: usize, m: &Move| self.fast(i, m, most);
         findings.extend(self.findings(FindingKind::FastFeed, fast, |feed| {

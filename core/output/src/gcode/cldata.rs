@@ -27,7 +27,17 @@ impl Cldata {
                 block.g.push(if given.iter().any(|a| a.starts_with("IN")) { 200 } else { 210 })
             }
             "MULTAX" => block.control = Some(given.first() != Some(&"OFF")),
-            "LOADTL" => block.m.push(60),
+            "LOADTL" => {
+                block.m.push(60);
+                if let Some(&tool) = given.first() {
+                    block.set('T', whole_number(tool)?, tool)?;
+                }
+                let mut after = given.iter().skip_while(|word| **word != "ADJUST").skip(1);
+                if let Some(&offset) = after.next() {
+                    block.set('H', whole_number(offset)?, offset)?;
+                }
+            }
+            "COOLNT" => block.m.push(if given.first() == Some(&"OFF") { 90 } else { 80 }),
             "RAPID" => {
                 self.rapid = true;
                 return Ok(Line::Empty);
@@ -42,7 +52,7 @@ impl Cldata {
                 });
                 point(block, &given)?;
             }
-            "" | "CUTTER" | "COOLNT" | "ORIGIN" | "MACHIN" | "TOOLNO" => return Ok(Line::Empty),
+            "" | "CUTTER" | "ORIGIN" | "MACHIN" | "TOOLNO" => return Ok(Line::Empty),
             _ if word.starts_with("PARTNO") || word.starts_with("PPRINT") => {
                 return Ok(Line::Empty);
             }

@@ -2,6 +2,8 @@
 
 use super::arc::Plane;
 use super::error::Fault;
+use super::setting::Setting;
+use evencut_core::machine::SpindleDirection;
 
 /// What to do about subprograms.
 pub(super) const SUBPROGRAM: &str =
@@ -46,10 +48,10 @@ pub(super) struct Modal {
     offset: Option<(u32, u32)>,
     /// Feed: as programmed, and in mm/min or 1/min.
     pub feed: Option<[f64; 2]>,
-    /// Spindle switched on.
-    pub spindle: bool,
-    /// Its speed as programmed.
-    pub speed: f64,
+    /// Tool, offsets, spindle and coolant.
+    pub setting: Setting,
+    /// The tool that the next change puts into the spindle.
+    pub next_tool: Option<u32>,
 }
 
 impl Default for Modal {
@@ -65,8 +67,8 @@ impl Default for Modal {
             axis_by_ijk: false,
             offset: None,
             feed: None,
-            spindle: false,
-            speed: 0.0,
+            setting: Setting::default(),
+            next_tool: None,
         }
     }
 }
@@ -131,6 +133,7 @@ impl Modal {
 
     /// A work offset, of codes that have several with its number.
     pub fn offset(&mut self, code: u32, number: u32) -> Result<(), Fault> {
+        self.setting.work_offset = (number == 0 && code < 1000).then_some(code);
         match self.offset.replace((code, number)) {
             Some(before) if before != (code, number) => {
                 let remedy = "a second work offset, and where it lies is not in the program; split the program at its offsets";
@@ -142,17 +145,23 @@ impl Modal {
 
     /// Takes the M codes of a block, in tenths; whether one of them ends the program.
     pub fn m_codes(&mut self, codes: &[u32]) -> Result<bool, Fault> {
+        let setting = &mut self.setting;
         // A tool change comes first and stops the spindle.
-        self.spindle &= !codes.contains(&60);
+        if codes.contains(&60) {
+            setting.tool = self.next_tool;
+            setting.direction = None;
+        }
         let mut end = false;
         for &code in codes {
             match code {
                 20 | 300 => end = true,
-                30 | 40 => self.spindle = true,
-                50 => self.spindle = false,
-                0 | 60 | 10 | 70 | 80 | 90 | 100 | 110 | 480 | 490 => {}
-                // Coolant by air and through the spindle.
-                830 | 840 | 880 | 890 => {}
+                30 => setting.direction = Some(SpindleDirection::Clockwise),
+                40 => setting.direction = Some(SpindleDirection::CounterClockwise),
+                50 => setting.direction = None,
+                // Mist, flood, by air and through the spindle.
+                70 | 80 | 830 | 880 => setting.has_coolant = true,
+                90 | 840 | 890 => setting.has_coolant = false,
+                0 | 60 | 10 | 100 | 110 | 480 | 490 => {}
                 970 | 980 | 990 => return Err(refused(name('M', code), SUBPROGRAM)),
                 _ => {
                     let remedy = "a function of one machine; remove it if it moves no axis";
@@ -169,7 +178,7 @@ impl Modal {
         let feed = feed.map(|word| [word, word * scale]);
         // Under inverse time every block has its own.
         self.feed = if self.inverse_time { feed } else { feed.or(self.feed) };
-        self.speed = speed.unwrap_or(self.speed);
+        self.setting.speed = speed.unwrap_or(self.setting.speed);
     }
 }
 

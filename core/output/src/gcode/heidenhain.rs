@@ -23,6 +23,9 @@ pub(super) fn scan(block: &mut Block, text: &str) -> Result<Line, Fault> {
         ["END", "PGM", ..] => block.m.push(300),
         ["TOOL", "CALL", ref rest @ ..] => {
             block.m.push(60);
+            if let Some((number, "")) = rest.first().and_then(|word| number(word)) {
+                block.set('T', number, rest[0])?;
+            }
             for word in rest.iter().filter(|word| word.starts_with(['S', 'F'])) {
                 value(block, word)?;
             }

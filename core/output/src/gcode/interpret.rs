@@ -131,6 +131,9 @@ impl<'a> Reader<'a> {
     fn block(&mut self, block: &mut Block) -> Result<(), Fault> {
         self.program_number(block)?;
         let once = self.modal.g_codes(&block.g)?;
+        if let Some(tool) = block.take('T') {
+            self.modal.next_tool = whole(tool);
+        }
         let end = self.modal.m_codes(&block.m)?;
         if block.m.contains(&60) {
             self.changed = self.line;
@@ -144,9 +147,10 @@ impl<'a> Reader<'a> {
         }
         self.tool_axis(block)?;
         self.modal.rates(block.take('F'), block.take('S'));
-        for letter in ['T', 'H', 'D'] {
-            block.take(letter);
+        if let Some(number) = block.take('H') {
+            self.modal.setting.length_offset = whole(number);
         }
+        block.take('D');
         if let Some(&code) = block.g.iter().find(|code| [541, 1540].contains(code)) {
             // A number that is none of an offset is left, and so refused.
             if let Some(number) =
@@ -467,7 +471,7 @@ impl<'a> Reader<'a> {
             feed: modal.feed.map(|feed| feed[1]),
             inverse_time: modal.inverse_time,
             duration,
-            spindle: modal.spindle && modal.speed > 0.0,
+            setting: modal.setting,
             lowest,
         });
     }
@@ -551,6 +555,11 @@ impl<'a> Reader<'a> {
         self.out.lines.push(self.line);
         self.out.machine.push(*at);
     }
+}
+
+/// A number of a tool or an offset; `None` for what is none.
+fn whole(word: f64) -> Option<u32> {
+    (word.fract() == 0.0 && (0.0..1e9).contains(&word)).then_some(word as u32)
 }
 
 fn in_plane(position: &Position, [i, j]: [usize; 2]) -> Option<DVec2> {

@@ -24,6 +24,7 @@
 //! | `interpret` | blocks → path |
 //! | `check` | findings |
 //! | `follow` | whether a program is the path that it was written from |
+//! | `setting` | tool, offsets, spindle and coolant, and whether they are what the job has |
 //! | `options`, `program`, `error` | what is asked, what was read, why not |
 //!
 //! Source: Kramer, Proctor, Messina, "The NIST RS274/NGC Interpreter, Version 3" (2000); LinuxCNC's
@@ -43,6 +44,7 @@ mod motion;
 mod options;
 mod program;
 mod scanner;
+mod setting;
 
 #[cfg(test)]
 mod tests;
@@ -54,3 +56,4 @@ pub use interpret::read;
 pub use kinematics::MachinePosition;
 pub use options::ReadOptions;
 pub use program::{Finding, FindingKind, GcodeProgram, Move};
+pub use setting::{Setting, differs};

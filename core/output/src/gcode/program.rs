@@ -1,6 +1,7 @@
 //! A program that was read: its path, and what is doubtful about it.
 
 use super::kinematics::MachinePosition;
+use super::setting::Setting;
 use evencut_core::machine::Axes;
 use evencut_core::toolpath::Toolpath;
 use std::fmt;
@@ -50,8 +51,8 @@ pub struct Move {
     pub inverse_time: bool,
     /// How long it takes, s.
     pub duration: f64,
-    /// Whether the spindle turns.
-    pub spindle: bool,
+    /// What the machine is set to.
+    pub setting: Setting,
     /// Lowest height of the tip along the tool axis as far as known, mm: of tables about program zero the machine's Z.
     pub lowest: Option<f64>,
 }
@@ -88,6 +89,8 @@ pub enum FindingKind {
     FastFeed,
     /// A move at feed while the spindle stands.
     SpindleOff,
+    /// Another tool, offset, speed of the spindle or coolant than the job has.
+    Setting,
     /// A position that the machine cannot reach.
     Travel,
     /// The program does not end.

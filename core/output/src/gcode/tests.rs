@@ -59,7 +59,7 @@ fn accepted_codes_move_nothing() {
     assert!((program.path.points[1].time - 4.5).abs() < 1e-12, "2 s of travel, 2.5 s of dwell");
     assert_eq!(program.moves.len(), 2);
     assert_eq!(program.points_of(1), 1..2);
-    assert!(program.moves[1].spindle && program.moves[1].duration == 2.0);
+    assert!(program.moves[1].setting.turns() && program.moves[1].duration == 2.0);
 }
 
 #[test]
@@ -592,4 +592,64 @@ fn tables_have_limits_too() {
     let options = CheckOptions { clearance_plane: Some(50.0), ..CheckOptions::default() };
     let findings = check(&read(text, &tables(Arrangement::Xyzac)).unwrap(), &options);
     assert_eq!(findings[0].kind, FindingKind::DiagonalRapid);
+}
+
+#[test]
+fn what_the_machine_is_set_to_is_compared_with_the_job() {
+    use evencut_core::machine::{Coolant, Setup, SpindleDirection, WorkOffset};
+    let setup = Setup {
+        tool_number: 3,
+        length_offset: 4,
+        work_offset: Some(WorkOffset::G591),
+        coolant: Coolant::Flood,
+        spindle: SpindleDirection::CounterClockwise,
+        ..Setup::default()
+    };
+    let job = Setting::wanted(&setup, 50.004);
+    let start = "G21 G59.1\nT3 M6\nG43 H4\nS3000 M4\nM8\nG0 X0 Y0 Z5\nG1 F300 X10\n";
+    let message = |program: &str, jobs: &[Setting]| {
+        differs(&plain(&format!("{program}M9 M5\nM2")), jobs.to_vec())
+            .map(|finding| (finding.line, finding.message))
+    };
+    assert_eq!(message(start, &[job]), None);
+    assert_eq!(message(start, &[job; 3]), None, "operations with one setting are one");
+    for (from, to, wanted) in [
+        ("T3", "T5", "cuts with tool 5; the job has 3"),
+        ("H4", "H3", "the length offset is 3; the job has 4"),
+        ("G59.1", "G59.2", "the work offset is G59.2; the job has G59.1"),
+        ("S3000", "S300", "the spindle turns at 300 rev/min; the job has 3000"),
+        ("M4", "M3", "the spindle turns the other way than the job says (M3, M4)"),
+        ("M8", "M9", "cuts without the coolant that the job asks for"),
+    ] {
+        let program = start.replace(from, to);
+        assert_eq!(message(&program, &[job]), Some((7, wanted.to_string())), "{to}");
+    }
+    // Numbers that a program leaves out are those of the machine.
+    assert_eq!(message(&start.replace("T3 M6\nG43 H4\n", ""), &[job]), None);
+    // A second tool.
+    let second = Setting { tool: Some(7), speed: 5000.0, ..job };
+    let both = format!("{start}G0 Z9\nT7 M6\nS5000 M4\nG0 X0\nG1 X5\n");
+    assert_eq!(message(&both, &[job, second]), None);
+    assert_eq!(message(&both, &[second, job]).unwrap().0, 7);
+    assert_eq!(message(&both, &[job]).unwrap().0, 12);
+    assert_eq!(message(start, &[job, second]).unwrap().0, 7);
+}
+
+#[test]
+fn other_formats_name_tool_and_offsets_too() {
+    let apt = "PARTNO A\nUNITS/MM\nLOADTL/6,ADJUST,7\nSPINDL/RPM,900,CCLW\nCOOLNT/MIST\nFEDRAT/60,MMPM\n\
+               GOTO/0,0,0\nGOTO/1,0,0\nCOOLNT/OFF\nGOTO/2,0,0\nFINI\n";
+    let conversational = "BEGIN PGM A MM\nTOOL CALL 6 Z S900\nM4\nM8\nL X+0 Y+0 Z+0 F60\nL X+1\nM9\nL X+2\nM30\nEND PGM A MM\n";
+    for (text, offset) in [(apt, Some(7)), (conversational, None)] {
+        let program = plain(text);
+        let set: Vec<Setting> = program.moves.iter().map(|m| m.setting).collect();
+        assert_eq!(set[1].tool.zip(Some(set[1].speed)), Some((6, 900.0)));
+        assert_eq!(set[1].length_offset, offset);
+        assert!(
+            set[1].turns()
+                && set[1].direction != Setting::wanted(&Default::default(), 1.0).direction
+        );
+        assert_eq!(set.last().map(|last| last.has_coolant), Some(false));
+        assert!(set[1].has_coolant);
+    }
 }

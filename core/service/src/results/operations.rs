@@ -4,7 +4,7 @@
 //! are those of a job with the number of the operation before their names; the job as it was planned, the program and
 //! the report of all are common.
 
-use super::program::{WrittenProgram, checked, read_back};
+use super::program::{WrittenProgram, checked, read_back, setting};
 use super::{Input, Inputs, OutputFile, Part, Results, ResultsError, ResultsOptions, Written};
 use evencut_core::job::{Job, Operation, Resolved};
 use evencut_core::plan::{Files, PlanError, Prepared, Stage, SurfaceKeys, plan_on, stock_of};
@@ -219,7 +219,10 @@ impl All<'_> {
             match read_back(&program.text, self.job) {
                 Ok(read) => {
                     let loosest = loosest(self.job, jobs);
-                    findings = checked(&read, &loosest, &path, plane, dialect.rounding());
+                    let settings =
+                        self.done.iter().map(|done| setting(&jobs[done.index])).collect();
+                    let rounding = dialect.rounding();
+                    findings = checked(&read, &loosest, &path, plane, rounding, settings);
                 }
                 // Each operation has the warning that it is not checked.
                 Err(_) if self.job.post_file().is_some() => {}

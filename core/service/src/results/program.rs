@@ -5,7 +5,7 @@ use evencut_core::job::Job;
 use evencut_core::machine::Axes;
 use evencut_core::plan::Planned;
 use evencut_core::toolpath::Toolpath;
-use evencut_output::gcode::{self, Following, GcodeError, GcodeProgram};
+use evencut_output::gcode::{self, Following, GcodeError, GcodeProgram, Setting};
 use evencut_output::post::{Dialect, ProgramOptions, program};
 use evencut_output::report::{ProgramFigures, ReachFigures};
 
@@ -31,7 +31,14 @@ impl WrittenProgram {
         match read_back(&program.text, job) {
             Ok(read) => {
                 let plane = planned.rapid_plane;
-                findings = checked(&read, job, &planned.toolpath, plane, dialect.rounding());
+                findings = checked(
+                    &read,
+                    job,
+                    &planned.toolpath,
+                    plane,
+                    dialect.rounding(),
+                    vec![setting(job)],
+                );
                 reach = reach_of(&read);
             }
             // A post of one's own may write for a controller that is not known here.
@@ -79,13 +86,19 @@ pub(super) fn read_back(text: &str, job: &Job) -> Result<GcodeProgram, GcodeErro
     gcode::read(text, &reading)
 }
 
-/// Findings of the check of an emitted program; `plane`: height of the rapids, mm.
+/// What a job sets the machine to.
+pub(super) fn setting(job: &Job) -> Setting {
+    Setting::wanted(&job.setup, job.cut.spindle)
+}
+
+/// Findings of the check of an emitted program; `plane`: height of the rapids, mm; `settings`: those of its operations.
 pub(super) fn checked(
     read: &GcodeProgram,
     job: &Job,
     path: &Toolpath,
     plane: f64,
     rounding: f64,
+    settings: Vec<Setting>,
 ) -> Vec<String> {
     // Where the tip is programmed, rapids are chords of the way on which the machine stays above the plane.
     let off_plane = match job.machine.axes {
@@ -106,6 +119,7 @@ pub(super) fn checked(
         has_runs: job.setup.arcs,
     };
     findings.extend(gcode::leaves(read, path, following));
+    findings.extend(gcode::differs(read, settings));
     findings.iter().map(ToString::to_string).collect()
 }
 
