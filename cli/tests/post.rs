@@ -105,15 +105,21 @@ fn a_program_that_is_not_the_path_fails_the_run() {
     let directory = scratch("wrong");
     let output = evencut(&directory, &["post", "linuxcnc"]);
     let source = streams(&output).1.to_owned();
-    let swapped = source.replace("x = \"X{}\"\ny = \"Y{}\"", "x = \"Y{}\"\ny = \"X{}\"");
-    assert_ne!(swapped, source);
-    fs::write(directory.join("shop.post.toml"), swapped).unwrap();
-    for more in [&["--no-verify"][..], &[]] {
-        let arguments = [&["plan", "dome.toml", "--post", "shop.post.toml"], more].concat();
-        let output = evencut(&directory, &arguments);
-        let (code, _, messages) = streams(&output);
-        assert_eq!(code, 5, "{messages}");
-        assert!(messages.contains("leaves the planned path by"), "{messages}");
+    for (from, to, wanted) in [
+        ("x = \"X{}\"\ny = \"Y{}\"", "x = \"Y{}\"\ny = \"X{}\"", "leaves the planned path by"),
+        ("T{tool}", "T1", "cuts with tool 1; the job has 5"),
+        ("clockwise = \"M3\"", "clockwise = \"M4\"", "the spindle turns the other way"),
+    ] {
+        let wrong = source.replacen(from, to, 1);
+        assert_ne!(wrong, source);
+        fs::write(directory.join("shop.post.toml"), wrong).unwrap();
+        for more in [&["--no-verify"][..], &[]] {
+            let arguments = [&["plan", "dome.toml", "--post", "shop.post.toml"], more].concat();
+            let output = evencut(&directory, &arguments);
+            let (code, _, messages) = streams(&output);
+            assert_eq!(code, 5, "{messages}");
+            assert!(messages.contains(wanted), "{messages}");
+        }
     }
 }
 

@@ -61,6 +61,9 @@ const BESIDE: f64 = 1e-8;
 const MOST_WALLS: usize = 16;
 /// What is steeper than this cosine to the axis is a wall off which a flat bottom is moved: 60 degrees.
 const WALL: f64 = 0.5;
+/// A flat bottom stands on ground whose cosine to the axis is not below this, and is moved off walls beside it: 10
+/// degrees. On steeper ground it touches with its rim.
+const GROUND: f64 = 0.985;
 /// Most facets by which it is sought.
 const MOST_FACETS: usize = 24;
 /// A machined facet is in sight where it is not lower than the part by more than this, mm.
@@ -222,7 +225,8 @@ impl<'a> Terrain<'a> {
         let known_to_leave: Vec<DVec2> = around.iter().filter_map(|h| h.by).collect();
         let radius = self.cutter.radius();
         let touching = top.normal().truncate() * radius;
-        let beside = self.off_walls(at, top.z);
+        let is_ground = top.normal().z >= GROUND;
+        let beside = is_ground.then(|| self.off_walls(at, top.z)).flatten();
         let near = known_to_leave.iter().map(|by| *by - at).chain(beside);
         let mut best = (f64::INFINITY, DVec2::ZERO);
         for across in near.chain([touching, DVec2::ZERO]) {

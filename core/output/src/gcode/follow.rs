@@ -1,4 +1,4 @@
-//! Whether a program is the path that it was written from.
+//! Whether a program is the path that it was written from, cut with the tool, offsets, spindle and coolant of the job.
 //!
 //! The points of the path are sought in the program in their order, to the rounding of its numbers; what the program does
 //! between two of them must stay near the straight line that joins them. Where one block may do for a run of points, the points
@@ -7,6 +7,7 @@
 //! or go along the tool axis to or from that point.
 
 use super::program::{Finding, FindingKind, GcodeProgram};
+use super::setting::Setting;
 use evencut_core::geometry::{DVec3, distance_to_segment};
 use evencut_core::toolpath::{MoveKind, PathPoint, Toolpath};
 
@@ -102,6 +103,35 @@ pub fn leaves(program: &GcodeProgram, path: &Toolpath, options: Following) -> Op
     let last = path.points.last()?;
     let after = (at..read.len()).map(|k| (k, off_end(k, last))).find(|(_, off)| *off > most);
     after.map(|(k, off)| finding(program, k, off, last.tip))
+}
+
+/// Where a program first cuts with another setting than the operations, in their order, ask for.
+pub fn differs(program: &GcodeProgram, mut wanted: Vec<Setting>) -> Option<Finding> {
+    let cuts = program.moves.iter().filter(|m| !m.rapid);
+    let mut found: Vec<(u32, Setting)> = cuts.map(|m| (m.line, m.setting)).collect();
+    found.dedup_by_key(|(_, setting)| *setting);
+    let &(_, first) = found.first()?;
+    // What the program leaves out is no difference between operations either.
+    for setting in &mut wanted {
+        setting.tool = setting.tool.filter(|_| first.tool.is_some());
+        setting.length_offset = setting.length_offset.filter(|_| first.length_offset.is_some());
+        setting.speed = setting.speed.round();
+    }
+    wanted.dedup();
+    let finding = |line, message| Finding { line, kind: FindingKind::Setting, message };
+    let other = found.iter().zip(&wanted).find_map(|((line, setting), wanted)| {
+        setting.differs(wanted).map(|message| finding(*line, message))
+    });
+    let (line, there, asked) = (found.last()?.0, found.len(), wanted.len());
+    let number = || {
+        finding(
+            line,
+            format!(
+                "tool, offsets, spindle and coolant are set {there} times for its cuts; the job asks for {asked}"
+            ),
+        )
+    };
+    other.or_else(|| (there != asked).then(number))
 }
 
 fn finding(program: &GcodeProgram, at: usize, off: f64, wanted: DVec3) -> Finding {

@@ -23,8 +23,8 @@
 //! | `motion` | a move → chords |
 //! | `interpret` | blocks → path |
 //! | `check` | findings |
-//! | `follow` | whether a program is the path that it was written from |
-//! | `setting` | tool, offsets, spindle and coolant, and whether they are what the job has |
+//! | `follow` | whether a program is the path that it was written from, with the job's settings |
+//! | `setting` | tool, offsets, spindle and coolant |
 //! | `options`, `program`, `error` | what is asked, what was read, why not |
 //!
 //! Source: Kramer, Proctor, Messina, "The NIST RS274/NGC Interpreter, Version 3" (2000); LinuxCNC's
@@ -51,9 +51,9 @@ mod tests;
 
 pub use check::{CheckOptions, check};
 pub use error::{Fault, GcodeError};
-pub use follow::{Following, leaves};
+pub use follow::{Following, differs, leaves};
 pub use interpret::read;
 pub use kinematics::MachinePosition;
 pub use options::ReadOptions;
 pub use program::{Finding, FindingKind, GcodeProgram, Move};
-pub use setting::{Setting, differs};
+pub use setting::Setting;

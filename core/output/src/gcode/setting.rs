@@ -1,6 +1,5 @@
 //! What the machine is set to while it cuts, and whether that is what was asked for.
 
-use super::program::{Finding, FindingKind, GcodeProgram};
 use evencut_core::machine::{Coolant, Setup, SpindleDirection};
 use evencut_core::units::per_minute;
 
@@ -47,7 +46,7 @@ impl Setting {
 
     /// How it is another one than what is asked for. A program may leave the numbers of tool and offsets out, and have
     /// coolant where none is asked for; that the spindle stands is found by `check`.
-    fn differs(&self, wanted: &Self) -> Option<String> {
+    pub fn differs(&self, wanted: &Self) -> Option<String> {
         let other = |what: &str, found: Option<u32>, wanted: Option<u32>| {
             let (found, wanted) = found.zip(wanted).filter(|(found, wanted)| found != wanted)?;
             Some(format!("{what} {found}; the job has {wanted}"))
@@ -79,33 +78,4 @@ impl Setting {
                 is_dry.then(|| "cuts without the coolant that the job asks for".to_string())
             })
     }
-}
-
-/// Where a program first cuts with another setting than the operations, in their order, ask for.
-pub fn differs(program: &GcodeProgram, mut wanted: Vec<Setting>) -> Option<Finding> {
-    let cuts = program.moves.iter().filter(|m| !m.rapid);
-    let mut found: Vec<(u32, Setting)> = cuts.map(|m| (m.line, m.setting)).collect();
-    found.dedup_by_key(|(_, setting)| *setting);
-    let &(_, first) = found.first()?;
-    // What the program leaves out is no difference between operations either.
-    for setting in &mut wanted {
-        setting.tool = setting.tool.filter(|_| first.tool.is_some());
-        setting.length_offset = setting.length_offset.filter(|_| first.length_offset.is_some());
-        setting.speed = setting.speed.round();
-    }
-    wanted.dedup();
-    let finding = |line, message| Finding { line, kind: FindingKind::Setting, message };
-    let other = found.iter().zip(&wanted).find_map(|((line, setting), wanted)| {
-        setting.differs(wanted).map(|message| finding(*line, message))
-    });
-    let (line, there, asked) = (found.last()?.0, found.len(), wanted.len());
-    let number = || {
-        finding(
-            line,
-            format!(
-                "tool, offsets, spindle and coolant are set {there} times for its cuts; the job asks for {asked}"
-            ),
-        )
-    };
-    other.or_else(|| (there != asked).then(number))
 }
