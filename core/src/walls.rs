@@ -2,7 +2,7 @@
 //!
 //! - *Own wall*: a face of the part that meets the boundary and rises there.
 //! - *Swept wall*: elsewhere, the boundary edge moved up along the tool axis or along the surface's normal.
-//! - *Wall of a reached part*: a face too steep to be machined, for a cutter with a flat bottom on level ground beside it.
+//! - *Wall of a reached part*: a face that rises beside level ground, for a cutter with a flat bottom on that.
 //! - *Avoided mesh*: a mesh from which the job keeps the cutter a distance, independent of the boundary.
 //!
 //! Steps: (1) each edge of the boundary has an own wall or gets a swept one. (2) Own walls continue over the part's
@@ -23,6 +23,9 @@ use std::sync::Arc;
 
 /// Sine of the angle to the surface from which on an adjacent face is a wall: 45 degrees.
 const STEEP: f64 = core::f64::consts::FRAC_1_SQRT_2;
+/// Cosine to the axis of a cutter with a flat bottom on level ground below which a face rises there: 10 degrees. It is
+/// lifted over what rises less.
+const RISING: f64 = 0.985;
 /// Greatest number of rulings. More: memory; fewer: between two rulings a cutter may enter the wall by more than an
 /// eighth of the tolerance, which the check against its facets then shows.
 const MOST_RULINGS: f64 = 2e6;
@@ -103,18 +106,12 @@ impl Walls {
         out
     }
 
-    /// Rulings of all faces of a part whose cosine to the `axis` is below `steepest`, up to `short` mm below their
-    /// upper ends: a cutter at the height of that stands on the wall, not beside it.
-    pub fn of_part(
-        part: &Part,
-        axis: DVec3,
-        steepest: f64,
-        short: f64,
-        options: &WallOptions,
-    ) -> Self {
+    /// Rulings of all faces of a part that rise from level ground, up to `short` mm below their upper ends: a cutter at
+    /// the height of that stands on the wall, not beside it.
+    pub fn of_part(part: &Part, axis: DVec3, short: f64, options: &WallOptions) -> Self {
         let corners = part.faces.iter().map(|f| f.map(|v| part.positions[v as usize]));
         let steep: Vec<[DVec3; 3]> =
-            corners.filter(|c| face_normal(*c).dot(axis).abs() < steepest).collect();
+            corners.filter(|c| face_normal(*c).dot(axis).abs() < RISING).collect();
         let mut out = Self::default();
         out.rule_facets(&steep, axis, options);
         out.rulings.retain_mut(|ruling| {

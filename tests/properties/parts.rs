@@ -532,3 +532,34 @@ fn flat_ends_cut_floors_up_to_their_walls() {
         assert_eq!(left, 0, "{name}: places {step} mm apart that stay");
     }
 }
+
+/// A pyramid with its top cut off, on a plate, as OBJ: slopes of 45 degrees that rise from level ground.
+fn pyramid() -> Vec<u8> {
+    let square = |half: f64, z: f64| {
+        [(-half, -half), (half, -half), (half, half), (-half, half)].map(|(x, y)| [x, y, z])
+    };
+    let rings = [(16.0, -3.0), (16.0, 0.0), (9.0, 0.0), (4.0, 5.0)];
+    let mut text = String::new();
+    for [x, y, z] in rings.iter().flat_map(|(half, z)| square(*half, *z)) {
+        writeln!(text, "v {x} {y} {z}").unwrap();
+    }
+    writeln!(text, "f 1 3 2\nf 1 4 3\nf 13 14 15\nf 13 15 16").unwrap();
+    for first in [1, 5, 9] {
+        for (i, j) in [(0, 1), (1, 2), (2, 3), (3, 0)] {
+            let [a, b, c, d] = [first + i, first + j, first + 4 + j, first + 4 + i];
+            writeln!(text, "f {a} {b} {c}\nf {a} {c} {d}").unwrap();
+        }
+    }
+    text.into_bytes()
+}
+
+/// On level ground the middle of the cutter need not stand over its contact: at the foot of a slope it is moved off that, not
+/// lifted over it.
+#[test]
+fn a_bull_end_is_not_lifted_at_the_foot_of_a_slope() {
+    let bull = "bull\"\ncorner_radius = 1.0 # \"";
+    let job = job(bull, 6.0, "file = \"pyramid.obj\"", "pattern = \"contour\"");
+    let (planned, _) = kept("pyramid", &job, &pyramid());
+    let highest = planned.lifted.iter().map(|span| span.raise).fold(0.0, f64::max);
+    assert!(highest <= 3.0 * TOLERANCE, "{highest}");
+}

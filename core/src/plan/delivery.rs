@@ -332,12 +332,11 @@ pub fn walls(job: &Job, prepared: &Prepared) -> Walls {
         allowance: job.cut.allowance,
         spacing: WallOptions::spacing(job.tool.radius(), job.cut.tolerance),
     };
-    let reached = prepared.reached_by_flat(job);
     let mut walls = match job.path.boundary {
-        Boundary::Open => reached.map_or(Walls::default(), |steepest| {
-            let short = job.cut.tolerance;
-            Walls::of_part(&prepared.part, DVec3::Z, steepest, short, &options)
-        }),
+        Boundary::Open if prepared.is_reached_by_flat(job) => {
+            Walls::of_part(&prepared.part, DVec3::Z, job.cut.tolerance, &options)
+        }
+        Boundary::Open => Walls::default(),
         Boundary::Wall => Walls::beside(surface, &prepared.part.without(surface), &options),
     };
     for Avoided { mesh, distance, .. } in &prepared.avoided {

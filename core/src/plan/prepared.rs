@@ -5,10 +5,9 @@ use super::error::PlanError;
 use super::load::{Files, SurfaceKeys};
 use super::parameter_map;
 use super::stage::Stage;
-use crate::cutter_location::CheckMesh;
+use crate::cutter_location::{CheckMesh, is_level};
 use crate::flatten::{Chart, FlattenError, Locator, Quality, abf, bff, unfolded};
-use crate::geometry::DVec2;
-use crate::geometry::math::cos;
+use crate::geometry::{DVec2, DVec3};
 use crate::hub::ChannelLines;
 use crate::job::{FlattenMethod, Job};
 use crate::reach::ReachOptions;
@@ -121,11 +120,15 @@ impl Prepared {
         self.chart.locator(&self.surface)
     }
 
-    /// Cosine to the axis of the steepest faces that passes follow, where a cutter with a flat bottom reaches a part: what is
-    /// steeper is a wall off which it is moved.
-    pub fn reached_by_flat(&self, job: &Job) -> Option<f64> {
-        let reached = self.keys.reach(1).filter(|_| job.tool.bottom_radius() > 0.0)?;
-        Some(cos(reached.followed()))
+    /// Whether it is what a cutter with a flat bottom reaches of a part, some of it level: from what rises beside that the
+    /// cutter is moved off.
+    pub fn is_reached_by_flat(&self, job: &Job) -> bool {
+        let is_level = |face: &[u32; 3]| {
+            let [a, b, c] = face.map(|v| self.surface.positions()[v as usize]);
+            is_level((b - a).cross(c - a).normalize_or_zero(), DVec3::Z)
+        };
+        let is_flat = self.keys.reach(1).is_some() && job.tool.bottom_radius() > 0.0;
+        is_flat && self.surface.triangles().1.iter().any(is_level)
     }
 
     /// The lines of the channel of a hub in the flat map, flat mm, if the surface is one.

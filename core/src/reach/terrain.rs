@@ -61,9 +61,9 @@ const BESIDE: f64 = 1e-8;
 const MOST_WALLS: usize = 16;
 /// What is steeper than this cosine to the axis is a wall off which a flat bottom is moved: 60 degrees.
 const WALL: f64 = 0.5;
-/// A flat bottom stands on ground whose cosine to the axis is not below this, and is moved off walls beside it: 10
-/// degrees. On steeper ground it touches with its rim.
-const GROUND: f64 = 0.985;
+/// A flat bottom is moved off walls beside ground whose cosine to the axis is not below this, 30 degrees; steeper ground
+/// it comes down to from the side.
+const GROUND: f64 = 0.866;
 /// Most facets by which it is sought.
 const MOST_FACETS: usize = 24;
 /// A machined facet is in sight where it is not lower than the part by more than this, mm.
@@ -260,6 +260,7 @@ impl<'a> Terrain<'a> {
         while known.len() < MOST_WALLS {
             // At the end of a wall the cutter is moved off that, seen from where it is now.
             let seen = |across: DVec2| {
+                (across.length() <= WITHIN * radius).then_some(())?;
                 let side = |facet: &[DVec3; 3]| {
                     let wall = nearest_above(*facet, above, at + across)?;
                     let out = (at + across - wall).try_normalize()?;
@@ -268,9 +269,6 @@ impl<'a> Terrain<'a> {
                 known.iter().map(side).collect()
             };
             across = nearest_within_seen(across, BESIDE, &seen)?;
-            if across.length() > WITHIN * radius {
-                return None;
-            }
             match self.cutter.lands(walls, at + across, above) {
                 None => return Some(across),
                 Some(landing) if known.contains(&landing.facet) => return None,
