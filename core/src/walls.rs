@@ -106,8 +106,8 @@ impl Walls {
         out
     }
 
-    /// Rulings of all faces of a part that rise from level ground, up to `short` mm below their upper ends: a cutter at
-    /// the height of that stands on the wall, not beside it.
+    /// Rulings of all faces of a part but those that are nearly level, up to `short` mm below their upper ends: a cutter at
+    /// the height of that stands on the face, not beside it.
     pub fn of_part(part: &Part, axis: DVec3, short: f64, options: &WallOptions) -> Self {
         let corners = part.faces.iter().map(|f| f.map(|v| part.positions[v as usize]));
         let steep: Vec<[DVec3; 3]> =

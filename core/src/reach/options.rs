@@ -24,7 +24,7 @@ pub struct ReachOptions {
 
 impl ReachOptions {
     /// Steepest slope up to which the reached surface is followed, rad: a little beyond what is machined.
-    pub fn followed(&self) -> f64 {
+    pub(super) fn followed(&self) -> f64 {
         (self.steepest + BEYOND).min(STEEPEST)
     }
 }

@@ -29,12 +29,12 @@ impl Cldata {
             "MULTAX" => block.control = Some(given.first() != Some(&"OFF")),
             "LOADTL" => {
                 block.m.push(60);
-                if let Some(&tool) = given.first() {
-                    block.set('T', whole_number(tool)?, tool)?;
-                }
-                let mut after = given.iter().skip_while(|word| **word != "ADJUST").skip(1);
-                if let Some(&offset) = after.next() {
-                    block.set('H', whole_number(offset)?, offset)?;
+                let after = given.iter().skip_while(|word| **word != "ADJUST").nth(1);
+                for (letter, text) in [('T', given.first()), ('H', after)] {
+                    // A tool may have a name instead.
+                    if let Some((text, (value, ""))) = text.and_then(|t| Some((t, number(t)?))) {
+                        block.set(letter, value, text)?;
+                    }
                 }
             }
             "COOLNT" => block.m.push(if given.first() == Some(&"OFF") { 90 } else { 80 }),

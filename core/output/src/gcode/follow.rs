@@ -107,9 +107,12 @@ pub fn leaves(program: &GcodeProgram, path: &Toolpath, options: Following) -> Op
 
 /// Where a program first cuts with another setting than the operations, in their order, ask for.
 pub fn differs(program: &GcodeProgram, mut wanted: Vec<Setting>) -> Option<Finding> {
-    let cuts = program.moves.iter().filter(|m| !m.rapid);
-    let mut found: Vec<(u32, Setting)> = cuts.map(|m| (m.line, m.setting)).collect();
-    found.dedup_by_key(|(_, setting)| *setting);
+    let mut found: Vec<(u32, Setting)> = Vec::new();
+    for m in program.moves.iter().filter(|m| !m.rapid) {
+        if found.last().is_none_or(|(_, last)| *last != m.setting) {
+            found.push((m.line, m.setting));
+        }
+    }
     let &(_, first) = found.first()?;
     // What the program leaves out is no difference between operations either.
     for setting in &mut wanted {

@@ -147,6 +147,9 @@ impl<'a> Reader<'a> {
         }
         self.tool_axis(block)?;
         self.modal.rates(block.take('F'), block.take('S'));
+        if block.g.contains(&490) {
+            self.modal.setting.length_offset = None;
+        }
         if let Some(number) = block.take('H') {
             self.modal.setting.length_offset = whole(number);
         }

@@ -3,7 +3,9 @@
 use super::*;
 use evencut_core::geometry::DVec3;
 use evencut_core::geometry::math::{acos, cos, hypot, sin};
-use evencut_core::machine::{Arrangement, Axes, Chain, RotaryAxis, Travel};
+use evencut_core::machine::{
+    Arrangement, Axes, Chain, Coolant, RotaryAxis, Setup, SpindleDirection, Travel, WorkOffset,
+};
 use evencut_core::toolpath::MoveKind;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -596,7 +598,6 @@ fn tables_have_limits_too() {
 
 #[test]
 fn what_the_machine_is_set_to_is_compared_with_the_job() {
-    use evencut_core::machine::{Coolant, Setup, SpindleDirection, WorkOffset};
     let setup = Setup {
         tool_number: 3,
         length_offset: 4,
@@ -633,6 +634,9 @@ fn what_the_machine_is_set_to_is_compared_with_the_job() {
     assert_eq!(message(&both, &[second, job]).unwrap().0, 7);
     assert_eq!(message(&both, &[job]).unwrap().0, 12);
     assert_eq!(message(start, &[job, second]).unwrap().0, 7);
+    // The length of the tool is no longer taken into account.
+    let without = format!("{start}G49\nG1 X5\n");
+    assert_eq!(message(&without, &[job]).unwrap().0, 9);
 }
 
 #[test]
@@ -645,11 +649,9 @@ fn other_formats_name_tool_and_offsets_too() {
         let set: Vec<Setting> = program.moves.iter().map(|m| m.setting).collect();
         assert_eq!(set[1].tool.zip(Some(set[1].speed)), Some((6, 900.0)));
         assert_eq!(set[1].length_offset, offset);
-        assert!(
-            set[1].turns()
-                && set[1].direction != Setting::wanted(&Default::default(), 1.0).direction
-        );
-        assert_eq!(set.last().map(|last| last.has_coolant), Some(false));
-        assert!(set[1].has_coolant);
+        assert_eq!(set[1].direction, Some(SpindleDirection::CounterClockwise));
+        assert_eq!([set[1].has_coolant, set[2].has_coolant], [true, false]);
     }
+    let named = plain(&apt.replace("LOADTL/6,ADJUST,7", "LOADTL/EM6"));
+    assert_eq!(named.moves[1].setting.tool, None);
 }
