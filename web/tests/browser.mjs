@@ -47,11 +47,14 @@ export async function open(browser, url, { init, ...options } = {}) {
 /** Waits until the planner is there and the job is checked. */
 export const ready = (page) => page.locator("body[data-checked]").waitFor();
 
+/** Against planning that never ends; how long it may take is no matter of these tests, which run on machines of any speed. */
+const PLANNING = 600_000;
+
 /** Presses Plan and waits for the plan, not for an earlier one. */
 export async function plan(page) {
   await page.evaluate(() => delete document.body.dataset.planned);
   await page.locator("#plan:enabled").click();
-  await page.locator("body[data-state=planned][data-planned]").waitFor();
+  await page.locator("body[data-state=planned][data-planned]").waitFor({ timeout: PLANNING });
 }
 
 /** Drops files, given as {name, bytes}, on the page. */
