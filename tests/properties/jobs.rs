@@ -254,7 +254,7 @@ fn jobs_on_large_real_surfaces_keep_their_promises() {
 /// A job with nothing but what must be said, for any file.
 fn bare_job(file: &str, control: &str) -> Job {
     let text = format!(
-        "version = 1\n[surface]\nfile = \"{file}\"\n[tool]\ndiameter = 6.0\n[cut]\nstepover = 1.5\n\
+        "version = 1\n[surface]\nfile = \"{file}\"\n[tool]\ndiameter = 10.0\n[cut]\nstepover = 4.0\n\
          feed = 1000.0\n[force]\ncontrol = \"{control}\"\n"
     );
     job::read(text.as_bytes()).unwrap().job

@@ -294,7 +294,7 @@ fn several_faces_need_a_steepest_slope() {
 fn closed_and_folded_real_meshes_are_planned_from_above() {
     let Some(data) = shared_data() else { return };
     for (file, scale, diameter) in
-        [("mesh/hemisphere.obj", 25.0, 6.0), ("nasty/hemi_fin.obj", 1.0, 6.0)]
+        [("mesh/hemisphere.obj", 25.0, 6.0), ("nasty/hemi_fin.obj", 0.5, 6.0)]
     {
         let bytes = std::fs::read(data.join(file)).unwrap();
         let surface = format!("file = \"{file}\"\nscale = {scale}");

@@ -118,11 +118,13 @@ fn map_evenly_and_keep_the_limit(case: &Case) {
 }
 
 #[test]
+#[ignore = "long: cargo xtask accept"]
 fn a_bulb_maps_evenly_and_keeps_the_limit() {
     map_evenly_and_keep_the_limit(&BULB);
 }
 
 #[test]
+#[ignore = "long: cargo xtask accept"]
 fn a_cows_head_maps_evenly_and_keeps_the_limit() {
     map_evenly_and_keep_the_limit(&COW);
 }
