@@ -231,7 +231,7 @@ fn beside_a_wall(tool: &str, pattern: &str, tilt: &str) -> Job {
     job(&format!(
         "[surface.analytic]\nkind = \"bump\"\nsize = 50.0\nheight = 4.0\n[tool]\n{tool}\
          length = 16.0\nstickout = 24.0\n[[tool.holder]]\ndiameter = 30.0\nupper_diameter = 40.0\n\
-         length = 20.0\n[cut]\nscallop = 0.05\nfeed = 1200.0\naxial_depth = 0.5\n{tilt}\
+         length = 20.0\n[cut]\nscallop = 0.1\nfeed = 1200.0\naxial_depth = 0.5\n{tilt}\
          [path]\npattern = \"{pattern}\"\n[force]\ncontrol = \"off\"\n[machine]\naxes = \"xyzac\"\n{}",
         avoid("wall", 0.5)
     ))

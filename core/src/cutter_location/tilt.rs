@@ -247,8 +247,12 @@ impl<'a> Run<'a> {
             }
             let whole = self.travel[to] - self.travel[from];
             for (i, axis) in axes.iter_mut().enumerate().take(to + 1).skip(from) {
-                let done = self.travel[i] - self.travel[from];
-                let part = if whole > 0.0 { done / whole } else { 1.0 };
+                // Where the feed turns two stations are at one place.
+                let part = match self.travel[i] - self.travel[from] {
+                    _ if i == from => 0.0,
+                    done if done < whole => done / whole,
+                    _ => 1.0,
+                };
                 let nominal = self.nominal[i];
                 *axis = (nominal + ends[0].lerp(ends[1], part)).normalize_or(nominal);
             }
@@ -722,6 +726,26 @@ mod tests {
         assert!(moved[120] > 0.2);
         // No jump on the way.
         assert!(axes.windows(2).all(|w| w[0].distance(w[1]) < 0.08));
+    }
+
+    /// Where the feed turns, two contacts are at one place, and each leans by itself.
+    #[test]
+    fn a_ball_leans_away_from_a_wall_at_a_corner_of_the_pass() {
+        let o = options(RADIUS, 0.2);
+        let along = pass(120, 30.0);
+        let back = along.iter().rev().map(|c| {
+            let position = DVec3::new(c.position.y - 15.0, 15.0, 0.0);
+            Contact { position, feed_direction: -DVec3::X, ..*c }
+        });
+        let contacts: Vec<Contact> = along.iter().copied().chain(back).collect();
+        assert_eq!(contacts[120].position, contacts[121].position);
+        let near = wall(6.0, -100.0, 100.0);
+        let axes = tool_axes(&contacts, None, &o, &obstacles(RADIUS, near.clone()));
+        let at = |i: usize| tip(&o.tool, contacts[i].position, contacts[i].normal, axes[i], 0.0);
+        for i in 0..contacts.len() {
+            let distance = clearance(&near, &assembly(RADIUS), at(i), axes[i], 10.0).distance;
+            assert!(distance >= ASKED, "{i}: {distance}");
+        }
     }
 
     #[test]
