@@ -6,6 +6,7 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::LazyLock;
 
 use evencut_core::geometry::DVec3;
 use evencut_core::job::{self, Job};
@@ -31,6 +32,20 @@ const HECC: &str = "version = 1\nname = \"hecc\"\n[surface]\nfile = \"hecc_hub_s
     tolerance = 0.005\n[path]\npattern = \"hub\"\n[hub]\nblades = 15\naxis = [1, 0, 0]\n\
     blade = [\"hecc_main_blade.json\"]\nsplitter = [\"hecc_splitter_blade.json\"]\n[machine]\naxes = \"xyzac\"\n";
 
+/// The shipped blisk and the impeller with their channels, planned once for all tests.
+static BLISK: LazyLock<(Case, Planned)> = LazyLock::new(|| {
+    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../jobs"));
+    let text = fs::read_to_string(folder.join("blisk.toml")).unwrap();
+    let case = Case::new("blisk", &text, folder);
+    let planned = case.planned(2);
+    (case, planned)
+});
+static HECC_CHANNELS: LazyLock<Option<(Case, Planned)>> = LazyLock::new(|| {
+    let case = Case::hecc()?;
+    let planned = case.planned(2);
+    Some((case, planned))
+});
+
 /// A job with its files.
 struct Case {
     name: &'static str,
@@ -49,11 +64,6 @@ impl Case {
         let job::SurfaceSource::File(file) = &job.surface.source else { panic!("{name}: no file") };
         let blades = job.blade_files().into_iter().map(|f| (f.to_owned(), bytes(f))).collect();
         Self { name, surface: bytes(file), blades, job }
-    }
-
-    fn blisk() -> Self {
-        let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../jobs"));
-        Self::new("blisk", &fs::read_to_string(folder.join("blisk.toml")).unwrap(), folder)
     }
 
     fn hecc() -> Option<Self> {
@@ -85,11 +95,10 @@ impl Case {
     }
 
     /// What holds of all channels of a hub.
-    fn assert_kept(&self) {
+    fn assert_kept(&self, planned: &Planned) {
         let name = self.name;
-        let planned = self.planned(2);
         let points = &planned.toolpath.points;
-        let figures = judged(&self.job, &planned, 2).unwrap();
+        let figures = judged(&self.job, planned, 2).unwrap();
         let v = figures.report.verification.as_ref().unwrap();
         assert!(v.passed, "{name}: {:?}", v.broken);
         assert_eq!(v.untouched_mm2, 0.0, "{name}");
@@ -108,7 +117,7 @@ impl Case {
             assert!(flying[0] && lands == 1, "{name}: channel {channel} is left {lands} times");
         }
         let first: Vec<PathPoint> = points.iter().take_while(|p| p.region == 0).copied().collect();
-        let measured = self.clearance(&planned, &first);
+        let measured = self.clearance(planned, &first);
         let asked = format!("at least {} mm", self.wanted());
         ledger(&format!("hub, clearance, {name}"), &asked, &format!("{measured:.3} mm"));
         // What is measured is at most the true distance.
@@ -172,20 +181,22 @@ impl Case {
 
 #[test]
 fn the_channels_of_an_axial_blisk_are_machined_within_their_limits() {
-    Case::blisk().assert_kept();
+    let (case, planned) = &*BLISK;
+    case.assert_kept(planned);
 }
 
 #[test]
 fn the_channels_of_an_impeller_are_machined_within_their_limits() {
-    if let Some(case) = Case::hecc() {
-        case.assert_kept();
+    if let Some((case, planned)) = &*HECC_CHANNELS {
+        case.assert_kept(planned);
     }
 }
 
 /// The program of all channels turns the tables no faster than they can, and LinuxCNC's interpreter follows the path.
 #[test]
 fn programs_of_channels_run_on_the_machine() {
-    assert_runs(&Case::blisk());
+    let (case, planned) = &*BLISK;
+    assert_runs(case, planned);
 }
 
 /// Of an impeller, too, around its splitters; one channel, whose program is as long as that of a blisk.
@@ -193,12 +204,12 @@ fn programs_of_channels_run_on_the_machine() {
 fn the_program_of_an_impeller_runs_on_the_machine() {
     let Some(mut case) = Case::hecc() else { return };
     case.job.hub.as_mut().unwrap().channels = job::HubChannels::One;
-    assert_runs(&case);
+    let planned = case.planned(2);
+    assert_runs(&case, &planned);
 }
 
-fn assert_runs(case: &Case) {
-    let planned = case.planned(2);
-    let options = case.options(&planned);
+fn assert_runs(case: &Case, planned: &Planned) {
+    let options = case.options(planned);
     let dialect = Dialect::of(Post::LinuxCnc).unwrap();
     let text = program(&planned.toolpath, &options, &dialect).unwrap().text;
     let read = read_for(&options.machine, &text);
@@ -322,9 +333,8 @@ fn faces_of_blades_that_are_not_named_are_refused() {
 /// judge sees it.
 #[test]
 fn without_its_axes_the_path_collides() {
-    let cases = [Some(Case::blisk()), Case::hecc()];
-    for case in cases.into_iter().flatten() {
-        let planned = case.planned(2);
+    let cases = [Some(&*BLISK), HECC_CHANNELS.as_ref()];
+    for (case, planned) in cases.into_iter().flatten() {
         let radius = case.job.tool.radius();
         let hub = case.job.hub.as_ref().unwrap();
         let first = || planned.toolpath.points.iter().take_while(|p| p.region == 0);
@@ -336,7 +346,7 @@ fn without_its_axes_the_path_collides() {
             };
             // Deep collisions take long to measure; some of the passes will do.
             let cuts = first().filter(|p| p.kind == MoveKind::Cut && p.pass % 6 == 0);
-            case.clearance(&planned, &cuts.map(turned).collect::<Vec<PathPoint>>())
+            case.clearance(planned, &cuts.map(turned).collect::<Vec<PathPoint>>())
         };
         // Blades that stand straight up from their hub are cleared along its normals.
         let found = [0.0, 1.0].map(with);

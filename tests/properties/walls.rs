@@ -137,22 +137,22 @@ fn check_rest(name: &str, cutter: &Cutter, file: &[u8], expected: f64) {
 #[test]
 fn the_rest_beside_walls_of_a_square_is_as_large_as_it_must_be() {
     for cutter in &CUTTERS {
-        let expected = rest_of_polygon(200.0, 4.0, 0.0, cutter);
-        check_rest("square", cutter, &plate((25, 25), |_, _| true), expected);
+        let expected = rest_of_polygon(128.0, 4.0, 0.0, cutter);
+        check_rest("square", cutter, &plate((16, 16), |_, _| true), expected);
     }
 }
 
 #[test]
 fn the_rest_beside_walls_of_an_l_is_as_large_as_it_must_be() {
     for cutter in &CUTTERS {
-        let expected = rest_of_polygon(200.0, 5.0, 1.0, cutter);
-        check_rest("L", cutter, &plate((25, 25), |i, j| i < 12 || j < 12), expected);
+        let expected = rest_of_polygon(144.0, 5.0, 1.0, cutter);
+        check_rest("L", cutter, &plate((18, 18), |i, j| i < 8 || j < 8), expected);
     }
 }
 
 #[test]
 fn the_rest_beside_walls_of_an_annulus_is_as_large_as_it_must_be() {
-    let (inner, outer) = (10.0, 32.0);
+    let (inner, outer) = (8.0, 22.0);
     for cutter in &CUTTERS {
         let ring = |a: f64, b: f64| PI * (b * b - a * a);
         let lacks = cutter.radius - cutter.covers();
@@ -164,7 +164,7 @@ fn the_rest_beside_walls_of_an_annulus_is_as_large_as_it_must_be() {
 /// The cutter's centre is beside its contact on slopes, and so is its flat bottom.
 #[test]
 fn no_cutter_enters_the_walls_of_a_saddle() {
-    let saddle = "[surface.analytic]\nkind = \"saddle\"\nsize = 50.0\nheight = 4.0";
+    let saddle = "[surface.analytic]\nkind = \"saddle\"\nsize = 36.0\nheight = 3.0";
     let flat = |radius| Cutter { radius, strips: "stepover = 1.5", ..CUTTERS[0] };
     let bull = Cutter { corner: 1.0, strips: "stepover = 1.5", ..CUTTERS[1] };
     let ball = Cutter { radius: 5.0, corner: 5.0, ..CUTTERS[2] };
@@ -179,8 +179,8 @@ fn no_cutter_enters_the_walls_of_a_saddle() {
 /// reaches in a corner depends on the way it faces; a ball leaves the same whatever it does.
 #[test]
 fn no_leaning_cutter_enters_walls() {
-    let bump = "[surface.analytic]\nkind = \"bump\"\nsize = 40.0\nheight = 4.0\nradius = 10.0";
-    let cap = "[surface.analytic]\nkind = \"sphere-cap\"\nsize = 40.0\nradius = 50.0";
+    let bump = "[surface.analytic]\nkind = \"bump\"\nsize = 30.0\nheight = 4.0\nradius = 10.0";
+    let cap = "[surface.analytic]\nkind = \"sphere-cap\"\nsize = 30.0\nradius = 40.0";
     let bull = Cutter { strips: "scallop = 0.05\nlead = 8.0", ..CUTTERS[1] };
     let ball = Cutter { strips: "scallop = 0.05\nlead = 15.0", ..CUTTERS[2] };
     for (name, surface) in [("bump", bump), ("cap", cap)] {

@@ -24,8 +24,8 @@ const FARTHEST: f64 = 4.0;
 const TOUCH: f64 = 1e-7;
 /// Distance from the axis, radii of the cutter with its allowance, within which a ruling shows on which side of the wall the cutter stands.
 const AROUND: f64 = 2.1;
-/// Steps of the search along a ruling for the deepest penetration of a rounded end.
-const THIRDS: usize = 24;
+/// Halvings of a ruling in the search for the deepest penetration of a rounded end: to a millionth of its length.
+const HALVINGS: usize = 20;
 /// Below this, mm, it does not matter how much deeper a rounded end penetrates a ruling than the cutter's side does.
 const NEGLIGIBLE: f64 = 1e-5;
 /// Two directions out that differ by less than this (sine) are the same: those from neighbouring rulings of a
@@ -301,23 +301,27 @@ impl Query<'_> {
             seen.deepest = nearest_on(side);
             seen.depth = radius - seen.deepest.length();
         }
-        // Beside the rounded end the cutter is slimmer.
-        let known = seen.depth.max(floor);
-        if radius - distance > known + NEGLIGIBLE
+        // Beside the rounded end the cutter is slimmer, and the more so the lower.
+        let known = seen.depth.max(floor) + NEGLIGIBLE;
+        let lack = |part: f64| (round - (low + rise * part)).clamp(0.0, round);
+        let half_chord = |lack: f64| (round * round - lack * lack).max(0.0).sqrt();
+        let wide = |part: f64| radius - round + half_chord(lack(part));
+        if radius - distance > known
             && let Some((mut s, mut t)) = between(0.0, round.min(reach))
+            && wide(s).max(wide(t)) - nearest_on((s, t)).length() > known
         {
-            let at = |part: f64| {
-                let lack = (round - (low + rise * part)).clamp(0.0, round);
-                let wide = radius - round + (round * round - lack * lack).max(0.0).sqrt();
-                let across = foot + way * part;
-                (wide - across.length(), across)
+            // The penetration is concave: it grows up to the deepest place.
+            let grows = |part: f64| {
+                let (lack, across) = (lack(part), foot + way * part);
+                rise * lack * across.length() >= across.dot(way) * half_chord(lack)
             };
-            for _ in 0..THIRDS {
-                let third = (t - s) / 3.0;
-                if at(s + third).0 < at(t - third).0 { s += third } else { t -= third }
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (s + t);
+                if grows(middle) { s = middle } else { t = middle }
             }
             for part in [s, t] {
-                let (depth, across) = at(part);
+                let across = foot + way * part;
+                let depth = wide(part) - across.length();
                 if depth > seen.depth {
                     (seen.depth, seen.deepest) = (depth, across);
                 }

@@ -742,8 +742,8 @@ mod tests {
         let near = wall(6.0, -100.0, 100.0);
         let axes = tool_axes(&contacts, None, &o, &obstacles(RADIUS, near.clone()));
         let at = |i: usize| tip(&o.tool, contacts[i].position, contacts[i].normal, axes[i], 0.0);
-        for i in 0..contacts.len() {
-            let distance = clearance(&near, &assembly(RADIUS), at(i), axes[i], 10.0).distance;
+        for (i, &axis) in axes.iter().enumerate() {
+            let distance = clearance(&near, &assembly(RADIUS), at(i), axis, 10.0).distance;
             assert!(distance >= ASKED, "{i}: {distance}");
         }
     }
