@@ -285,8 +285,23 @@ impl Compare {
     }
 }
 
-/// The exit code that all have in common, or [`Exit::NotVerified`].
+/// [`Exit::NotVerified`] where a row breaks a limit, else that of the first row that was refused.
 fn of_all(exits: &[Exit]) -> Exit {
-    let first = exits.first().filter(|first| exits.iter().all(|exit| exit == *first));
-    first.copied().unwrap_or(Exit::NotVerified)
+    let broken = exits.iter().find(|&&exit| exit == Exit::NotVerified);
+    let refused = || exits.iter().find(|&&exit| exit != Exit::Done);
+    broken.or_else(refused).copied().unwrap_or(Exit::Done)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refused_row_is_no_broken_limit() {
+        let [done, surface, limit, broken] =
+            [Exit::Done, Exit::BadSurface, Exit::LimitNotMet, Exit::NotVerified];
+        assert_eq!(of_all(&[done, done]), done);
+        assert_eq!(of_all(&[done, limit, surface]), limit);
+        assert_eq!(of_all(&[surface, done, broken]), broken);
+    }
 }

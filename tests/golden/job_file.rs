@@ -176,7 +176,7 @@ fn the_smallest_job_is_resolved_as_documented() {
 fn warnings_stand_beside_the_job() {
     let source = format!(
         "{SMALLEST}tolerance = 0.02\naxial_depth = 12.0\nspindle = 100\n\
-                          [force]\nrelative = 0.5\n"
+                          [force]\nrelative = 0.5\n[machine]\nclearance = 0.001\n"
     );
     let read = job::read(source.as_bytes()).unwrap();
     let text = read.warnings.render_as(job::Severity::Warning, "job.toml", source.as_bytes());
@@ -441,7 +441,8 @@ fn a_limit_without_a_control_is_not_dropped() {
              scallop = 0.02\nfeed = 900.0\n[path]\npattern = \"{pattern}\"\n[material]\ngroup = \"P\"\n[force]\n{force}"
         )
     };
-    for limit in ["mrr_limit = 900.0", "relative = 1.2", "power = 60.0", "cutting_force = 80.0"] {
+    let rates = ["mrr_limit = 900.0", "relative = 1.2", "power = 60.0", "cutting_force = 80.0"];
+    for limit in rates.into_iter().chain(["min_chip = 0.005", "max_engagement = 150.0"]) {
         for (pattern, control) in [
             ("contour", ForceControl::Fastest),
             ("iso-scallop", ForceControl::Feed),

@@ -1,6 +1,6 @@
 //! How limits on the cut are kept: never slower than by slowing alone, and by trochoids where slowing breaks a limit.
 
-use evencut_core::job::{self, ForceControl, Job, SurfaceSource};
+use evencut_core::job::{self, Boundary, ForceControl, Job, Pattern, SurfaceSource};
 use evencut_core::plan::{Files, PlanError, Prepared, SurfaceKeys, plan_on, stock_of};
 use evencut_core::verify::{Facets, verify};
 use evencut_output::report::Report;
@@ -153,6 +153,29 @@ fn trochoids_keep_limits_that_a_slower_feed_breaks() {
     let job = pocket("control = \"feed\"\nmin_chip = 0.03\n");
     let refused = plan_on(&prepared(&job, "../jobs"), &job, &stock_of(&job), 2, &mut |_, _| {});
     assert!(matches!(refused, Err(PlanError::TooThick { .. })), "{:?}", refused.err());
+}
+
+/// Passes that engage the cutter over no more than may be need no trochoids for it, of any pattern; a slot along a wall,
+/// which they would, is refused with its place.
+#[test]
+fn engagement_is_limited_without_trochoids_too() {
+    let limit = "max_engagement = 100.0\ncontrol = \"feed\"\n";
+    let contour = pocket(limit);
+    let refused =
+        plan_on(&prepared(&contour, "../jobs"), &contour, &stock_of(&contour), 2, &mut |_, _| {});
+    let Err(PlanError::TooThick { engaged, most, .. }) = refused else {
+        panic!("{:?}", refused.err())
+    };
+    assert!(engaged > 2.0 && (most.to_degrees() - 100.0).abs() < 1e-9, "{engaged} of {most}");
+    let mut open = contour.clone();
+    (open.path.pattern, open.path.boundary) = (Pattern::IsoPlanar, Boundary::Open);
+    let report = report(&prepared(&open, "../jobs"), &open);
+    let v = report.verification.as_ref().unwrap();
+    let load = v.load.as_ref().unwrap();
+    assert!(v.passed, "{:?}", v.broken);
+    // A straight pass: acos(1 - 1.2 / 3).
+    assert!(load.engagement_deg > 50.0 && load.engagement_deg <= 100.0, "{}", load.engagement_deg);
+    assert_eq!(load.engagement_limit_deg, Some(100.0));
 }
 
 /// Power and force are kept, and their limit is what slows the cutter down.

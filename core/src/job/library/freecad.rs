@@ -106,13 +106,22 @@ fn length(given: &Value, key: &str) -> Result<Option<f64>, String> {
     }
 }
 
-/// A number with a unit, mm; decimals may follow a comma.
+/// A number with a unit, mm; decimals may follow a comma, and inches may be fractions: "1/4 in", "1 1/4 in".
 fn quantity(text: &str) -> Option<f64> {
     let text = text.trim();
-    let is_part = |c: char| c.is_ascii_digit() || matches!(c, '.' | ',' | '+' | '-');
+    let is_part = |c: char| c.is_ascii_digit() || " .,+-/".contains(c);
     let end = text.find(|c| !is_part(c)).unwrap_or(text.len());
     let (number, unit) = text.split_at(end);
-    let number: f64 = number.replace(',', ".").parse().ok()?;
+    let decimal = |text: &str| text.replace(',', ".").parse::<f64>().ok();
+    let fraction = |text: &str| {
+        let (over, under) = text.split_once('/')?;
+        Some(decimal(over)? / decimal(under)?)
+    };
+    let number = match *number.split_whitespace().collect::<Vec<_>>() {
+        [one] => decimal(one).or_else(|| fraction(one))?,
+        [whole, part] => decimal(whole)? + fraction(part)?,
+        _ => return None,
+    };
     let (_, mm) = UNITS.iter().find(|(name, _)| *name == unit.trim())?;
     Some(number * mm).filter(|length| length.is_finite())
 }

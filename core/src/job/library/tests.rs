@@ -213,7 +213,13 @@ fn lengths_of_bits_have_units() {
     assert_eq!(of("0.5\\\""), Some(12.7));
     assert_eq!(of("1.2 cm"), Some(12.0));
     assert_eq!(of("12"), Some(12.0));
-    assert_eq!(of("1e3 mm").or(of("1/8 in")).or(of("mm")).or(of("")).or(of("1,000.5 mm")), None);
+    assert_eq!(of("1/8 in"), Some(3.175));
+    assert_eq!(of("1 1/4\\\""), Some(31.75));
+    for wrong in
+        ["1e3 mm", "mm", "", "1,000.5 mm", "1 2 in", "1/0 in", "1/2/3 in", "/2 in", "1 /2 in"]
+    {
+        assert_eq!(of(wrong), None, "{wrong}");
+    }
     let torus = BULL.replace("\"FlatRadius\": \"3.0 mm\"", "\"TorusRadius\": \"1.0 mm\"");
     assert_eq!(taken(&torus, ""), taken(BULL, ""));
 }

@@ -20,7 +20,9 @@ const MOST_THIN: f64 = 0.5;
 /// Exponent of the chip thickness where only `kc11` is given.
 const USUAL_MC: f64 = 0.25;
 /// Keys that limit what is removed in a time.
-const LIMITS: [&str; 4] = ["mrr_limit", "relative", "power", "cutting_force"];
+const RATES: [&str; 4] = ["mrr_limit", "relative", "power", "cutting_force"];
+/// Keys that limit how the cutter is loaded at any feed, or by a slow one.
+const LOADS: [&str; 2] = ["min_chip", "max_engagement"];
 
 impl Resolver<'_> {
     pub(super) fn force(&mut self, tool: Option<Tool>, cut: Option<&Cut>) -> Force {
@@ -29,10 +31,12 @@ impl Resolver<'_> {
             let message = format!("given beside {}", self.named("force.mrr_limit"));
             self.fault("force.relative", message, "keep one of the two");
         }
-        let limit =
-            LIMITS.iter().map(|key| format!("force.{key}")).find(|key| self.places.has(key));
-        let is_limited = limit.is_some();
-        let control = self.control(limit);
+        let given = |keys: &[&str]| {
+            keys.iter().map(|key| format!("force.{key}")).find(|key| self.places.has(key))
+        };
+        let rate = given(&RATES);
+        let is_limited = rate.is_some();
+        let control = self.control(rate.or_else(|| given(&LOADS)));
         let cubic = self.unit * self.unit * self.unit;
         Force {
             limit: match (table.mrr_limit, table.relative) {
@@ -44,7 +48,7 @@ impl Resolver<'_> {
             cutting_force: table.cutting_force,
             material: self.material(),
             min_chip: self.min_chip(tool, cut),
-            max_engagement: self.max_engagement(control),
+            max_engagement: table.max_engagement.map_or(PI, radians),
             control,
             vfc: table.vfc.unwrap_or(FeedComponent::Mean),
         }
@@ -58,7 +62,7 @@ impl Resolver<'_> {
             Some(_) if pattern != Pattern::Hub => ForceControl::Feed,
             Some(key) if self.file.force.control.is_none() => {
                 let help = "leave it out";
-                self.fault(&key, "the pattern hub does not limit the removal rate", help);
+                self.fault(&key, "the pattern hub keeps no limit on the cut", help);
                 ForceControl::Off
             }
             _ => ForceControl::Off,
@@ -117,15 +121,5 @@ impl Resolver<'_> {
             let help = "give more, or a smaller `cut.stepover` or `cut.scallop`";
             self.fault("force.max_engagement", message, help);
         }
-    }
-
-    fn max_engagement(&mut self, control: ForceControl) -> f64 {
-        let Some(degrees) = self.file.force.max_engagement else { return PI };
-        if !control.takes_trochoids() {
-            let message = "a slower feed engages the cutter no less";
-            let help = "give `control = \"fastest\"` or `\"trochoid\"`, which contour passes take";
-            self.fault("force.max_engagement", message, help);
-        }
-        radians(degrees)
     }
 }

@@ -171,7 +171,7 @@ impl Resolver<'_> {
         }
         if force.control != ForceControl::Off {
             let help = "give `control = \"off\"`";
-            self.fault("force.control", "the pattern hub does not limit the removal rate", help);
+            self.fault("force.control", "the pattern hub keeps no limit on the cut", help);
         }
         if let Stepover::Fixed(_) = cut.stepover {
             let help = "give `cut.scallop` instead";

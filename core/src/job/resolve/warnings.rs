@@ -7,6 +7,9 @@ use crate::job::force::{ForceControl, MrrLimit};
 use crate::machine::Axes;
 use crate::units::per_minute;
 
+/// Clearance of rapids, mm, below which set-ups are hardly exact enough.
+const LOW: f64 = 0.1;
+
 impl Resolver<'_> {
     /// Warnings about a complete job.
     pub(super) fn add_warnings(&mut self, job: &Job) {
@@ -18,7 +21,8 @@ impl Resolver<'_> {
                 self.show(job.cut.tolerance),
                 self.show(h)
             );
-            let help = "a chord tolerance of half the scallop or less shows in the cusps";
+            let help =
+                "give half of the scallop or less: deviations up to the tolerance add to the cusps";
             self.warn("cut.tolerance", message, help);
         }
         let is_unknown = job.assembly.sections.is_empty() && job.hub.is_none();
@@ -40,6 +44,12 @@ impl Resolver<'_> {
             let help = "the cusps follow the triangles: give half the tolerance or less";
             self.warn("surface.chord", message, help);
         }
+        if job.machine.clearance < LOW {
+            let clearance = self.show(job.machine.clearance);
+            let message = format!("rapids run only {clearance} above part and stock");
+            let help = "set-ups are rarely exact to that: give some millimetres";
+            self.warn("machine.clearance", message, help);
+        }
         let (limit, straight) = (per_minute(job.mrr_limit()), per_minute(job.nominal_mrr()));
         if limit < straight && job.force.control != ForceControl::Off {
             let key = match job.force.limit {
@@ -57,7 +67,7 @@ impl Resolver<'_> {
                 "every pass will have to be slowed or cut with trochoids; lower feed, depth or side step",
             );
         }
-        for key in ["mrr_limit", "power", "cutting_force", "min_chip"] {
+        for key in ["mrr_limit", "power", "cutting_force", "min_chip", "max_engagement"] {
             let key = format!("force.{key}");
             if job.force.control == ForceControl::Off && self.places.has(&key) {
                 let message = "is neither kept nor judged, since `force.control` is \"off\"";
