@@ -229,7 +229,7 @@ fn a_hundred_may_be_avoided_and_no_more() {
 /// higher than the tool stands out.
 fn beside_a_wall(tool: &str, pattern: &str, tilt: &str) -> Job {
     job(&format!(
-        "[surface.analytic]\nkind = \"bump\"\nsize = 36.0\nheight = 4.0\n[tool]\n{tool}\
+        "[surface.analytic]\nkind = \"bump\"\nsize = 50.0\nheight = 4.0\n[tool]\n{tool}\
          length = 16.0\nstickout = 24.0\n[[tool.holder]]\ndiameter = 30.0\nupper_diameter = 40.0\n\
          length = 20.0\n[cut]\nscallop = 0.1\nfeed = 1200.0\naxial_depth = 0.5\n{tilt}\
          [path]\npattern = \"{pattern}\"\n[force]\ncontrol = \"off\"\n[machine]\naxes = \"xyzac\"\n{}",
@@ -241,7 +241,7 @@ fn beside_a_wall(tool: &str, pattern: &str, tilt: &str) -> Job {
 /// holder cuts into it.
 #[test]
 fn a_ball_is_tilted_for_its_holder_to_clear_a_wall() {
-    let wall = held(&[("wall", block([24.0, -30.0, -5.0], [29.0, 30.0, 60.0]))]);
+    let wall = held(&[("wall", block([31.0, -30.0, -5.0], [36.0, 30.0, 60.0]))]);
     let files = Files { meshes: &wall, ..Files::default() };
     let ball = "kind = \"ball\"\ndiameter = 8.0\n";
     for pattern in ["contour", "iso-planar", "iso-scallop"] {

@@ -223,7 +223,7 @@ fn branches_from_rings_face_their_way() {
 fn every_pattern_keeps_the_limit() {
     for (name, surface, _) in [SURFACES[2], SURFACES[4]] {
         for pattern in Pattern::ALL {
-            check_kept(name, &measured(name, &job(surface, 0.1), pattern));
+            check_kept(name, &measured(name, &job(surface, 0.05), pattern));
         }
     }
 }
