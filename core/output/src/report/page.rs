@@ -114,7 +114,7 @@ fn fact_table(html: &mut String, report: &Report) {
 fn verification(html: &mut String, report: &Report) {
     let Some(v) = &report.verification else { return };
     html.push_str(
-        "<h2>Measured</h2>\n<p>By a simulation of the path that shares nothing with its planning.</p>\n",
+        "<h2>Measured</h2>\n<p>By a simulation of the finished path.</p>\n",
     );
     for sentence in &v.broken {
         let sentence = escaped(sentence);
