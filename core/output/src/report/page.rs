@@ -113,9 +113,7 @@ fn fact_table(html: &mut String, report: &Report) {
 
 fn verification(html: &mut String, report: &Report) {
     let Some(v) = &report.verification else { return };
-    html.push_str(
-        "<h2>Measured</h2>\n<p>By a simulation of the finished path.</p>\n",
-    );
+    html.push_str("<h2>Measured</h2>\n<p>By a simulation of the finished path.</p>\n");
     for sentence in &v.broken {
         let sentence = escaped(sentence);
         let _ = writeln!(html, "<p class=\"warning\"><strong>broken:</strong> {sentence}</p>");
