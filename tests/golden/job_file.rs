@@ -442,11 +442,18 @@ fn a_limit_without_a_control_is_not_dropped() {
         )
     };
     let rates = ["mrr_limit = 900.0", "relative = 1.2", "power = 60.0", "cutting_force = 80.0"];
-    for limit in rates.into_iter().chain(["min_chip = 0.005", "max_engagement = 150.0"]) {
+    let loads = ["min_chip = 0.005", "max_engagement = 150.0"];
+    for limit in rates.into_iter().chain(loads) {
+        // Slowing keeps no limit on engagement or feed per tooth.
+        let open = match loads.contains(&limit) {
+            true => ForceControl::Fastest,
+            false => ForceControl::Feed,
+        };
         for (pattern, control) in [
             ("contour", ForceControl::Fastest),
-            ("iso-scallop", ForceControl::Feed),
-            ("mpf", ForceControl::Feed),
+            ("iso-scallop", open),
+            ("mpf", open),
+            ("spiral", ForceControl::Feed),
         ] {
             let read = job::read(text(pattern, limit).as_bytes()).unwrap();
             assert_eq!(read.job.force.control, control, "{pattern}, {limit}");

@@ -156,6 +156,41 @@ fn trochoids_keep_limits_that_a_slower_feed_breaks() {
     assert!(matches!(refused, Err(PlanError::TooThick { .. })), "{:?}", refused.err());
 }
 
+/// Open passes meet full stock where the first one runs; there a slower feed breaks the limits, too.
+#[test]
+fn trochoids_in_open_passes_keep_limits_that_a_slower_feed_breaks() {
+    let job = |tool: &str, pattern: &str, force: &str| {
+        let text = format!(
+            "version = 1\nname = \"open\"\n[surface.analytic]\nkind = \"saddle\"\nsize = 24.0\nheight = 3.0\n\
+             [tool]\n{tool}\ndiameter = 6.0\nflutes = 3\n[cut]\nscallop = 0.1\naxial_depth = 2.0\nfeed = 1500.0\n\
+             spindle = 10000.0\ntolerance = 0.01\n[path]\npattern = \"{pattern}\"\n[force]\nmrr_limit = 3240.0\n{force}"
+        );
+        read("open", &text)
+    };
+    let bull = "kind = \"bull\"\ncorner_radius = 1.0";
+    for (tool, pattern, limit) in [
+        ("kind = \"ball\"", "iso-scallop", "min_chip = 0.03"),
+        ("kind = \"ball\"", "mpf", "max_engagement = 90.0"),
+        (bull, "iso-planar", "max_engagement = 90.0"),
+    ] {
+        let fastest = job(tool, pattern, limit);
+        let prepared = prepared(&fastest, "../jobs");
+        let made = report(&prepared, &fastest);
+        let verification = made.verification.as_ref().unwrap();
+        assert!(verification.passed, "{pattern}: {:?}", verification.broken);
+        assert!(made.force.trochoid_loops > 10, "{pattern}: {}", made.force.trochoid_loops);
+        let peak = verification.mrr.as_ref().and_then(|mrr| mrr.peak_over_limit).unwrap();
+        assert!(peak <= 1.0, "{pattern}: {peak}");
+        let slowed = job(tool, pattern, &format!("{limit}\ncontrol = \"feed\""));
+        let refused = plan_on(&prepared, &slowed, &stock_of(&slowed), 2, &mut |_, _| {});
+        assert!(
+            matches!(refused, Err(PlanError::TooThick { .. })),
+            "{pattern}: {:?}",
+            refused.err()
+        );
+    }
+}
+
 /// Passes that engage the cutter over no more than may be need no trochoids for it, of any pattern; a slot along a wall,
 /// which they would, is refused with its place.
 #[test]

@@ -150,6 +150,11 @@ impl<'a> Simulation<'a> {
         self.stock.sweep(Capsule::new(self.at, r, self.at, r));
     }
 
+    /// Whether stock is left at a flat place.
+    pub fn has_stock(&self, at: DVec2) -> bool {
+        self.stock.has_stock(at)
+    }
+
     /// Whether nothing is left of the stock under the cutter at `at`.
     pub fn is_clear(&self, at: DVec2) -> bool {
         let r = self.disc(at);
@@ -185,6 +190,13 @@ impl<'a> Simulation<'a> {
     /// From now on the cutter faces a flat direction; with `None` the one in which it moves.
     pub fn face(&mut self, heading: Option<DVec2>) {
         self.heading = heading;
+    }
+
+    /// The last move comes from, or goes on, beyond the chart: see [`FlatPoint::overrun`].
+    pub fn overrun(&mut self, by: f64) {
+        if let Some(last) = self.points.last_mut() {
+            last.overrun = by;
+        }
     }
 
     /// Moves at a height through stock whose removal rate at that feed is known, mm³/s.

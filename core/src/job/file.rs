@@ -633,7 +633,7 @@ pub struct ForceTable {
     #[schemars(extend("x-unit" = "deg", "x-default" = "no limit", "minimum" = 1.0, "maximum" = 180.0))]
     pub max_engagement: Option<f64>,
     /// What is done where a limit would be exceeded.
-    #[schemars(extend("x-default" = "fastest for pattern contour; else feed where a limit is given, off where none is"))]
+    #[schemars(extend("x-default" = "fastest for pattern contour, and where open passes take trochoids and a limit on engagement or feed per tooth is given; else feed where a limit is given, off where none is"))]
     pub control: Option<ForceControl>,
     /// Which feed component the removal rate is formed with.
     #[schemars(extend("default" = "mean"))]

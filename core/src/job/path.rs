@@ -90,9 +90,14 @@ impl Pattern {
         self == Self::Mpf
     }
 
-    /// Whether trochoids can be inserted into its passes where they would remove too much.
-    pub fn takes_trochoids(self) -> bool {
-        self == Self::Contour
+    /// Whether trochoids can be inserted into its passes where they would remove too much. `lags`: whether strips of the
+    /// cutter lag behind the contact, so that open passes are moved sideways, which loops could not follow.
+    pub fn takes_trochoids(self, lags: bool) -> bool {
+        match self {
+            Self::Contour => true,
+            Self::Hub | Self::Spiral => false,
+            _ => !lags,
+        }
     }
 
     /// Whether its rings are joined to one pass.

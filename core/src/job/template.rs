@@ -175,7 +175,7 @@ boundary = \"open\"          # open: air outside of the surface; wall: material 
 
 [force]
 {:<26} # limit of the removal rate, times that of a straight pass
-control = {:<16} # off | feed | fastest | trochoid, the last two with rings
+control = {:<16} # off | feed | fastest | trochoid
 
 [machine]
 {:<26} # {}

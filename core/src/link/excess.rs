@@ -60,7 +60,7 @@ impl Excess {
             let at = |i: u32| from.lerp(to, f64::from(i) / f64::from(steps));
             places.extend((0..=steps).map(|i| Above { at: at(i), reach, amount }));
         }
-        let cell = places.iter().fold(f64::MIN_POSITIVE, |most: f64, p| most.max(p.reach));
+        let cell = places.iter().map(|p| p.reach).max_by(f64::total_cmp).unwrap_or(1.0);
         let mut cells: BTreeMap<[i64; 2], Vec<Above>> = BTreeMap::new();
         for place in places {
             cells.entry(cell_of(place.at, cell)).or_default().push(place);

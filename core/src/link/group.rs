@@ -17,6 +17,13 @@ pub struct Group<'a> {
     pub precedence: &'a Precedence,
 }
 
+impl Group<'_> {
+    /// Whether all of its passes are closed.
+    pub fn has_rings_only(&self) -> bool {
+        self.passes.iter().all(|p| p.is_closed)
+    }
+}
+
 /// A pass, reversed on request.
 pub(crate) fn oriented(pass: &Pass, reverse: bool) -> Pass {
     let mut turned = pass.clone();

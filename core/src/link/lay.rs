@@ -41,12 +41,12 @@ pub struct LayOptions {
 /// Lays out the passes of one region after the other.
 pub fn lay(groups: &[Group], terrain: &dyn Terrain, options: &LayOptions) -> Vec<FlatPoint> {
     let mut layer = Layer { terrain, options, points: Vec::new(), pass: 0, region: 0 };
-    for (region, Group { passes, precedence }) in (0..).zip(groups) {
+    for (region, group) in (0..).zip(groups) {
         layer.region = region;
-        if passes.iter().all(|p| p.is_closed) {
-            layer.rings(passes, precedence);
+        if group.has_rings_only() {
+            layer.rings(group.passes, group.precedence);
         } else {
-            layer.open(passes);
+            layer.open(group.passes);
         }
     }
     layer.points

@@ -186,7 +186,7 @@ pub enum PlanError {
     },
     /// The cutter is engaged too far, or would have to go too slowly.
     #[error(
-        "force: near ({:.3}, {:.3}, {:.3}) mm {}; neither a slower feed nor trochoids as this job allows them keep it: let contour passes take trochoids \
+        "force: near ({:.3}, {:.3}, {:.3}) mm {}; neither a slower feed nor trochoids as this job allows them keep it: let passes take trochoids \
          (force.control = \"fastest\"), relax that limit, or reduce cut.axial_depth, or cut.scallop or cut.stepover, or trochoid.min_radius{}",
         place.x, place.y, place.z,
         thickness(*engaged, *most, *per_tooth, *least),

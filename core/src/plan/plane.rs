@@ -5,7 +5,7 @@ use crate::centring::Centring;
 use crate::engagement::{Cutting, Simulation, Stock, predicted};
 use crate::flat_path::FlatPoint;
 use crate::flatten::Locator;
-use crate::job::{ForceControl, Job};
+use crate::job::{ForceControl, Job, Pattern};
 use crate::level_set::FieldTerrain;
 use crate::link::{CutOptions, Excess, Group, LayOptions, Measured, cut_passes, lay};
 use crate::load::LoadLimits;
@@ -57,7 +57,10 @@ impl<'a> Plane<'a> {
     /// Whether passes are cut anew, slowed or with trochoids, where plain ones would break a limit.
     pub fn is_walked(&self) -> bool {
         let Job { path, force, .. } = self.job;
-        path.pattern.takes_trochoids() && force.control != ForceControl::Off
+        match path.pattern {
+            Pattern::Contour => force.control != ForceControl::Off,
+            _ => force.control.takes_trochoids(),
+        }
     }
 
     fn groups(&self, order: &[usize]) -> Vec<Group<'a>> {
@@ -139,8 +142,8 @@ impl<'a> Plane<'a> {
             plain: &|at| plain.nearest(at),
             beyond: &|at| beyond.iter().filter_map(|excess| excess.most(at)).product(),
         };
-        let groups = &self.groups(order);
-        let loops = cut_passes(&mut simulation, groups, &options, measured, progress);
+        let (groups, laid) = (&self.groups(order), &self.laid(order).points);
+        let loops = cut_passes(&mut simulation, (groups, laid), &options, measured, progress);
         FlatCut { points: at_nominal_feeds(simulation.finish().0, job), loops, is_rated: true }
     }
 }

@@ -22,6 +22,8 @@ use std::sync::Arc;
 
 /// How often trochoids that cut too much at once are laid again.
 const ROUNDS: usize = 12;
+/// How often they are without cutting any less.
+const IDLE_ROUNDS: usize = 5;
 
 /// A plan and what is known about it.
 #[derive(Debug)]
@@ -169,9 +171,15 @@ fn within_bounds(
     let (job, bounds) = (ground.job, ground.job.bounds());
     let is_bound = job.force.control != ForceControl::Off && bounds.bound_sections();
     let mut excesses = Vec::new();
+    let (mut least, mut idle) = (f64::INFINITY, 0);
     // Laid again, if the path breaks a bound and that may help.
     let mut smaller = |path: &Toolpath, loops: usize| {
-        let may_help = loops > 0 && excesses.len() < ROUNDS && beyond(path, &bounds).is_some();
+        let worst = beyond(path, &bounds)?.excess;
+        if worst < least {
+            (least, idle) = (worst, 0);
+        }
+        idle += 1;
+        let may_help = loops > 0 && excesses.len() < ROUNDS && idle <= IDLE_ROUNDS;
         let plain = plain.filter(|_| may_help)?;
         excesses.push(plane.beyond(path, &bounds));
         ground.cut_within((plane, control), plain, &excesses, &mut |_| {})

@@ -45,6 +45,12 @@ const THIN: f64 = 0.35;
 /// Where the ring is run again loops have this fraction of the radius of the inscribed circle: a path that touches two
 /// walls in turn would be led into the corner between them.
 const SHY: f64 = 0.97;
+/// From the boundary on loops are begun where they have this fraction of the radius that they reach within this many
+/// radii of theirs.
+const WIDE: f64 = 0.9;
+const WIDE_WITHIN: f64 = 6.0;
+/// Places between which loops that grow are interpolated.
+const GROWING: usize = 4;
 /// A cut begins this many turns before the one of the loop before did.
 const LEAD_IN: f64 = 0.05;
 /// The last loops of a stretch, up to this number, are evened out.
@@ -109,6 +115,9 @@ pub struct Span<'a> {
     pub shares: &'a [f64],
     /// Whether the stretch is run again afterwards, which takes what loops leave beside the ring.
     pub is_run_again: bool,
+    /// Whether the stretch begins on the boundary, where no loop has room: the first one is made where the corridor is
+    /// wide.
+    pub begins_at_boundary: bool,
 }
 
 /// A branch that leaves from a stretch.
@@ -248,6 +257,9 @@ impl Guide {
             }
             stations.push(station);
         }
+        if span.begins_at_boundary {
+            begin_wide(&mut stations, (WIDE_WITHIN * wanted, span.toward < 0.0));
+        }
         let mut arc = vec![0.0];
         for w in stations.windows(2) {
             let step =
@@ -329,6 +341,31 @@ impl Guide {
             simulation.cut_limited(s.touch, MoveKind::Cut);
         }
         self.length
+    }
+}
+
+/// Drops the stations before the first one whose loop is about as large as loops become within a distance. Where loops
+/// run on a side that is cleared, those at that place grow from there on: the first one would be a slot.
+fn begin_wide(stations: &mut Vec<Station>, (within, is_cleared): (f64, bool)) {
+    let Some(start) = stations.first().map(|s| s.touch) else { return };
+    let near = || stations.iter().take_while(|s| s.touch.distance(start) <= within);
+    let largest = near().fold(0.0, |most: f64, s| most.max(s.radius));
+    let first = near().position(|s| s.radius >= WIDE * largest).unwrap_or(0);
+    stations.drain(..first);
+    if is_cleared {
+        let wide = stations[0];
+        let to_side = 2.0 * (wide.center - wide.touch);
+        let grown = |i: usize| {
+            let part = i as f64 / GROWING as f64;
+            let touch = wide.touch + to_side * (1.0 - part);
+            Station {
+                touch,
+                center: touch + 0.5 * part * to_side,
+                radius: part * wide.radius,
+                ..wide
+            }
+        };
+        stations.splice(..0, (0..GROWING).map(grown));
     }
 }
 

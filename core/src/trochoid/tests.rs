@@ -75,6 +75,7 @@ impl Pocket {
             toward: 1.0,
             shares: &shares,
             is_run_again,
+            begins_at_boundary: false,
         };
         let (back, center, _) = entry(&simulation, &span, &LOOPS);
         enter(&mut simulation, back, center, &LOOPS);
@@ -130,6 +131,7 @@ fn radii_in_a_wedge_are_those_of_the_inscribed_circles() {
         toward: 1.0,
         shares: &[1.0; 3],
         is_run_again: true,
+        begins_at_boundary: false,
     };
     let guide = Guide::new(&simulation, &span, &LOOPS);
     let rings: Vec<_> =

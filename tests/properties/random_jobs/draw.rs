@@ -115,7 +115,7 @@ pub fn drawn(seed: u64, data: Option<&Path>) -> Drawn {
     if r.happens(0.2) {
         text.push_str("direction = \"conventional\"\n");
     }
-    let pattern = path(&mut r, &mut text, diameter);
+    let pattern = path(&mut r, &mut text, diameter, five && kind != "ball");
     text.push_str("[machine]\n");
     let _ = writeln!(text, "axes = \"{}\"", if five { "xyzac" } else { "3" });
     if r.happens(0.1) {
@@ -204,8 +204,8 @@ fn turned_surface(r: &mut Random, path: &Path, scale: f64, five: bool) -> String
     text
 }
 
-/// `[path]`, `[regions]` and `[force]`.
-fn path(r: &mut Random, text: &mut String, diameter: f64) -> String {
+/// `[path]`, `[regions]` and `[force]`; `lags`: whether the cutter is a leaning flat or bull end.
+fn path(r: &mut Random, text: &mut String, diameter: f64, lags: bool) -> String {
     let others =
         ["iso-scallop", "iso-parametric", "iso-planar", "direction-field", "mpf", "spiral"];
     let pattern = if r.happens(0.5) { "contour" } else { r.of(&others) };
@@ -253,7 +253,9 @@ fn path(r: &mut Random, text: &mut String, diameter: f64) -> String {
     }
     let control = match pattern {
         "contour" => r.of(&["off", "feed", "trochoid", "fastest"]),
-        _ => r.of(&["off", "off", "feed"]),
+        "spiral" => r.of(&["off", "off", "feed"]),
+        _ if lags => r.of(&["off", "off", "feed"]),
+        _ => r.of(&["off", "feed", "trochoid", "fastest"]),
     };
     let _ = writeln!(text, "[force]\ncontrol = \"{control}\"");
     if control != "off" {

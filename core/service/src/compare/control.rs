@@ -22,7 +22,8 @@ pub(super) fn with_control(job: &Job, control: ForceControl) -> Job {
 /// The controls that a job's pattern takes, in the order in which they are compared.
 pub fn controls(job: &Job) -> Vec<ForceControl> {
     let all = [ForceControl::Feed, ForceControl::Trochoid, ForceControl::Fastest];
-    let takes = |c: &ForceControl| job.path.pattern.takes_trochoids() || !c.takes_trochoids();
+    let takes_trochoids = job.path.pattern.takes_trochoids(job.footprint().lags());
+    let takes = |c: &ForceControl| takes_trochoids || !c.takes_trochoids();
     all.into_iter().filter(takes).collect()
 }
 

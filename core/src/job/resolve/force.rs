@@ -1,6 +1,7 @@
 //! Limits on the cut, and what is done where they would be exceeded.
 
 use super::resolver::Resolver;
+use crate::footprint::Footprint;
 use crate::job::complete::Job;
 use crate::job::cut::Cut;
 use crate::job::force::{FeedComponent, Force, ForceControl, MinChip, MrrLimit};
@@ -36,7 +37,8 @@ impl Resolver<'_> {
         };
         let rate = given(&RATES);
         let is_limited = rate.is_some();
-        let control = self.control(rate.or_else(|| given(&LOADS)));
+        let lags = tool.zip(cut).is_some_and(|(tool, cut)| Footprint::new(tool, cut.lead).lags());
+        let control = self.control(rate, given(&LOADS), lags);
         let cubic = self.unit * self.unit * self.unit;
         Force {
             limit: match (table.mrr_limit, table.relative) {
@@ -54,11 +56,14 @@ impl Resolver<'_> {
         }
     }
 
-    /// `limit`: the key of a limit that the job states.
-    fn control(&mut self, limit: Option<String>) -> ForceControl {
+    /// `rate`, `load`: the keys of limits that the job states, which slowing keeps or does not; `lags`: whether the
+    /// cutter's strips lag.
+    fn control(&mut self, rate: Option<String>, load: Option<String>, lags: bool) -> ForceControl {
         let pattern = self.file.path.pattern.unwrap_or(Pattern::Contour);
-        let default = match limit {
-            _ if pattern.takes_trochoids() => ForceControl::Fastest,
+        let takes_trochoids = pattern.takes_trochoids(lags);
+        let needs_trochoids = pattern == Pattern::Contour || load.is_some();
+        let default = match rate.or(load) {
+            _ if takes_trochoids && needs_trochoids => ForceControl::Fastest,
             Some(_) if pattern != Pattern::Hub => ForceControl::Feed,
             Some(key) if self.file.force.control.is_none() => {
                 let help = "leave it out";
@@ -68,9 +73,16 @@ impl Resolver<'_> {
             _ => ForceControl::Off,
         };
         let control = self.file.force.control.unwrap_or(default);
-        if control.takes_trochoids() && !pattern.takes_trochoids() {
-            let message =
-                format!("trochoids are possible in contour passes only, not {:?}", pattern.name());
+        if control.takes_trochoids() && !takes_trochoids {
+            let message = match pattern {
+                Pattern::Hub | Pattern::Spiral => {
+                    format!("trochoids are not possible in {:?} passes", pattern.name())
+                }
+                _ => format!(
+                    "trochoids of an inclined flat or bull end are possible in contour passes only, not {:?}",
+                    pattern.name()
+                ),
+            };
             let help = "give `control = \"feed\"` or `\"off\"`, or `pattern = \"contour\"`";
             self.fault("force.control", message, help);
         }

@@ -3,7 +3,7 @@
 use super::*;
 use crate::engagement::{Cutting, Stock};
 use crate::flat_path::Terrain;
-use crate::job::FeedComponent;
+use crate::job::{FeedComponent, ForceControl, Links};
 use crate::level_set::Branch;
 use crate::link::Precedence;
 use crate::outline::Outline;
@@ -105,7 +105,7 @@ impl Plate {
         let mut simulation = Simulation::new(cutting, self, stock);
         let loops = {
             let group = Group { passes: &rings, precedence: &precedence };
-            cut_passes(&mut simulation, &[group], &options, measured, |_| {})
+            cut_passes(&mut simulation, (&[group], &[]), &options, measured, |_| {})
         };
         let (points, stock) = simulation.finish();
         (points, stock, loops)
