@@ -12,7 +12,6 @@ use super::course::{Course, CutOptions, Measured, Stretch, shares, stretches};
 use crate::engagement::Simulation;
 use crate::flat_path::FlatPoint;
 use crate::geometry::DVec2;
-use crate::job::ForceControl;
 use crate::level_set::Branch;
 use crate::toolpath::MoveKind;
 use crate::trochoid::{self, Corridor, Loops, Span};
@@ -228,15 +227,10 @@ impl Task<'_> {
             }
         }
         simulation.face(None);
-        let over = match self.options.control {
-            ForceControl::Off | ForceControl::Feed => Vec::new(),
-            ForceControl::Trochoid | ForceControl::Fastest => {
-                self.measured.over(&course.moves, simulation)
-            }
-        };
+        let over = self.measured.over(&course.moves, simulation);
         simulation.undo(&mark);
         simulation.keep();
-        if over.iter().any(Option::is_some) {
+        if self.options.control.takes_trochoids() && over.iter().any(Option::is_some) {
             return self.cut_with_trochoids(simulation, &course, &over);
         }
         pass.arrive(simulation);
@@ -254,13 +248,13 @@ impl Task<'_> {
         let moves = &course.moves;
         let stretches = stretches(moves, over, simulation.cutting.radius);
         let per_mm = simulation.disc(course.start) / simulation.cutting.radius;
-        let corridor = self.corridor(2.0 * self.options.loops.radius * per_mm);
+        let apart = 2.0 * self.options.loops.radius * per_mm;
+        let corridor = self.corridor(apart);
         let points = |stretch: &Stretch| -> Vec<DVec2> {
             let before = stretch.moves.start.checked_sub(1).map_or(course.start, |i| moves[i].at);
             let ends = moves[stretch.moves.clone()].iter().map(|m| m.at);
             core::iter::once(before).chain(ends).collect()
         };
-        let apart = 2.0 * self.options.loops.radius * per_mm;
         let sides: Vec<Sides> =
             stretches.iter().map(|s| Sides::of(simulation, &points(s), apart)).collect();
         // What is left beside loops that nothing follows, and at the boundary, where they have no room.

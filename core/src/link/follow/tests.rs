@@ -4,7 +4,7 @@ use super::*;
 use crate::engagement::{Cutting, Stock};
 use crate::flat_path::Terrain;
 use crate::footprint::Footprint;
-use crate::job::{FeedComponent, Links, RingOrder, Traverse};
+use crate::job::{FeedComponent, ForceControl, Links, RingOrder, Traverse};
 use crate::level_set::Pass;
 use crate::link::{Group, LayOptions, Precedence, cut_passes, lay};
 use crate::outline::Outline;
