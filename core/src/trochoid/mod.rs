@@ -1,4 +1,5 @@
-//! Variable-radius trochoids: loops that cut over-engaged stretches of a ring in thin bites.
+//! Variable-radius trochoids: loops that cut over-engaged stretches of a ring, or of an open pass, in thin bites. What is
+//! said of rings holds of open passes.
 //!
 //! - *Corridor*: the free space between the ring and what is beside it: the next ring, the other side of the same ring,
 //!   another wall.
