@@ -22,8 +22,9 @@ const MOST_RULINGS: usize = 32;
 const FARTHEST: f64 = 4.0;
 /// A cutter that penetrates a wall by less than this touches it, mm.
 const TOUCH: f64 = 1e-7;
-/// Distance from the axis, radii of the cutter with its allowance, within which a ruling shows on which side of the wall the cutter stands.
-const AROUND: f64 = 2.1;
+/// Distances from the axis, radii of the cutter with its allowance, within which rulings are looked at: few where a wall
+/// is close, those that the cutter may touch, and at last all that show on which side of a wall it stands.
+const AROUND: [f64; 3] = [0.35, 1.05, 2.1];
 /// Halvings of a ruling in the search for the deepest penetration of a rounded end: to a millionth of its length.
 const HALVINGS: usize = 20;
 /// Below this, mm, it does not matter how much deeper a rounded end penetrates a ruling than the cutter's side does.
@@ -131,11 +132,27 @@ impl Rulings {
 
     /// The position relative to the worst ruling, and that.
     fn worst(&self, query: &Query) -> Option<(Stand, &Ruling)> {
-        let &Query { tool, axis, .. } = query;
         if self.is_empty() {
             return None;
         }
-        let around = AROUND * (tool.radius() + self.allowance);
+        let radius = query.tool.radius() + self.allowance;
+        let mut found = None;
+        for around in AROUND.map(|around| around * radius) {
+            found = self.worst_within(query, around);
+            // Rulings farther off are no nearer, and penetrated less deep.
+            let is_all = |(stand, _, nearest): &(Stand, &Ruling, f64)| {
+                nearest + SAME_LINE <= around && stand.depth >= radius - around
+            };
+            if found.as_ref().is_some_and(is_all) {
+                break;
+            }
+        }
+        found.map(|(stand, ruling, _)| (stand, ruling))
+    }
+
+    /// The same of the rulings within a distance of the axis, and the distance of the nearest one.
+    fn worst_within(&self, query: &Query, around: f64) -> Option<(Stand, &Ruling, f64)> {
+        let &Query { tool, axis, .. } = query;
         // Those at the least distance, for lines that are equally near.
         let mut nearest: Vec<(f64, &Ruling, DVec3)> = Vec::new();
         let mut worst: Option<(f64, &Ruling, DVec3)> = None;
@@ -171,11 +188,11 @@ impl Rulings {
         if across.dot(out.reject_from(axis)) > 0.0 {
             let depth = tool.radius() + ruling.allowance + distance;
             let away = across.try_normalize().unwrap_or(inward);
-            return Some((Stand { depth, away, is_lost: !ruling.clears_behind }, ruling));
+            return Some((Stand { depth, away, is_lost: !ruling.clears_behind }, ruling, distance));
         }
         let (depth, ruling, across) = worst?;
         let away = (-across).try_normalize().unwrap_or(query.inward(ruling));
-        Some((Stand { depth, away, is_lost: false }, ruling))
+        Some((Stand { depth, away, is_lost: false }, ruling, distance))
     }
 
     /// The cutter moved across its axis until it penetrates no wall; `None` where it does not fit between them.
@@ -222,7 +239,8 @@ impl Rulings {
         // A longer cutter meets nothing more.
         let far = query.tip.distance(0.5 * (low + high)) + low.distance(high);
         let top = query.tip + query.axis * query.reach.min(far);
-        let margin = DVec3::splat(around);
+        // The allowance is below its tip, too.
+        let margin = DVec3::splat(around + self.allowance);
         let (from, to) = (query.tip.min(top) - margin, query.tip.max(top) + margin);
         AABB::from_corners(from.to_array(), to.to_array())
     }

@@ -4,7 +4,8 @@ use super::body::{Layer, Line};
 use super::columns::{Column, Columns};
 use super::remains::Strokes;
 use super::stock::Before;
-use crate::cutter_location::{Obstacles, PassOptions, ToolAxis, lowest_off_walls, raise_at};
+use crate::cutter_location::{Obstacles, PassOptions, ToolAxis};
+use crate::cutter_location::{is_in_wall, lowest_off_walls, raise_at};
 use crate::geometry::{DVec2, DVec3, OrderBy};
 use crate::parallel;
 use crate::toolpath::{PathPoint, Toolpath};
@@ -143,9 +144,13 @@ fn fits(left: &[Left], access: &Access) -> Vec<bool> {
     parallel::map(access.threads, left, |l| {
         let Line { foot, normal } = l.column.line;
         let feed = feeds.nearest(l.flat);
-        match lowest_off_walls(foot, normal, feed, &pass, obstacles) {
-            Some(at) => access.follows_walls && at.contains(foot + normal * allowed),
-            None => raise_at(foot, normal, feed, &pass, obstacles) <= pass.tolerance,
+        let is_clear = || raise_at(foot, normal, feed, &pass, obstacles) <= pass.tolerance;
+        match access.follows_walls {
+            true => match lowest_off_walls(foot, normal, feed, &pass, obstacles) {
+                Some(at) => at.contains(foot + normal * allowed),
+                None => is_clear(),
+            },
+            false => !is_in_wall(foot, normal, feed, &pass, obstacles) && is_clear(),
         }
     })
 }
