@@ -141,6 +141,11 @@ fn loops_keep_the_limit_and_leave_nothing() {
                 cutting.clone().filter(|p| p.feed < 0.9 * FEED).map(|p| p.length).sum();
             let total: f64 = cutting.map(|p| p.length).sum();
             assert!(slowed < 0.1 * total, "{slowed} of {total} mm");
+            // They begin where the pass before has cleared, and grow from there: one that began in the stock would be a
+            // slot, over half of the cutter.
+            let loops = points.iter().filter(|p| p.kind == MoveKind::Trochoid);
+            let widest = loops.map(|p| p.mrr / p.feed / DEPTH).fold(0.0, f64::max);
+            assert!(widest < RADIUS, "{widest} mm");
         }
     }
 }
