@@ -23,12 +23,25 @@ export function launch(...flags) {
   return chromium.launch({ executablePath, headless: true, args: [...FLAGS, ...flags] });
 }
 
+/** An example that shows everything the page can show: rates, removal, cusps. */
+export const QUICK = "crown";
+
+/** Its job, coarser: planned in a second instead of ten, which most tests here wait for. */
+export function quickJob() {
+  const coarser = [[/kind = "flat"/, 'kind = "ball"'], [/stepover = 1.8 .*/, "stepover = 3.6"], [/tolerance = 0.005/, "tolerance = 0.02"]];
+  return coarser.reduce((text, [from, to]) => {
+    assert.match(text, from);
+    return text.replace(from, to);
+  }, readFileSync(`jobs/${QUICK}.toml`, "utf8"));
+}
+
 /**
  * A page that is ready, with all that it complained about and all that it asked the network for. `init`:
- * a script that runs before the page's own, and its argument.
+ * a script that runs before the page's own, and its argument. `shipped`: with `QUICK` as it is shipped.
  */
-export async function open(browser, url, { init, ...options } = {}) {
+export async function open(browser, url, { init, shipped = false, ...options } = {}) {
   const context = await browser.newContext({ viewport: { width: 1440, height: 900 }, acceptDownloads: true, colorScheme: "light", ...options });
+  if (!shipped) await context.route(`**/examples/${QUICK}.toml`, (route) => route.fulfill({ body: quickJob() }));
   const page = await context.newPage();
   const complaints = [];
   const requests = [];

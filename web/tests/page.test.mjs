@@ -8,14 +8,12 @@ import { join } from "node:path";
 import { after, before, describe, it } from "node:test";
 import { promisify } from "node:util";
 import { unzipSync } from "fflate";
-import { accessible, drop, launch, open, plan, ready, sha256, type } from "./browser.mjs";
+import { QUICK, accessible, drop, launch, open, plan, ready, sha256, type } from "./browser.mjs";
 
 const { PAGE, EVENCUT, PICTURES } = process.env;
 // The page plans a single operation.
 const isSingle = (name) => name.endsWith(".toml") && !readFileSync(`jobs/${name}`, "utf8").includes("[[operation]]");
 const JOBS = readdirSync("jobs").filter(isSingle).map((name) => name.replace(".toml", ""));
-/** The job that is planned soonest. */
-const QUICK = "crown";
 const scratch = mkdtempSync(join(tmpdir(), "evencut-page-"));
 let browser;
 
@@ -60,7 +58,7 @@ async function files(page) {
 describe("examples", () => {
   for (const job of JOBS) {
     it(`${job}: files are those of the command`, async () => {
-      const { page, context, complaints, requests } = await open(browser, `${PAGE}?example=${job}`);
+      const { page, context, complaints, requests } = await open(browser, `${PAGE}?example=${job}`, { shipped: true });
       assert.equal(await page.locator("#examples").inputValue(), job);
       const [wanted] = await Promise.all([native(job), plan(page)]);
       assert.ok(Object.keys(wanted).length >= 5);
@@ -282,7 +280,7 @@ describe("the job", () => {
   });
 
   it("a plan is cancelled, and made again", async () => {
-    const { page, context, complaints } = await open(browser, `${PAGE}?example=${QUICK}`);
+    const { page, context, complaints } = await open(browser, `${PAGE}?example=${QUICK}`, { shipped: true });
     await page.locator("#plan:enabled").click();
     await page.waitForFunction(() => document.getElementById("progress").value > 0.1);
     await page.locator("#cancel").click();

@@ -2,13 +2,12 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { after, before, describe, it } from "node:test";
-import { accessible, drop, launch, open, plan, ready, sha256, type } from "./browser.mjs";
+import { QUICK, accessible, drop, launch, open, plan, quickJob, ready, sha256, type } from "./browser.mjs";
 
 const { PAGE } = process.env;
-const QUICK = "crown";
 const hull = readFileSync("jobs/surfaces/wigley-hull.ply");
 const crown = readFileSync("jobs/surfaces/crowned-block.stl");
-const ownJob = Buffer.from(readFileSync("jobs/crown.toml", "utf8").replace("surfaces/crowned-block.stl", "block.stl"));
+const ownJob = Buffer.from(quickJob().replace("surfaces/crowned-block.stl", "block.stl"));
 
 let browser;
 before(async () => {
@@ -261,7 +260,7 @@ describe("what stays", () => {
   });
 
   it("planning goes on without the server", async () => {
-    const { page, context } = await open(browser, `${PAGE}?example=lens`);
+    const { page, context } = await open(browser, `${PAGE}?example=lens`, { shipped: true });
     await context.setOffline(true);
     await plan(page);
     await plan(page);

@@ -49,7 +49,7 @@ pub fn page(project: &Path) -> Result<(), String> {
     // As the tests have built it already, with all of the workspace: how it is optimised reaches no result.
     run(cargo(project).args(["build", "--workspace", "--bin", "evencut"]))?;
     with_page(project, |node, address| {
-        node.args(["--test", "--test-concurrency=1", "--test-reporter=spec"])
+        node.args(["--test", "--test-concurrency=2", "--test-reporter=spec"])
             .args(["web/tests/page.test.mjs", "web/tests/using.test.mjs"])
             .env("PAGE", address)
             .env("EVENCUT", native(project, "debug"))
@@ -160,4 +160,40 @@ pub fn speed(project: &Path) -> Result<(), String> {
 pub fn native(project: &Path, profile: &str) -> PathBuf {
     let name = format!("evencut{}", std::env::consts::EXE_SUFFIX);
     target_folder(project).join(profile).join(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    /// Packages with the features they are built with.
+    fn packages(of: &[&str]) -> BTreeSet<String> {
+        let project = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+        let plain = ["--locked", "--prefix", "none", "--format", "{p} {f}"];
+        let output = cargo(project).arg("tree").args(plain).args(of).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        // A package that was listed before has a star.
+        let lines = String::from_utf8(output.stdout).unwrap();
+        lines
+            .lines()
+            .filter(|line| !line.is_empty())
+            .map(|line| line.trim_end_matches(" (*)").to_string())
+            .collect()
+    }
+
+    /// A feature that only some other package asks for lets cargo build what `cargo xtask` has built (core, for
+    /// minutes) once more for the tests.
+    #[test]
+    fn what_the_tasks_are_built_of_is_built_once() {
+        let tasks = packages(&["--package", "xtask", "--edges", "normal,build"]);
+        let all = packages(&["--workspace"]);
+        let twice: Vec<&String> = tasks.difference(&all).collect();
+        assert!(tasks.len() > 50, "{tasks:?}");
+        assert!(
+            twice.is_empty(),
+            "ask for the features in xtask/Cargo.toml that the tests ask for: {twice:?}"
+        );
+    }
 }
