@@ -64,6 +64,8 @@ pub struct OperationFigures {
     pub machine_time_s: f64,
     /// Limit on the height of what it leaves, mm.
     pub limit_mm: f64,
+    /// By how much it may be exceeded, mm; null where it was not measured.
+    pub tolerance_mm: Option<f64>,
     /// Largest height left after it where its cutter fits, mm; null where it was not measured.
     pub largest_mm: Option<f64>,
     /// Area where more than the limit is left after it because its cutter does not fit, mm²: for a smaller one.
@@ -101,6 +103,7 @@ impl OperationFigures {
             length_mm: report.delivered.length_mm.total,
             machine_time_s: report.delivered.machine_time_s.total,
             limit_mm: report.coverage.cusp_limit_mm,
+            tolerance_mm: measured.map(|v| v.scallop.tolerance_mm),
             largest_mm: measured.map(|v| v.scallop.largest_mm),
             rest_mm2: measured.map(|v| v.rest_mm2),
             passed: measured.map(|v| v.passed),
@@ -112,7 +115,7 @@ impl OperationFigures {
 
 /// Headings of the table of operations.
 const HEADINGS: [&str; 7] =
-    ["operation", "tool", "passes", "path, mm", "time, min:s", "left, µm (limit)", "rest, mm²"];
+    ["operation", "tool", "passes", "path, mm", "time, min:s", "left, µm (allowed)", "rest, mm²"];
 
 impl OperationsReport {
     /// The report as JSON, keys in the order of the types, six significant digits.
@@ -230,17 +233,19 @@ impl OperationsReport {
         let micro = |mm: f64| format!("{:.1}", 1e3 * mm);
         let row = |o: &OperationFigures| {
             let number = o.number;
-            let left = match o.largest_mm {
-                Some(largest) => format!("{} ({})", micro(largest), micro(o.limit_mm)),
-                None => format!("- ({})", micro(o.limit_mm)),
+            let limit = micro(o.limit_mm);
+            let allowed = match o.tolerance_mm {
+                Some(tolerance) => format!("{limit} + {}", micro(tolerance)),
+                None => limit,
             };
+            let left = o.largest_mm.map_or_else(|| "-".to_owned(), micro);
             [
                 format!("{number} {}{}", o.name, if o.rest { " (rest)" } else { "" }),
                 format!("{}: {}", o.tool, o.cutter),
                 o.passes.to_string(),
                 format!("{:.0}", o.length_mm),
                 minutes(o.machine_time_s),
-                left,
+                format!("{left} ({allowed})"),
                 o.rest_mm2.map_or_else(|| "-".to_owned(), |area| format!("{area:.2}")),
             ]
         };
