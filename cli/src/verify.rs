@@ -208,7 +208,12 @@ impl Verify {
             (self.path.clone(), self.path.parent().unwrap_or(Path::new("")))
         };
         if self.path.is_dir() && !file.exists() {
+            let is_of_operations = self.path.join("1-toolpath.csv").exists();
             let message = match program_in(&self.path) {
+                _ if is_of_operations => "the directory holds the results of several operations, and one path with one \
+                                          tool is verified here; their plan has simulated them one after the other: \
+                                          see report.json and the reports of the operations"
+                    .to_owned(),
                 Some(name) => format!(
                     "the directory holds no toolpath.csv, but {name}: name that file to verify it"
                 ),

@@ -109,6 +109,8 @@ fn a_program_that_is_not_the_path_fails_the_run() {
         ("x = \"X{}\"\ny = \"Y{}\"", "x = \"Y{}\"\ny = \"X{}\"", "leaves the planned path by"),
         ("T{tool}", "T1", "cuts with tool 1; the job has 5"),
         ("clockwise = \"M3\"", "clockwise = \"M4\"", "the spindle turns the other way"),
+        ("    \"G43 H{length_offset}\",\n", "", "without the length of the tool"),
+        ("T{tool} M6\",\n", "T{tool} M6\",\n\"G92 X0\",\n", "an offset set by the program"),
     ] {
         let wrong = source.replacen(from, to, 1);
         assert_ne!(wrong, source);

@@ -75,7 +75,7 @@ pub fn contents(name: &str, bytes: &[u8], scale: f64) -> Result<Contents, String
         }
         None => {
             let format = MeshFormat::from_name(name).ok_or(
-                "surface: the format is not known; the name must end in .stl, .obj, .ply, .off, .json, .step or .stp",
+                "surface: the format is not known; the name must end in .stl, .obj, .ply, .off, .json, .step or .stp; save other files, IGES and 3MF too, as STEP or STL",
             )?;
             (read(bytes, format).map_err(|e| e.to_string())?, true)
         }

@@ -186,11 +186,9 @@ pub enum PlanError {
     },
     /// The cutter is engaged too far, or would have to go too slowly.
     #[error(
-        "force: near ({:.3}, {:.3}, {:.3}) mm {}; neither a slower feed nor trochoids as this job allows them keep it: let passes take trochoids \
-         (force.control = \"fastest\"), relax that limit, or reduce cut.axial_depth, or cut.scallop or cut.stepover, or trochoid.min_radius{}",
+        "force: near ({:.3}, {:.3}, {:.3}) mm {}; {remedy}",
         place.x, place.y, place.z,
         thickness(*engaged, *most, *per_tooth, *least),
-        if *least > 0.0 { ", or raise the limit on rate, power or force" } else { "" }
     )]
     TooThick {
         /// Where, mm.
@@ -203,6 +201,8 @@ pub enum PlanError {
         per_tooth: f64,
         /// Its limit, mm.
         least: f64,
+        /// What was tried, and what may help this job.
+        remedy: String,
     },
     /// The cutter does not fit and the job does not allow lifting it.
     #[error(

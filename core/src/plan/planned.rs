@@ -9,7 +9,7 @@ use super::stage::Stage;
 use crate::cutter_location::LiftedSpan;
 use crate::geometry::DVec3;
 use crate::hub::ChannelFigures;
-use crate::job::{ForceControl, Job};
+use crate::job::{ForceControl, Job, Stepover};
 use crate::level_set::ClosingReport;
 use crate::machine_time::fill_time;
 use crate::mesh::{FaceId, VertexId};
@@ -205,8 +205,36 @@ fn within_bounds(
             most: bounds.most_engaged,
             per_tooth: bounds.teeth.per_tooth(beyond.feed),
             least: bounds.least_per_tooth,
+            remedy: thinner(job, bounds.least_per_tooth > 0.0),
         })?;
     }
+}
+
+/// What may help a job whose path breaks a limit on engagement or feed per tooth; `is_slow`: on the latter.
+fn thinner(job: &Job, is_slow: bool) -> String {
+    let pattern = job.path.pattern;
+    let step = match job.cut.stepover {
+        Stepover::Fixed(_) => "cut.stepover",
+        Stepover::Scallop(_) => "cut.scallop",
+    };
+    let (tried, first, loops) = match job.force.control {
+        ForceControl::Trochoid | ForceControl::Fastest => {
+            let least = ", or let loops be smaller (trochoid.min_radius)";
+            ("neither a slower feed nor trochoids keep that".to_owned(), "", least)
+        }
+        _ if pattern.takes_trochoids(job.footprint().lags()) => {
+            let first = "let passes take trochoids (force.control = \"fastest\"), or ";
+            ("a slower feed does not keep that".to_owned(), first, "")
+        }
+        _ => {
+            let name = pattern.name();
+            let tried =
+                format!("a slower feed does not keep that, and {name:?} takes no trochoids");
+            (tried, "give path.pattern = \"contour\", which does, or ", "")
+        }
+    };
+    let rate = if is_slow { ", or raise the limit on rate, power or force" } else { "" };
+    format!("{tried}: {first}reduce cut.axial_depth or {step}, or relax the limit{loops}{rate}")
 }
 
 impl Passes {

@@ -182,12 +182,12 @@ pub(super) fn number(text: &str) -> Option<(f64, &str)> {
 fn bad(rest: &str) -> Fault {
     let word: String = rest.chars().take(12).collect();
     if rest.starts_with('O') || rest.contains("SUB") || rest.contains("CALL") {
-        return Fault::Refused { word, remedy: super::codes::SUBPROGRAM };
+        return Fault::Refused { word, remedy: super::codes::SUBPROGRAM, displaces: true };
     }
     if rest.contains(['#', '[', ']', '=', '<', '>']) {
         let remedy =
             "variables and expressions are evaluated by the controller; have plain numbers written";
-        return Fault::Refused { word, remedy };
+        return Fault::Refused { word, remedy, displaces: false };
     }
     Fault::Word(word)
 }

@@ -131,6 +131,14 @@ impl Checker<'_> {
             rule(|m| !m.setting.turns()),
             |_| "feed move while the spindle is stopped; it needs M3 or M4 and S".to_string(),
         ));
+        findings.extend(self.findings(
+            FindingKind::NoLength,
+            rule(|m| m.setting.lacks_length),
+            |_| {
+                "feed move after a tool change without the length of the tool; it needs G43 with H, or D"
+                    .to_string()
+            },
+        ));
         let Some(most) = self.options.max_feed else { return findings };
         let fast = |i: usize, m: &Move| self.fast(i, m, most);
         findings.extend(self.findings(FindingKind::FastFeed, fast, |feed| {

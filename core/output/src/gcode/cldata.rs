@@ -29,6 +29,8 @@ impl Cldata {
             "MULTAX" => block.control = Some(given.first() != Some(&"OFF")),
             "LOADTL" => {
                 block.m.push(60);
+                // Its length comes with the tool.
+                block.set('D', 1.0, "LOADTL")?;
                 let after = given.iter().skip_while(|word| **word != "ADJUST").nth(1);
                 for (letter, text) in [('T', given.first()), ('H', after)] {
                     // A tool may have a name instead.
@@ -59,7 +61,11 @@ impl Cldata {
             _ => {
                 let remedy = "GOTO, FROM, RAPID, FEDRAT, SPINDL, LOADTL, COOLNT, MULTAX, UNITS and FINI are read; have the path written \
                               of these";
-                return Err(Fault::Refused { word: word.chars().take(12).collect(), remedy });
+                return Err(Fault::Refused {
+                    word: word.chars().take(12).collect(),
+                    remedy,
+                    displaces: false,
+                });
             }
         }
         Ok(Line::Words)
@@ -70,7 +76,7 @@ impl Cldata {
 fn point(block: &mut Block, given: &[&str]) -> Result<(), Fault> {
     if !matches!(given.len(), 3 | 6) {
         let remedy = "a point has three numbers, or six with the direction of the tool axis";
-        return Err(Fault::Refused { word: "GOTO".to_string(), remedy });
+        return Err(Fault::Refused { word: "GOTO".to_string(), remedy, displaces: false });
     }
     for (letter, text) in ['X', 'Y', 'Z'].into_iter().zip(given) {
         block.set(letter, whole_number(text)?, text)?;
@@ -99,7 +105,7 @@ fn spindle(block: &mut Block, given: &[&str]) -> Result<(), Fault> {
 fn feed(block: &mut Block, given: &[&str]) -> Result<(), Fault> {
     if given.iter().any(|a| matches!(*a, "MMPR" | "IPR")) {
         let remedy = "a feed by the turn; have the feed by the minute written";
-        return Err(Fault::Refused { word: "FEDRAT".to_string(), remedy });
+        return Err(Fault::Refused { word: "FEDRAT".to_string(), remedy, displaces: true });
     }
     match given.iter().find(|a| a.starts_with(|c: char| c.is_ascii_digit())) {
         Some(text) => block.set('F', whole_number(text)?, text),

@@ -137,7 +137,7 @@ impl Modal {
         match self.offset.replace((code, number)) {
             Some(before) if before != (code, number) => {
                 let remedy = "a second work offset, and where it lies is not in the program; split the program at its offsets";
-                Err(refused(name('G', code), remedy))
+                Err(refused(name('G', code), (remedy, true)))
             }
             _ => Ok(()),
         }
@@ -149,6 +149,7 @@ impl Modal {
         // A tool change comes first and stops the spindle.
         if codes.contains(&60) {
             setting.tool = self.next_tool;
+            setting.lacks_length = true;
             setting.direction = None;
         }
         let mut end = false;
@@ -162,10 +163,10 @@ impl Modal {
                 70 | 80 | 830 | 880 => setting.has_coolant = true,
                 90 | 840 | 890 => setting.has_coolant = false,
                 0 | 60 | 10 | 100 | 110 | 480 | 490 => {}
-                970 | 980 | 990 => return Err(refused(name('M', code), SUBPROGRAM)),
+                970 | 980 | 990 => return Err(refused(name('M', code), (SUBPROGRAM, true))),
                 _ => {
                     let remedy = "a function of one machine; remove it if it moves no axis";
-                    return Err(refused(name('M', code), remedy));
+                    return Err(refused(name('M', code), (remedy, false)));
                 }
             }
         }
@@ -207,13 +208,18 @@ fn name(letter: char, tenths: u32) -> String {
     }
 }
 
-fn refused(word: String, remedy: &'static str) -> Fault {
-    Fault::Refused { word, remedy }
+fn refused(word: String, (remedy, displaces): (&'static str, bool)) -> Fault {
+    Fault::Refused { word, remedy, displaces }
 }
 
-/// What a G code is that is not followed, and what to do instead.
-fn refusal(code: u32) -> &'static str {
-    match code {
+/// What a G code is that is not followed, and what to do instead; whether moves are others than those that are written.
+fn refusal(code: u32) -> (&'static str, bool) {
+    let displaces = match code {
+        310..=319 | 330..=339 | 380..=389 | 410..=449 | 730 | 740 | 760 | 810..=899 => true,
+        100 | 160 | 500 | 510 | 511 | 520 | 650..=689 | 920..=929 | 950 | 960 => true,
+        _ => false,
+    };
+    let remedy = match code {
         410..=429 => {
             "cutter compensation; have the path of the cutter's centre written, with G40 in force"
         }
@@ -233,5 +239,6 @@ fn refusal(code: u32) -> &'static str {
         }
         310..=319 | 380..=389 => "a probing move; remove it",
         _ => "an unknown code; remove it if it moves no axis",
-    }
+    };
+    (remedy, displaces)
 }

@@ -27,6 +27,14 @@ pub enum GcodeError {
     },
 }
 
+impl GcodeError {
+    /// Whether the program, which cannot be followed, says itself that the tool goes elsewhere, or at another feed, than
+    /// its coordinates and feeds say.
+    pub fn displaces(&self) -> bool {
+        matches!(self, Self::Block { fault: Fault::Refused { displaces: true, .. }, .. })
+    }
+}
+
 /// What is wrong with a block.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Fault {
@@ -43,6 +51,8 @@ pub enum Fault {
         word: String,
         /// What it is, and what to do instead.
         remedy: &'static str,
+        /// Whether the tool goes elsewhere, or at another feed, than the coordinates and feeds say.
+        displaces: bool,
     },
     /// An axis that the machine does not have.
     #[error(

@@ -23,6 +23,8 @@ pub(super) fn scan(block: &mut Block, text: &str) -> Result<Line, Fault> {
         ["END", "PGM", ..] => block.m.push(300),
         ["TOOL", "CALL", ref rest @ ..] => {
             block.m.push(60);
+            // Its length comes with the tool.
+            block.set('D', 1.0, "TOOL CALL")?;
             if let Some((number, "")) = rest.first().and_then(|word| number(word)) {
                 block.set('T', number, rest[0])?;
             }
@@ -103,5 +105,5 @@ fn whole_number(text: &str) -> Option<f64> {
 }
 
 fn refused(word: &str, remedy: &'static str) -> Fault {
-    Fault::Refused { word: word.chars().take(12).collect(), remedy }
+    Fault::Refused { word: word.chars().take(12).collect(), remedy, displaces: false }
 }

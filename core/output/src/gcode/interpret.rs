@@ -20,6 +20,8 @@ const LARGEST: f64 = 1e6;
 /// G codes, in tenths, that turn tool centre control on and off.
 const TIP_ON: [u32; 3] = [434, 435, 2340];
 const TIP_OFF: [u32; 2] = [430, 490];
+/// Those that take the length of the tool into account.
+const LENGTH_ON: [u32; 4] = [430, 434, 435, 2340];
 
 /// X, Y, Z in mm, of the tip where tool centre control is on, and the rotary axes in rad, as far as they are known.
 type Position = [Option<f64>; 5];
@@ -128,6 +130,25 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// Which length of the tool is taken into account, if any: by G43 and H, by the cutting edge (D), or by what changes
+    /// the tool.
+    fn tool_length(&mut self, block: &mut Block) {
+        let setting = &mut self.modal.setting;
+        if block.g.contains(&490) {
+            setting.length_offset = None;
+            setting.lacks_length |= setting.tool.is_some();
+        }
+        let number = block.take('H');
+        if let Some(number) = number {
+            setting.length_offset = whole(number);
+        }
+        let edge = block.take('D').filter(|edge| *edge > 0.0);
+        let is_on = block.g.iter().any(|code| LENGTH_ON.contains(code));
+        if is_on || number.is_some() || edge.is_some() {
+            setting.lacks_length = false;
+        }
+    }
+
     fn block(&mut self, block: &mut Block) -> Result<(), Fault> {
         self.program_number(block)?;
         let once = self.modal.g_codes(&block.g)?;
@@ -147,13 +168,7 @@ impl<'a> Reader<'a> {
         }
         self.tool_axis(block)?;
         self.modal.rates(block.take('F'), block.take('S'));
-        if block.g.contains(&490) {
-            self.modal.setting.length_offset = None;
-        }
-        if let Some(number) = block.take('H') {
-            self.modal.setting.length_offset = whole(number);
-        }
-        block.take('D');
+        self.tool_length(block);
         if let Some(&code) = block.g.iter().find(|code| [541, 1540].contains(code)) {
             // A number that is none of an offset is left, and so refused.
             if let Some(number) =
@@ -184,7 +199,7 @@ impl<'a> Reader<'a> {
         if plain && !self.begun && block.left().is_none() && block.g.is_empty() {
             return Ok(());
         }
-        Err(Fault::Refused { word: "O".to_string(), remedy: SUBPROGRAM })
+        Err(Fault::Refused { word: "O".to_string(), remedy: SUBPROGRAM, displaces: true })
     }
 
     /// Tool centre control goes on or off: the same numbers mean another place.
@@ -221,6 +236,7 @@ impl<'a> Reader<'a> {
             return Err(Fault::Refused {
                 word: "the direction of the tool axis".to_string(),
                 remedy,
+                displaces: false,
             });
         }
         if self.kinematics.0 == Axes::ThreeAxis {

@@ -89,6 +89,8 @@ pub enum FindingKind {
     FastFeed,
     /// A move at feed while the spindle stands.
     SpindleOff,
+    /// A move at feed with a tool that was changed without its length.
+    NoLength,
     /// Another tool, offset, speed of the spindle or coolant than the job has.
     Setting,
     /// A position that the machine cannot reach.

@@ -15,6 +15,8 @@ pub struct Setting {
     pub tool: Option<u32>,
     /// Number of the offset of its length; `None` where the program names none.
     pub length_offset: Option<u32>,
+    /// Whether a tool was changed and its length is not taken into account since.
+    pub lacks_length: bool,
     /// G code of the work offset, in tenths; `None` where the program names none, or one that controllers number
     /// differently.
     pub work_offset: Option<u32>,
@@ -32,6 +34,7 @@ impl Setting {
         Self {
             tool: Some(setup.tool_number),
             length_offset: Some(setup.length_offset),
+            lacks_length: false,
             work_offset: setup.work_offset.map(|offset| OFFSETS[offset as usize]),
             speed: per_minute(spindle),
             direction: Some(setup.spindle),

@@ -20,7 +20,7 @@ const MEAN: Rgb = Rgb([0x1f, 0x5f, 0x86]);
 /// What rounding may add to a rate that is at the limit.
 const AT_LIMIT: f64 = 1.0 + 1e-6;
 
-/// Removal rate along time of the plain rings (`before`) and of the delivered path (`after`), one
+/// Removal rate along time of the plain passes (`before`) and of the delivered path (`after`), one
 /// above the other on the same scales, with the limit, mm³/s, as a line.
 ///
 /// Each column shows the range of the rate, what lies below the range lighter, and the mean; what
@@ -30,13 +30,13 @@ pub fn mrr_chart(before: &Profile, after: &Profile, limit: f64) -> String {
         SIZE.x,
         SIZE.y,
         "Removal rate along time",
-        "Removal rate of the plain rings and of the delivered path, with the limit.",
+        "Removal rate of the plain passes and of the delivered path, with the limit.",
     );
     svg.text(DVec2::new(30.0, 30.0), Anchor::Start, 16.0, "Removal rate along time");
     key(&mut svg);
     let axes = Axes::of(before, after, limit);
     for (corner, profile, name) in
-        [(PANELS[0], before, "Plain rings"), (PANELS[1], after, "Delivered path")]
+        [(PANELS[0], before, "Plain passes"), (PANELS[1], after, "Delivered path")]
     {
         panel(&mut svg, &axes, corner, profile, limit, name);
     }
@@ -48,7 +48,7 @@ pub fn mrr_chart(before: &Profile, after: &Profile, limit: f64) -> String {
 /// Where [`mrr_chart`] shows times and rates.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct ChartPlacement {
-    /// Upper left corners of the panels of the plain rings and of the delivered path, px.
+    /// Upper left corners of the panels of the plain passes and of the delivered path, px.
     pub panels: [[f64; 2]; 2],
     /// Width and height of a panel, px.
     pub size: [f64; 2],

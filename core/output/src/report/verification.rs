@@ -7,8 +7,8 @@ use evencut_core::geometry::DVec3;
 use evencut_core::tool::AssemblyPart;
 use evencut_core::units::per_minute;
 use evencut_core::verify::{
-    self, Avoided, Band, Broken, Crests, Fault, Load, LoadOptions, Nearest, Quantity, Spot,
-    Verification, VerifyOptions, WallFigures, Window, Worst,
+    self, Avoided, Band, Broken, Crests, Fault, Load, LoadOptions, MRR_NOISE, Nearest, Quantity,
+    Spot, Verification, VerifyOptions, WallFigures, Window, Worst,
 };
 use serde::Serialize;
 use std::fmt::Write;
@@ -303,9 +303,10 @@ impl LoadFigures {
                 .to_owned()
         } else {
             format!(
-                "engaged {:.0}{}°, at least {:.4} mm per tooth{}",
+                "engaged {:.0}{}°{}, at least {:.4} mm per tooth{}",
                 self.engagement_deg,
                 of(self.engagement_limit_deg.map(|l| format!("{l:.0}"))),
+                self.engagement_limit_deg.map_or("", |l| scatter(self.engagement_deg, l)),
                 self.feed_per_tooth_mm,
                 self.feed_per_tooth_limit_mm
                     .map_or_else(String::new, |l| format!(" ({l:.4} asked)")),
@@ -314,13 +315,21 @@ impl LoadFigures {
         if let (Some(power), Some(force)) = (self.power_w, self.force_n) {
             let _ = write!(
                 line,
-                ", {power:.0}{} W, {force:.0}{} N",
+                ", {power:.0}{} W{}, {force:.0}{} N{}",
                 of(self.power_limit_w.map(|l| format!("{l:.0}"))),
+                self.power_limit_w.map_or("", |l| scatter(power, l)),
                 of(self.force_limit_n.map(|l| format!("{l:.0}"))),
+                self.force_limit_n.map_or("", |l| scatter(force, l)),
             );
         }
         line
     }
+}
+
+/// Says of a value above its limit that the simulation is not closer than that.
+fn scatter(value: f64, limit: f64) -> &'static str {
+    const { assert!(MRR_NOISE == 1.03) };
+    if value > limit { " (+ 3 % scatter allowed)" } else { "" }
 }
 
 /// How far shank or holder stay clear of part and stock.
@@ -615,7 +624,7 @@ impl VerificationFigures {
         };
         let mut line = format!("peak {:.0} mm³/min", mrr.peak_mm3_per_min);
         if let Some(ratio) = mrr.peak_over_limit {
-            let _ = write!(line, ", {ratio:.3} of the limit");
+            let _ = write!(line, ", {ratio:.3} of the limit{}", scatter(ratio, 1.0));
         }
         match (mrr.rms_difference_over_limit, mrr.rms_difference_mm3_per_min) {
             (Some(part), _) => {

@@ -41,6 +41,7 @@ impl WrittenProgram {
                 );
                 reach = reach_of(&read);
             }
+            Err(error) if error.displaces() => findings.push(error.to_string()),
             // A post of one's own may write for a controller that is not known here.
             Err(error) if job.post_file().is_some() => unread = Some(error),
             Err(error) => return Err(error.into()),

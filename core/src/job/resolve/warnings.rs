@@ -6,9 +6,15 @@ use crate::job::cut::Stepover;
 use crate::job::force::{ForceControl, MrrLimit};
 use crate::machine::Axes;
 use crate::units::per_minute;
+use core::f64::consts::PI;
 
 /// Clearance of rapids, mm, below which set-ups are hardly exact enough.
 const LOW: f64 = 0.1;
+/// Feed per tooth, mm for cutters of 1 mm and more, in proportion for smaller ones, below which edges, which are rounded
+/// by some micrometres, rub.
+const THINNEST: f64 = 0.001;
+/// Cutting speed, m/min, above which no metal is milled.
+const FASTEST: f64 = 10_000.0;
 
 impl Resolver<'_> {
     /// Warnings about a complete job.
@@ -80,7 +86,18 @@ impl Resolver<'_> {
                 format!("{} per tooth is more than 5 % of the diameter", self.show(per_tooth));
             self.warn("cut.feed", message, "check `cut.feed`, `cut.spindle` and `tool.flutes`");
         }
-        if job.cut.axial_depth > 2.0 * job.tool.radius() {
+        let diameter = 2.0 * job.tool.radius();
+        if per_tooth < THINNEST * diameter.min(1.0) {
+            let message =
+                format!("{} per tooth is less than an edge can cut", self.show(per_tooth));
+            self.warn("cut.feed", message, "check `cut.feed`, `cut.spindle` and `tool.flutes`");
+        }
+        let speed = 1e-3 * per_minute(PI * diameter * job.cut.spindle);
+        if speed > FASTEST {
+            let message = format!("the cutting speed would be {speed:.0} m/min");
+            self.warn("cut.spindle", message, "check it against the cutter's diameter");
+        }
+        if job.cut.axial_depth > diameter {
             let message =
                 format!("{} is deeper than the tool is wide", self.show(job.cut.axial_depth));
             self.warn("cut.axial_depth", message, "check it against the length of the flutes");
