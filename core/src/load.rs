@@ -17,6 +17,11 @@ use crate::geometry::math;
 use crate::tool::Tool;
 use core::f64::consts::{PI, TAU};
 
+/// Passes this close to a link, in cutter radii, share windows with it, over which rates are predicted: their rates have
+/// a part of what the link removes, and their engagement does not count.
+pub const BESIDE_LINKS: f64 = 0.15;
+/// Passes this close to a link, in cutter radii, are slowed for what it removes: their feed per tooth does not count.
+pub const SLOWED_BESIDE: f64 = 2.0 * BESIDE_LINKS;
 /// Feeds and sections are sought to this fraction of themselves.
 const FOUND: f64 = 1e-9;
 

@@ -197,6 +197,27 @@ pub enum CsvError {
 }
 
 impl Toolpath {
+    /// For each point how far the farther end of the move to it is from the nearest link along the path, mm; 0 on links.
+    pub fn away_from_links(&self) -> Vec<f64> {
+        let points = &self.points;
+        let is_pass = |i: usize| matches!(points[i].kind, MoveKind::Cut | MoveKind::Trochoid);
+        let length = |i: usize| if i > 0 { points[i].tip.distance(points[i - 1].tip) } else { 0.0 };
+        let run = |order: &mut dyn Iterator<Item = usize>| {
+            let mut away = vec![0.0; points.len()];
+            let mut travelled = f64::INFINITY;
+            for i in order {
+                travelled = match points[i].kind {
+                    MoveKind::Link | MoveKind::Rapid => 0.0,
+                    _ => travelled + length(i),
+                };
+                away[i] = if is_pass(i) { travelled } else { 0.0 };
+            }
+            away
+        };
+        let (after, before) = (run(&mut (0..points.len())), run(&mut (0..points.len()).rev()));
+        after.into_iter().zip(before).map(|(a, b)| f64::min(a, b)).collect()
+    }
+
     /// Lengths and times per kind of move.
     pub fn statistics(&self) -> Statistics {
         let mut sums = Statistics::default();

@@ -3,7 +3,7 @@
 use evencut_core::job::{self, Boundary, ForceControl, Job, Pattern, SurfaceSource};
 use evencut_core::plan::{Files, PlanError, Prepared, SurfaceKeys, plan_on, stock_of};
 use evencut_core::verify::{Facets, verify};
-use evencut_output::report::Report;
+use evencut_output::report::{Report, Warning};
 use evencut_service::compare::judged;
 use evencut_service::results::verify_options;
 use evencut_tests::{ledger, shared_data};
@@ -188,7 +188,26 @@ fn trochoids_in_open_passes_keep_limits_that_a_slower_feed_breaks() {
             "{pattern}: {:?}",
             refused.err()
         );
+        assert!(!made.warnings.iter().any(is_of_small_loops), "{pattern}");
     }
+}
+
+fn is_of_small_loops(warning: &Warning) -> bool {
+    warning.message.contains("no more than the full feed allows")
+}
+
+/// Where larger loops, slowed down, break a limit that smaller ones keep, these are taken, and it is said that they take longer.
+#[test]
+fn loops_that_had_to_be_small_are_warned_of() {
+    let text = "version = 1\nname = \"small\"\n[surface.analytic]\nkind = \"cylinder\"\nsize = 16.0\nradius = 40.0\n\
+                resolution = 1.0\n[tool]\nkind = \"flat\"\ndiameter = 10.0\nflutes = 3\n[cut]\nstepover = 1.5\n\
+                axial_depth = 1.0\nfeed = 1500.0\nspindle = 6000.0\ntolerance = 0.02\n[path]\n\
+                pattern = \"iso-parametric\"\n[force]\nrelative = 0.8\nmax_engagement = 70.0\n";
+    let job = read("small", text);
+    let made = report(&prepared(&job, "../jobs"), &job);
+    let verification = made.verification.as_ref().unwrap();
+    assert!(verification.passed, "{:?}", verification.broken);
+    assert!(made.warnings.iter().any(is_of_small_loops), "{:?}", made.warnings);
 }
 
 /// Passes that engage the cutter over no more than may be need no trochoids for it, of any pattern; a slot along a wall,

@@ -1085,6 +1085,14 @@ fn warn_of_force(
             "raise force.relative or force.mrr_limit",
         ));
     }
+    if planned.passes.are_loops_small {
+        let message = "loops as large as a reduced feed allows break a limit on engagement or feed per tooth; these bite no more than the full feed allows, and take much longer".to_owned();
+        out.push(warning(
+            "force",
+            message,
+            "raise that limit, or reduce the side step or cut.axial_depth",
+        ));
+    }
     if let Some(slowed) = slowed.filter(|slowed| keeps_bounds(slowed, job))
         && planned.passes.loops > 0
         && delivered.machine_time_s.total > 1.01 * slowed.machine_time_s.total

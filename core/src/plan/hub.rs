@@ -80,6 +80,7 @@ pub(super) fn planned(
             count: figures.passes,
             depth: 0,
             loops: 0,
+            are_loops_small: false,
             length_floor: figures.length_floor,
             even_share: figures.even_share,
             closing: ClosingReport::joined(core::iter::empty()),

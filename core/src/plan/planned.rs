@@ -61,6 +61,8 @@ pub struct Passes {
     pub depth: usize,
     /// Trochoid loops.
     pub loops: usize,
+    /// Whether they bite no more than the full feed allows, although the feed may be reduced: larger ones broke a limit.
+    pub are_loops_small: bool,
     /// Shortest length that passes on the surface can have, mm.
     pub length_floor: f64,
     /// Share of the area on which passes are at least 0.9 of the allowed side step apart.
@@ -105,7 +107,7 @@ impl Laid<'_> {
     pub fn planned(self, progress: &mut dyn FnMut(Stage, f64)) -> Result<Planned, PlanError> {
         let Self { ground, flat, plain } = self;
         progress(Stage::Locate, 0.0);
-        let (flat, finished) = ground.on(|plane, delivery| {
+        let (flat, finished, are_loops_small) = ground.on(|plane, delivery| {
             let (plain, control) = (plain.as_ref(), ground.job.force.control);
             let found = within_bounds(&ground, (plane, delivery), (flat, control), plain, progress);
             match (found, plain) {
@@ -123,9 +125,10 @@ impl Laid<'_> {
                         Some(plain),
                         progress,
                     )
+                    .map(|(flat, finished)| (flat, finished, true))
                     .map_err(|_| why)
                 }
-                (found, _) => found,
+                (found, _) => found.map(|(flat, finished)| (flat, finished, false)),
             }
         })?;
         let Finished { mut toolpath, lifted, coverage } = finished;
@@ -151,7 +154,7 @@ impl Laid<'_> {
             cusps: ground.cusps,
             planar,
             channels: None,
-            passes: Passes::of(ground, flat.loops),
+            passes: Passes::of(ground, flat.loops, are_loops_small),
         })
     }
 }
@@ -238,7 +241,7 @@ fn thinner(job: &Job, is_slow: bool) -> String {
 }
 
 impl Passes {
-    fn of(ground: Ground, loops: usize) -> Self {
+    fn of(ground: Ground, loops: usize, are_loops_small: bool) -> Self {
         let Ground { region_meshes, layouts, order, .. } = ground;
         let divided =
             |(regions, undivided)| Divided::of(regions, order, &region_meshes, &layouts, undivided);
@@ -246,6 +249,7 @@ impl Passes {
             count: layouts.iter().map(|l| l.passes.len()).sum(),
             depth: layouts.iter().map(|l| l.depth).max().unwrap_or(0),
             loops,
+            are_loops_small,
             length_floor: ground.length_floor,
             even_share: regions::even_share(&region_meshes, &layouts),
             closing: ClosingReport::joined(layouts.iter().map(|l: &Layout| l.closing.clone())),

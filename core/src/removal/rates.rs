@@ -8,12 +8,12 @@
 
 use super::sweep::{Piece, Removed};
 use crate::geometry::DVec3;
-use crate::load::LoadLimits;
+use crate::load::{BESIDE_LINKS, LoadLimits, SLOWED_BESIDE};
 use crate::toolpath::{MoveKind, PathPoint, Toolpath};
 use std::ops::Range;
 
 /// Length of a window, cutter radii. Longer: peaks are flattened; shorter: noise of the columns.
-const WINDOW: f64 = 0.15;
+const WINDOW: f64 = BESIDE_LINKS;
 /// Feeds keep windows of these lengths to the limit, in [`WINDOW`]s: where the cut comes in pulses, a longer window
 /// may contain more of them per length. A window of twice this length or more is nearly made up of these.
 const LENGTHS: [f64; 3] = [1.0, 4.0 / 3.0, 5.0 / 3.0];
@@ -30,11 +30,6 @@ const SHORTEST: f64 = 0.1;
 
 /// Feeds come as close as this to the fastest that keeps the limits.
 pub const CLOSEST: f64 = RUNG * AIM;
-
-/// Passes this close to a link, in cutter radii, share windows with it: their rates have a part of what it removes.
-const BESIDE_LINKS: f64 = WINDOW;
-/// Passes this close to a link, in cutter radii, are slowed for what it removes.
-const SLOWED_BESIDE: f64 = 2.0 * WINDOW;
 
 /// Part of a limit on section or feed per tooth that rounding may take.
 const PLAY: f64 = 0.005;
@@ -322,28 +317,7 @@ pub fn excesses(path: &Toolpath, load: &LoadLimits) -> Vec<Option<f64>> {
         let excess = by_angle.into_iter().chain(by_feed).fold(0.0, f64::max);
         (cuts && excess > 1.0).then_some(excess)
     };
-    path.points.iter().zip(away_from_links(path)).map(|(p, away)| excess(p, away)).collect()
-}
-
-/// For each point how far the farther end of the move to it is from the nearest link along the path, mm; 0 on links.
-fn away_from_links(path: &Toolpath) -> Vec<f64> {
-    let points = &path.points;
-    let is_pass = |i: usize| matches!(points[i].kind, MoveKind::Cut | MoveKind::Trochoid);
-    let length = |i: usize| if i > 0 { points[i].tip.distance(points[i - 1].tip) } else { 0.0 };
-    let run = |order: &mut dyn Iterator<Item = usize>| {
-        let mut away = vec![0.0; points.len()];
-        let mut travelled = f64::INFINITY;
-        for i in order {
-            travelled = match points[i].kind {
-                MoveKind::Link | MoveKind::Rapid => 0.0,
-                _ => travelled + length(i),
-            };
-            away[i] = if is_pass(i) { travelled } else { 0.0 };
-        }
-        away
-    };
-    let (after, before) = (run(&mut (0..points.len())), run(&mut (0..points.len()).rev()));
-    after.into_iter().zip(before).map(|(a, b)| f64::min(a, b)).collect()
+    path.points.iter().zip(path.away_from_links()).map(|(p, away)| excess(p, away)).collect()
 }
 
 /// Where a path whose points tell their rates cuts too thickly or too slowly, at its worst.

@@ -1,7 +1,7 @@
 //! What is reported of a path: length, time and removal rate.
 
 use super::profile::Profile;
-use evencut_core::load::{LoadLimits, Material};
+use evencut_core::load::{BESIDE_LINKS, LoadLimits, Material, SLOWED_BESIDE};
 use evencut_core::toolpath::{MoveKind, PathPoint, Planar, Toolpath};
 use evencut_core::units::per_minute;
 use serde::Serialize;
@@ -74,7 +74,8 @@ pub struct PathFigures {
     pub rate: Option<RateFigures>,
 }
 
-/// Predicted load of a path. What concerns engagement and feed per tooth is of passes and loops.
+/// Predicted load of a path. What concerns engagement and feed per tooth is of passes and loops, but for 0.15 and 0.3 cutter
+/// radii of them beside links, which are slowed for what these remove.
 #[derive(Copy, Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct RateFigures {
@@ -148,7 +149,9 @@ impl RateFigures {
         let profile = Profile::of(path);
         let (mut peak, mut near, mut cutting) = (0.0_f64, 0.0, 0.0);
         let (mut section, mut slowest, mut power) = (0.0_f64, f64::INFINITY, 0.0_f64);
-        for pair in path.points.windows(2) {
+        let away = path.away_from_links();
+        let radius = load.teeth.radius;
+        for (pair, away) in path.points.windows(2).zip(away.into_iter().skip(1)) {
             let (p, time) = (&pair[1], pair[1].time - pair[0].time);
             if p.mrr <= 0.0 || p.feed <= 0.0 {
                 continue;
@@ -158,8 +161,10 @@ impl RateFigures {
             peak = peak.max(share);
             cutting += time;
             near += if (NEAR..=1.0 + ROUNDING).contains(&share) { time } else { 0.0 };
-            if matches!(p.kind, MoveKind::Cut | MoveKind::Trochoid) {
+            if away > BESIDE_LINKS * radius {
                 section = section.max(cut);
+            }
+            if away > SLOWED_BESIDE * radius {
                 slowest = slowest.min(p.feed);
             }
             power = material.map_or(0.0, |m| power.max(m.power(&load.teeth, cut, p.feed)));
