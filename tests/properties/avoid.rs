@@ -153,10 +153,14 @@ fn what_is_reached_of_a_part_is_cut_clear_of_a_clamp() {
     let files = Files { surface: Some(&part), meshes: &clamps, ..Files::default() };
     let surface = "[surface]\nfile = \"part.obj\"\nsteepest = 60.0\n";
     let job = job(&format!("{surface}{BALL}{}", avoid("clamp", 0.7)));
-    let (_, v) = planned(&job, files);
+    let (plan, v) = planned(&job, files);
     let clamp = named(&v, "clamp");
     assert!(v.passed, "{:?}", v.broken);
     assert!((0.7..=0.72).contains(&clamp.clearance_mm), "{clamp:?}");
+    // What stays at the clamp is not for a smaller cutter.
+    let figures = judged(&job, &plan, 2).unwrap();
+    let warnings = &figures.report.warnings;
+    assert!(warnings.iter().any(|w| w.remedy.contains("only another set-up")), "{warnings:?}");
 }
 
 /// A leaning ball keeps its distance, and so does what is above it where there is room.

@@ -915,6 +915,12 @@ fn warning(stage: &str, message: String, remedy: &str) -> Warning {
     Warning { stage: stage.into(), message, remedy: remedy.into() }
 }
 
+/// Those remedies that apply.
+fn remedies(all: &[(&str, bool)]) -> String {
+    let those: Vec<&str> = all.iter().filter(|(_, applies)| *applies).map(|r| r.0).collect();
+    those.join("; ")
+}
+
 /// A message without its leading stage name.
 fn without_stage(message: &str) -> String {
     message.split_once(": ").map_or(message, |(_, rest)| rest).to_owned()
@@ -925,6 +931,10 @@ const SMALLER: &str =
     "use a smaller cutter or corner radius there, or a smaller cut.allowance if there is one";
 /// What helps on a fixed axis where the surface has creases.
 const REACHED: &str = "where it is noise, a fold or an edge, surface.steepest = 80.0 machines what the cutter reaches";
+
+/// What helps beside a clamp.
+const AVOIDED: &str =
+    "beside what the cutter is kept clear of (avoid) no cutter helps, only another set-up";
 
 /// What a reader should know before cutting.
 fn warnings(
@@ -947,6 +957,7 @@ fn warnings(
     if let Some(aside) = &planned.prepared.aside {
         warn_of_aside(&mut out, job, aside);
     }
+    let has_avoided = !job.avoid.is_empty();
     let c = &planned.coverage;
     if c.never_covered > 1e-3 * c.area {
         out.push(warning(
@@ -960,7 +971,8 @@ fn warnings(
             "{:.2} mm² are inaccessible: in corners, or beside walls and faces that the cutter must not touch",
             c.inaccessible
         );
-        out.push(warning("passes", message, "finish them with a smaller cutter"));
+        let smaller = "finish them with a smaller cutter";
+        out.push(warning("passes", message, &remedies(&[(smaller, true), (AVOIDED, has_avoided)])));
     }
     if let Some(worst) = planned.lifted.iter().max_by(|a, b| a.raise.total_cmp(&b.raise)) {
         let length = match lifted_length(planned) {
@@ -979,10 +991,7 @@ fn warnings(
                 worst.place.z,
                 worst.raise
             ),
-            &match may_be_reached {
-                true => format!("{SMALLER}; {REACHED}"),
-                false => SMALLER.to_owned(),
-            },
+            &remedies(&[(SMALLER, true), (REACHED, may_be_reached), (AVOIDED, has_avoided)]),
         ));
     }
     let q = &planned.prepared.quality;

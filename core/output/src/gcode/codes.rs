@@ -214,11 +214,10 @@ fn refused(word: String, (remedy, displaces): (&'static str, bool)) -> Fault {
 
 /// What a G code is that is not followed, and what to do instead; whether moves are others than those that are written.
 fn refusal(code: u32) -> (&'static str, bool) {
-    let displaces = match code {
-        310..=319 | 330..=339 | 380..=389 | 410..=449 | 730 | 740 | 760 | 810..=899 => true,
-        100 | 160 | 500 | 510 | 511 | 520 | 650..=689 | 920..=929 | 950 | 960 => true,
-        _ => false,
-    };
+    let cycles = matches!(code, 310..=319 | 380..=389 | 730 | 740 | 760 | 810..=899);
+    let offsets =
+        matches!(code, 100 | 160 | 410..=449 | 500 | 510 | 511 | 520 | 680..=689 | 920..=929);
+    let displaces = cycles || offsets || matches!(code, 330..=339 | 650..=679 | 950 | 960);
     let remedy = match code {
         410..=429 => {
             "cutter compensation; have the path of the cutter's centre written, with G40 in force"

@@ -41,7 +41,7 @@ pub fn mrr_chart(before: &Profile, after: &Profile, limit: f64) -> String {
         panel(&mut svg, &axes, corner, profile, limit, name);
     }
     let label = DVec2::new(PANELS[1].x + PANEL.x / 2.0, SIZE.y - 18.0);
-    svg.text(label, Anchor::Middle, 12.0, "time, min:s");
+    svg.text(label, Anchor::Middle, 12.0, "time at the feeds as programmed, min:s");
     svg.finish()
 }
 
