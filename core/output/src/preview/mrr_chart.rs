@@ -17,6 +17,8 @@ const COLUMNS: usize = 780;
 const LOAD: Rgb = Rgb([0xdb, 0xea, 0xf2]);
 const BELOW_LIMIT: Rgb = Rgb([0x9c, 0xc4, 0xd8]);
 const MEAN: Rgb = Rgb([0x1f, 0x5f, 0x86]);
+/// Size of the peak's label, px.
+const LABEL: f64 = 11.0;
 /// What rounding may add to a rate that is at the limit.
 const AT_LIMIT: f64 = 1.0 + 1e-6;
 
@@ -116,7 +118,7 @@ fn panel(svg: &mut Svg, axes: &Axes, corner: DVec2, profile: &Profile, limit: f6
         clock(profile.duration()),
     );
     svg.text(corner - DVec2::new(0.0, 9.0), Anchor::Start, 13.0, &heading);
-    peak_mark(svg, axes, corner, profile);
+    peak_mark(svg, axes, corner, profile, limit);
 }
 
 /// Axes with round ticks.
@@ -229,8 +231,8 @@ fn limit_line(svg: &mut Svg, axes: &Axes, corner: DVec2, limit: f64) {
     svg.text(to + DVec2::new(6.0, 12.0), Anchor::Start, 12.0, &rate(per_minute(limit)));
 }
 
-/// A small triangle over the highest rate with its value.
-fn peak_mark(svg: &mut Svg, axes: &Axes, corner: DVec2, profile: &Profile) {
+/// A small triangle over the highest rate with its value, which the line of the limit does not cross.
+fn peak_mark(svg: &mut Svg, axes: &Axes, corner: DVec2, profile: &Profile, limit: f64) {
     let peak = profile.peak();
     let Some((from, to, _)) = profile.pieces().find(|&(.., mrr)| mrr == peak && mrr > 0.0) else {
         return;
@@ -242,7 +244,11 @@ fn peak_mark(svg: &mut Svg, axes: &Axes, corner: DVec2, profile: &Profile) {
     let near_end = at.x > corner.x + PANEL.x - 80.0;
     let (anchor, shift) = if near_end { (Anchor::End, -8.0) } else { (Anchor::Start, 8.0) };
     let label = format!("peak {}", rate(per_minute(peak)));
-    svg.text(tip + DVec2::new(shift, -1.0), anchor, 11.0, &label);
+    let line = axes.place(corner, 0.0, limit).y;
+    let above = tip.y - 1.0;
+    let is_crossed = (above - LABEL..above + 3.0).contains(&line);
+    let foot = DVec2::new(tip.x + shift, if is_crossed { line - 4.0 } else { above });
+    svg.text(foot, anchor, LABEL, &label);
 }
 
 #[cfg(test)]
