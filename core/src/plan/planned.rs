@@ -187,8 +187,14 @@ fn within_bounds(
         excesses.push(plane.beyond(path, &bounds));
         ground.cut_within((plane, control), plain, &excesses, &mut |_| {})
     };
+    let mut round = 0;
     loop {
-        let passes = delivery.delivered(&flat.points, &mut |p| progress(Stage::Locate, p))?;
+        let done = f64::from(round) / ROUNDS as f64;
+        let passes = delivery.delivered(&flat.points, &mut |p| match round {
+            0 => progress(Stage::Locate, p),
+            _ => progress(Stage::Loops, done),
+        })?;
+        round += 1;
         // Branches take long to find: the passes are to keep the bounds before.
         if is_bound
             && flat.loops > 0

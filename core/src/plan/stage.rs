@@ -13,6 +13,8 @@ pub enum Stage {
     Cut,
     /// Mapping onto the surface, locating the cutter, joining.
     Locate,
+    /// Laying trochoids again with smaller loops, where those before broke a limit.
+    Loops,
     /// Measuring what the passes leave, and adding branches and rest passes.
     Rest,
     /// Simulating the path to verify it.
