@@ -224,9 +224,10 @@ impl All<'_> {
                     let rounding = dialect.rounding();
                     findings = checked(&read, &loosest, &path, plane, rounding, settings);
                 }
+                Err(error) if self.job.post_file().is_none() => return Err(error.into()),
+                Err(error) if error.displaces() => findings.push(error.to_string()),
                 // Each operation has the warning that it is not checked.
-                Err(_) if self.job.post_file().is_some() => {}
-                Err(error) => return Err(error.into()),
+                Err(_) => {}
             }
         }
         Ok((OutputFile { name, bytes: program.text.into_bytes() }, findings))

@@ -41,10 +41,10 @@ impl WrittenProgram {
                 );
                 reach = reach_of(&read);
             }
+            Err(error) if job.post_file().is_none() => return Err(error.into()),
             Err(error) if error.displaces() => findings.push(error.to_string()),
             // A post of one's own may write for a controller that is not known here.
-            Err(error) if job.post_file().is_some() => unread = Some(error),
-            Err(error) => return Err(error.into()),
+            Err(error) => unread = Some(error),
         }
         let name = format!("program.{}", program.extension);
         let figures = ProgramFigures {
