@@ -82,6 +82,7 @@ fn stages(c: &mut Criterion) {
                     on_levels: true,
                     beside: &[],
                     footprint: Footprint::new(tool, 0.0),
+                    cusps: [1.0; 2],
                     threads,
                 };
                 b.iter(|| close(&mut plain.clone(), &mesh, &field, &terrain, &options).branches);

@@ -14,6 +14,9 @@
 //! 2. Every cluster gets the shortest straight branch from the nearest ring that closes it, or, where none does, one
 //!    along its middle line: to both ends and back, or once round a closed cluster.
 //! 3. The gaps are measured again, until none is left or the rounds are used up.
+//!
+//! A cluster is left open where the cusp over it is not above what may be left ([`ClosingOptions::accepted`]): on a coarse mesh
+//! every edge would else get branches of a few hundredths of a millimetre, each with two turns back.
 
 mod branch;
 mod chooser;
@@ -38,7 +41,7 @@ pub use options::ClosingOptions;
 use passes::Passes;
 use tree::Tree;
 
-/// Clusters whose widest gap is not above this are left open, passes: the field is no more accurate.
+/// Clusters whose widest gap is not above this are left open in any case, passes: the field is no more accurate.
 const ACCEPTED: f64 = 0.506;
 /// With more places than this, gaps are reported and not closed: such passes do not fit the surface.
 const MOST_PLACES: usize = 4_000_000;
@@ -58,7 +61,7 @@ pub struct ClosingReport {
     pub widest_gap: f64,
     /// Where that is, flat mm.
     pub widest_at: DVec2,
-    /// Area on the surface farther than 0.506 passes from the nearest pass, mm².
+    /// Area on the surface that is farther from the nearest pass than is accepted, mm².
     pub left: f64,
 }
 
@@ -102,7 +105,7 @@ pub fn close(
     let found = gaps(mesh, field, passes.without_branches(), options);
     let mut places = found.places;
     if places.len() > MOST_PLACES {
-        return report(&passes, &places, found.widest_kept, terrain);
+        return report(&passes, &places, found.widest_kept, terrain, options);
     }
     for _ in 0..ROUNDS {
         let chooser = Chooser {
@@ -112,7 +115,7 @@ pub fn close(
             lags: options.footprint.lags(),
         };
         let clusters = Clusters::of(&places);
-        let wide = clusters.iter().filter(|b| b.deepest().gap > ACCEPTED);
+        let wide = clusters.iter().filter(|b| b.deepest().gap > options.accepted());
         let branches: Vec<AnchoredBranch> = wide.filter_map(|b| chooser.branch(&b)).collect();
         if branches.is_empty() {
             break;
@@ -120,7 +123,7 @@ pub fn close(
         lower(&mut places, passes.add(branches));
     }
     passes.attach(rings);
-    report(&passes, &places, found.widest_kept, terrain)
+    report(&passes, &places, found.widest_kept, terrain, options)
 }
 
 /// Mean size of a pass, flat mm.
@@ -152,6 +155,7 @@ fn report(
     places: &[Place],
     widest_kept: (f64, DVec2),
     terrain: &dyn Terrain,
+    options: &ClosingOptions,
 ) -> ClosingReport {
     let scale = |p: DVec2| terrain.scale(p).unwrap_or(1.0);
     let on_surface = |d: &AnchoredBranch| {
@@ -160,7 +164,7 @@ fn report(
     };
     let widest =
         places.iter().fold(widest_kept, |w, p| if p.gap > w.0 { (p.gap, p.at) } else { w });
-    let left = places.iter().filter(|p| p.gap > ACCEPTED);
+    let left = places.iter().filter(|p| p.gap > options.accepted());
     let area = |p: &Place| p.area * scale(p.at) * scale(p.at);
     ClosingReport {
         branches: passes.branches().len(),

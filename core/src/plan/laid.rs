@@ -120,6 +120,7 @@ impl<'a> Ground<'a> {
         let locator = &prepared.locator();
         let before = stock.strokes();
         let mut cusps = CuspBudget::of(job, surface, curvature);
+        let heights = [cusps.aimed, cusps.left_open()];
         let Strips { metrics, creases, spacing } =
             Strips::of(job, &cusps, surface, chart, curvature);
         let (mut regions, topology) = match job.rest {
@@ -170,6 +171,7 @@ impl<'a> Ground<'a> {
             tolerance: ring_tolerance(job, prepared),
             // What stands on an open surface is no place to begin from.
             clearance: (job.path.boundary == Boundary::Wall).then_some(clearance),
+            cusps: heights,
             threads,
         };
         let layouts = regions::lay_out(&region_meshes, &layout_options)?;

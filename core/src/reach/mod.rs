@@ -89,9 +89,7 @@ pub fn reach(part: &Part, machined: &Part, options: &ReachOptions) -> Result<Rea
     net.refine()?;
     net.refine_at(&machined.positions)?;
     net.settle();
-    let steepest = cos(options.steepest);
-    let (mut soup, normals) = trim::trimmed(&net, steepest);
-    retain_faces(&mut soup, |_, face| face.iter().any(|&v| normals[v as usize].z >= steepest));
+    let (soup, normals) = trim::trimmed(&net, cos(options.steepest));
     let (soup, normals, pieces, small) = worthwhile(soup, &normals, options.tool.radius());
     aside.small = small;
     let connectivity = {

@@ -271,3 +271,71 @@ fn a_slot_as_wide_as_a_flat_end_is_reached() {
     let expected = 14.0 * 6.0 + core::f64::consts::PI * 9.0;
     assert!((expected - floor).abs() < 0.01 * expected, "{floor} of {expected}");
 }
+
+/// A dome with facets of 40 degrees, then of 78, then of 83: what is machined up to 80 degrees ends along the edges to the last
+/// ones, not at the places of the net, which are far apart in height there.
+#[test]
+fn the_outline_on_steep_facets_is_their_edge() {
+    use crate::geometry::math::{cos, sin, tan};
+    const SIDES: u32 = 17;
+    let corner = |k: u32| {
+        let angle = 0.3 + core::f64::consts::TAU * f64::from(k) / f64::from(SIDES);
+        DVec2::new(cos(angle), sin(angle))
+    };
+    let mut z = 0.0;
+    let mut positions = vec![DVec3::ZERO];
+    let mut radius = 0.0;
+    for (width, slope) in [(12.0, 40.0), (1.0, 78.0), (0.5, 83.0)] {
+        radius += width;
+        // The slope is that of the middle of a facet.
+        z -= width * cos(core::f64::consts::PI / f64::from(SIDES)) * tan(f64::to_radians(slope));
+        positions.extend((0..SIDES).map(|k| (radius * corner(k)).extend(z)));
+    }
+    let at = |ring: u32, k: u32| 1 + ring * SIDES + k % SIDES;
+    let top = (0..SIDES).map(|k| [0, at(0, k), at(0, k + 1)]);
+    let bands = (0..2).flat_map(|ring| {
+        (0..SIDES).flat_map(move |k| {
+            let [a, b] = [k, k + 1].map(|k| at(ring, k));
+            let [c, d] = [k, k + 1].map(|k| at(ring + 1, k));
+            [[a, c, d], [a, d, b]]
+        })
+    });
+    let part = Part { faces: top.chain(bands).collect(), positions: positions.clone() };
+    let reached = reach(&part, &part, &options(5.0, 5.0)).unwrap();
+    let outlines = outlines(&reached.surface);
+    let edge = positions[at(1, 0) as usize];
+    assert_eq!(outlines.len(), 1);
+    let off = outlines[0].iter().map(|p| (p.z - edge.z).abs()).fold(0.0, f64::max);
+    assert!(off < 0.1, "{off} mm off the edge");
+    let around =
+        f64::from(SIDES) * positions[at(1, 0) as usize].distance(positions[at(1, 1) as usize]);
+    assert!((length(&outlines[0]) / around - 1.0).abs() < 0.01, "{}", length(&outlines[0]));
+}
+
+/// The outline of a surface that lies askew to the net has no notches.
+#[test]
+fn the_outline_is_as_long_as_that_of_the_part() {
+    use crate::geometry::math::{cos, sin};
+    for turn in [0.1, 0.35, 0.5, 1.3] {
+        let (along, size) = (DVec2::new(cos(turn), sin(turn)), 20.0);
+        let at = |x: f64, y: f64| (along * x + along.perp() * y).extend(1.5 * x);
+        let positions = vec![at(0.0, 0.0), at(size, 0.0), at(size, size), at(0.0, size)];
+        let part = Part { positions: positions.clone(), faces: vec![[0, 1, 2], [0, 2, 3]] };
+        let reached = reach(&part, &part, &options(2.0, 2.0)).unwrap();
+        let found: f64 = outlines(&reached.surface).iter().map(|outline| length(outline)).sum();
+        let (around, tolerance) = (length(&positions), 0.01);
+        assert!((found / around - 1.0).abs() < tolerance, "{turn}: {found} of {around} mm");
+    }
+}
+
+/// The places along every boundary.
+fn outlines(surface: &Surface) -> Vec<Vec<DVec3>> {
+    let places = |l: &Vec<VertexId>| l.iter().map(|v| surface.positions()[v.index()]).collect();
+    surface.connectivity().boundary_loops().iter().map(places).collect()
+}
+
+/// Around a closed polyline, mm.
+fn length(outline: &[DVec3]) -> f64 {
+    let next = outline.iter().cycle().skip(1);
+    outline.iter().zip(next).map(|(a, b)| a.distance(*b)).sum()
+}

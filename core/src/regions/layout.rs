@@ -243,6 +243,7 @@ impl Draft {
             on_levels,
             beside,
             footprint: options.job.footprint(),
+            cusps: options.cusps,
             threads: options.threads,
         }
     }

@@ -18,6 +18,8 @@ pub struct LayoutOptions<'a> {
     pub tolerance: f64,
     /// Clearance between cutter and walls, if there are any.
     pub clearance: Option<Clearance<'a>>,
+    /// Heights of the cusps, mm: that for which passes are laid out, and the largest that they may leave.
+    pub cusps: [f64; 2],
     /// Number of threads.
     pub threads: usize,
 }

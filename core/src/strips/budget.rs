@@ -8,6 +8,9 @@ use crate::surface::{CurvatureField, Surface};
 /// Fraction of the tolerance by which passes stay below the limit, because the chords of the path run above them; at
 /// most the fraction of the limit given second.
 const CHORDS: (f64, f64) = (0.2, 0.05);
+/// Fraction of the tolerance by which the limit may be exceeded between passes that turn or end beside each other: half of
+/// what follows, for the chords of the path.
+const LEFT_OPEN: f64 = 0.35;
 /// Fraction of the tolerance above the limit from which on a place is too high: samples may miss the highest point.
 const TOO_HIGH: f64 = 0.7;
 /// Fraction of it that may be left above the limit where the cutter does not come lower.
@@ -42,6 +45,11 @@ impl CuspBudget {
         let (of_tolerance, of_limit) = CHORDS;
         let aimed = limit - (of_tolerance * tolerance).min(of_limit * limit);
         Self { limit, on_plane, aimed, tolerance }
+    }
+
+    /// Height of the cusp between passes up to which they need no branch, mm.
+    pub fn left_open(&self) -> f64 {
+        self.limit + LEFT_OPEN * self.tolerance
     }
 
     /// Sampled height from which on a place is too high, mm.

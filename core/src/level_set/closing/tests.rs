@@ -73,6 +73,18 @@ fn closed(
     inset: Option<f64>,
     order: RingOrder,
 ) -> Closed {
+    let ball = Footprint::new(Tool::new(5.0, 5.0).unwrap(), 0.0);
+    closed_leaving(surface, chart, step, inset, (order, ball, [1.0; 2]))
+}
+
+/// With this cutter, where cusps of the second height, mm, may be left by passes laid out for those of the first.
+fn closed_leaving(
+    surface: &Surface,
+    chart: &Chart,
+    step: f64,
+    inset: Option<f64>,
+    (order, footprint, cusps): (RingOrder, Footprint, [f64; 2]),
+) -> Closed {
     let metric = vec![strip_metric::even(step); chart.uv().len()];
     let mesh = PassMesh::new(surface, chart, metric).unwrap();
     let field = match inset {
@@ -92,8 +104,8 @@ fn closed(
     let on_chart = chart.locator(surface);
     let measure = |rings: &[Pass]| widest(surface, chart, &on_chart, rings, &terrain, step);
     let plain = measure(&rings);
-    let footprint = Footprint::new(Tool::new(5.0, 5.0).unwrap(), 0.0);
-    let options = ClosingOptions { order, on_levels: true, beside: &[], footprint, threads: 2 };
+    let options =
+        ClosingOptions { order, on_levels: true, beside: &[], footprint, cusps, threads: 2 };
     let report = close(&mut rings, &mesh, &field, &terrain, &options);
     let widest = measure(&rings);
     Closed { rings, plain, report, widest }
@@ -205,6 +217,26 @@ fn square() {
         // twice as long from the outer one; out and back, at four corners of nine rings.
         assert!(c.report.length <= 4.0 * 10.0 * longest, "{}", c.report.length);
     }
+}
+
+/// At a right angle places are up to 0.586 passes from the rings, and their cusps 1.37 times as high as beside straight
+/// ones: where that may be left, corners have no branches.
+#[test]
+fn corners_that_may_be_left_have_no_branches() {
+    let (surface, chart) = rectangle(20.0, 20.0);
+    let branches = |corner: f64, allowed: f64| {
+        let footprint = Footprint::new(Tool::new(5.0, corner).unwrap(), 0.0);
+        let leaving = (RingOrder::OutsideIn, footprint, [0.025, allowed * 0.025]);
+        let c = closed_leaving(&surface, &chart, 1.0, None, leaving);
+        assert!(c.widest <= 0.5 * allowed.sqrt() + 0.026, "{}", c.widest);
+        assert_eq!(c.report.left, 0.0);
+        c.report.branches
+    };
+    // The middle stays to be closed.
+    assert!(branches(5.0, 1.45) <= 2);
+    assert!(branches(5.0, 1.3) >= 4 * 8);
+    // A flat end leaves the full depth beyond its edge.
+    assert!(branches(0.0, 1.45) >= 4 * 8);
 }
 
 #[test]
