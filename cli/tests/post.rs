@@ -125,6 +125,26 @@ fn a_program_that_is_not_the_path_fails_the_run() {
     }
 }
 
+/// So is one that displaces what follows between two operations.
+#[test]
+fn what_is_written_between_operations_is_read_too() {
+    let directory = scratch("between");
+    let two = "[[operation]]\nname = \"first\"\n[[operation]]\nname = \"second\"\ntool.diameter = 3.0\n\
+               tool.number = 6\n";
+    fs::write(directory.join("two.toml"), format!("{DOME}{two}")).unwrap();
+    let output = evencut(&directory, &["post", "linuxcnc"]);
+    let source = streams(&output).1.to_owned();
+    let (from, wrong) = ("change = [\"{coolant_off}\", \"M5\"]", "change = [\"M5\", \"G92 X1\"]");
+    assert!(source.contains(from));
+    for (source, wanted) in [(source.replace(from, wrong), 5), (source.clone(), 0)] {
+        fs::write(directory.join("shop.post.toml"), source).unwrap();
+        let output = evencut(&directory, &["plan", "two.toml", "--post", "shop.post.toml"]);
+        let (code, _, messages) = streams(&output);
+        assert_eq!(code, wanted, "{messages}");
+        assert_eq!(messages.contains("an offset set by the program"), wanted == 5, "{messages}");
+    }
+}
+
 #[test]
 fn what_a_post_cannot_write_is_refused_before_the_work() {
     let directory = scratch("refused");

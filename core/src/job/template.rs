@@ -81,6 +81,9 @@ const STEEPEST: f64 = 80.0;
 /// A valley sharper than this between two faces of a mesh is one that no cutter fits into, rad (20 degrees): noise of a
 /// scan, folded faces or an edge of the part.
 const VALLEY: f64 = core::f64::consts::PI / 9.0;
+/// An edge of a mesh at which the surface turns by more than this, rad (60 degrees), is one over which an axis along the
+/// normal would have to jump.
+const EDGE: f64 = core::f64::consts::FRAC_PI_3;
 /// A relief whose mean normal leans less than this from +Z is not turned, rad (20 degrees).
 const NEARLY_UP: f64 = core::f64::consts::PI / 9.0;
 /// A surface none of whose faces looks down is machined from above; rad (92 degrees).
@@ -319,7 +322,8 @@ impl Placed {
             // Walls are no reason for five axes.
             let from_above = if flip { facts.most_from_down } else { facts.most_from_up };
             let stands = from_above < UPRIGHT;
-            let is_part = is_part(ROUGH) || stands;
+            let has_edges = facts.sharpest.iter().any(|turn| *turn > EDGE);
+            let is_part = is_part(ROUGH) || stands || has_edges;
             // A relief or scan is turned as a smooth sheet is, unless it nearly looks up.
             let leans = !is_body && !stands && is_part && lean > NEARLY_UP;
             let turn = leans.then(|| turned_up(mean)).or(placed.turn);

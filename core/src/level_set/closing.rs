@@ -41,8 +41,6 @@ pub use options::ClosingOptions;
 use passes::Passes;
 use tree::Tree;
 
-/// Clusters whose widest gap is not above this are left open in any case, passes: the field is no more accurate.
-const ACCEPTED: f64 = 0.506;
 /// With more places than this, gaps are reported and not closed: such passes do not fit the surface.
 const MOST_PLACES: usize = 4_000_000;
 /// Rounds of closing and measuring. More rounds close the gaps that branches themselves leave.

@@ -15,15 +15,19 @@ use crate::machine_time::fill_time;
 use crate::mesh::{FaceId, VertexId};
 use crate::regions::tensor::Topology;
 use crate::regions::{self, Divided, Layout};
-use crate::removal::{Coverage, Cutter, Earlier, beyond};
+use crate::removal::{Beyond, Coverage, Cutter, Earlier, beyond};
 use crate::strips::CuspBudget;
 use crate::toolpath::{Planar, Toolpath};
 use std::sync::Arc;
 
 /// How often trochoids that cut too much at once are laid again.
 const ROUNDS: usize = 12;
-/// How often they are without cutting any less.
+/// How often they are without cutting any less, and how often while the worst place stays just as it is: the loops do not
+/// come there.
 const IDLE_ROUNDS: usize = 5;
+const SAME_ROUNDS: usize = 3;
+/// Times the bound: what passes cut above this is not brought below by branches over what they leave.
+const HOPELESS: f64 = 1.1;
 
 /// A plan and what is known about it.
 #[derive(Debug)]
@@ -116,17 +120,18 @@ impl Laid<'_> {
                 {
                     // Slowed loops broke a limit; smaller ones at the full feed may keep it.
                     let control = ForceControl::Trochoid;
-                    let flat = ground.cut_within((plane, control), plain, &[], &mut |_| {});
-                    let Some(flat) = flat else { return Err(why) };
-                    within_bounds(
-                        &ground,
-                        (plane, delivery),
-                        (flat, control),
-                        Some(plain),
-                        progress,
-                    )
-                    .map(|(flat, finished)| (flat, finished, true))
-                    .map_err(|_| why)
+                    let cut = |control: ForceControl| {
+                        ground.cut_within((plane, control), plain, &[], &mut |_| {})
+                    };
+                    let Some(flat) = cut(control) else { return Err(why) };
+                    // Where the feed cannot be reduced they are the same.
+                    if cut(ForceControl::Fastest).is_some_and(|tried| tried.points == flat.points) {
+                        return Err(why);
+                    }
+                    let on = (plane, delivery);
+                    within_bounds(&ground, on, (flat, control), Some(plain), progress)
+                        .map(|(flat, finished)| (flat, finished, true))
+                        .map_err(|_| why)
                 }
                 (found, _) => found.map(|(flat, finished)| (flat, finished, false)),
             }
@@ -174,18 +179,21 @@ fn within_bounds(
     let (job, bounds) = (ground.job, ground.job.bounds());
     let is_bound = job.force.control != ForceControl::Off && bounds.bound_sections();
     let mut excesses = Vec::new();
-    let (mut least, mut idle) = (f64::INFINITY, 0);
-    // Laid again, if the path breaks a bound and that may help.
-    let mut smaller = |path: &Toolpath, loops: usize| {
-        let worst = beyond(path, &bounds)?.excess;
-        if worst < least {
-            (least, idle) = (worst, 0);
-        }
-        idle += 1;
-        let may_help = loops > 0 && excesses.len() < ROUNDS && idle <= IDLE_ROUNDS;
+    let mut rounds = Rounds::default();
+    // Laid again, if that may help a path that breaks a bound.
+    let mut smaller = |path: &Toolpath, loops: usize, worst: f64| {
+        let may_help = rounds.may_help(worst) && loops > 0 && excesses.len() < ROUNDS;
         let plain = plain.filter(|_| may_help)?;
         excesses.push(plane.beyond(path, &bounds));
         ground.cut_within((plane, control), plain, &excesses, &mut |_| {})
+    };
+    let too_thick = |beyond: Beyond| PlanError::TooThick {
+        place: beyond.place,
+        engaged: bounds.teeth.engaged(beyond.section),
+        most: bounds.most_engaged,
+        per_tooth: bounds.teeth.per_tooth(beyond.feed),
+        least: bounds.least_per_tooth,
+        remedy: thinner(job, bounds.least_per_tooth > 0.0),
     };
     let mut round = 0;
     loop {
@@ -196,26 +204,53 @@ fn within_bounds(
         })?;
         round += 1;
         // Branches take long to find: the passes are to keep the bounds before.
-        if is_bound
-            && flat.loops > 0
-            && let Some(again) = smaller(&delivery.limited(&passes.toolpath)?, flat.loops)
-        {
-            flat = again;
-            continue;
+        if is_bound && flat.loops > 0 {
+            let path = delivery.limited(&passes.toolpath)?;
+            if let Some(worst) = beyond(&path, &bounds) {
+                match smaller(&path, flat.loops, worst.excess) {
+                    Some(again) => {
+                        flat = again;
+                        continue;
+                    }
+                    None if worst.excess > HOPELESS => return Err(too_thick(worst)),
+                    None => {}
+                }
+            }
         }
         progress(Stage::Rest, 0.0);
         let finished = delivery.finished(passes)?;
         let Some(beyond) = is_bound.then(|| beyond(&finished.toolpath, &bounds)).flatten() else {
             return Ok((flat, finished));
         };
-        flat = smaller(&finished.toolpath, flat.loops).ok_or(PlanError::TooThick {
-            place: beyond.place,
-            engaged: bounds.teeth.engaged(beyond.section),
-            most: bounds.most_engaged,
-            per_tooth: bounds.teeth.per_tooth(beyond.feed),
-            least: bounds.least_per_tooth,
-            remedy: thinner(job, bounds.least_per_tooth > 0.0),
-        })?;
+        flat = smaller(&finished.toolpath, flat.loops, beyond.excess)
+            .ok_or_else(|| too_thick(beyond))?;
+    }
+}
+
+/// How it goes with trochoids that are laid again and again.
+struct Rounds {
+    least: f64,
+    idle: usize,
+    last: f64,
+    same: usize,
+}
+
+impl Default for Rounds {
+    fn default() -> Self {
+        Self { least: f64::INFINITY, idle: 0, last: f64::INFINITY, same: 0 }
+    }
+}
+
+impl Rounds {
+    /// Whether another round may help; `worst`: by which factor the last one breaks a bound.
+    fn may_help(&mut self, worst: f64) -> bool {
+        if worst < self.least {
+            (self.least, self.idle) = (worst, 0);
+        }
+        self.idle += 1;
+        self.same = if worst == self.last { self.same + 1 } else { 0 };
+        self.last = worst;
+        self.idle <= IDLE_ROUNDS && self.same < SAME_ROUNDS
     }
 }
 

@@ -4,6 +4,9 @@ use crate::footprint::Footprint;
 use crate::geometry::DVec2;
 use crate::job::RingOrder;
 
+/// Clusters whose widest gap is not above this are left open in any case, passes: the field is no more accurate.
+const ACCEPTED: f64 = 0.506;
+
 /// How gaps are closed.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct ClosingOptions<'a> {
@@ -26,6 +29,6 @@ impl ClosingOptions<'_> {
     /// the accuracy of the field.
     pub(super) fn accepted(&self) -> f64 {
         let [aimed, left] = self.cusps.map(|h| self.footprint.side_step(h));
-        if left > aimed { (0.5 * left / aimed).max(super::ACCEPTED) } else { super::ACCEPTED }
+        if left > aimed { (0.5 * left / aimed).max(ACCEPTED) } else { ACCEPTED }
     }
 }
