@@ -304,6 +304,18 @@ fn closed_and_folded_real_meshes_are_planned_from_above() {
     }
 }
 
+/// Where the outline of what is reached turns sharply, triangles beside it may lie one over another: the part is planned all the
+/// same, as `evencut new` proposes.
+#[test]
+fn a_real_part_with_many_holes_is_planned() {
+    let file = "mesh/plane_26holes.obj";
+    let Some(data) = shared_data() else { return };
+    let bytes = std::fs::read(data.join(file)).unwrap();
+    let contents = contents(file, &bytes, 1.0).unwrap();
+    let job = job::read(contents.job(file).as_bytes()).unwrap().job;
+    kept(file, &job, &bytes);
+}
+
 /// A scan of 16 x 12 mm as OBJ: places half a millimetre apart, moved aside by up to 0.2 mm, so that some faces fold
 /// over, and up or down by up to 8 µm.
 fn scan(seed: u64) -> (Vec<u8>, usize) {

@@ -98,8 +98,8 @@ pub(super) fn trimmed(net: &Net, steepest: f64) -> (TriangleSoup, Vec<DVec3>) {
         crossed.into_iter().zip(found).collect();
     let moved = move_corners(&mut crossings);
     join_at_ends(&mut crossings, &machined);
-    let (numbers, out) = (HashMap::new(), TriangleSoup::default());
-    let mut soup = Soup { machined, crossings, moved, numbers, out, normals: Vec::new() };
+    let (numbers, sides, out) = (HashMap::new(), HashSet::new(), TriangleSoup::default());
+    let mut soup = Soup { machined, crossings, moved, numbers, sides, out, normals: Vec::new() };
     triangles.iter().for_each(|t| soup.add_cut(*t));
     (soup.out, soup.normals)
 }
@@ -183,6 +183,8 @@ struct Soup<'a> {
     crossings: BTreeMap<[Key; 2], Option<Crossing>>,
     moved: BTreeMap<Key, Place>,
     numbers: HashMap<Corner, u32>,
+    /// Sides of faces.
+    sides: HashSet<[u32; 2]>,
     out: TriangleSoup,
     normals: Vec<DVec3>,
 }
@@ -245,9 +247,15 @@ impl Soup<'_> {
         halves.into_iter().for_each(|corners| self.add(corners));
     }
 
+    /// Adds a triangle, if it is one, lies on the surface and beside all others: where only some of the crossings around a place
+    /// are one, it may lie over another.
     fn add(&mut self, corners: [Corner; 3]) {
-        let face = self.kept(corners);
-        self.out.faces.extend(face);
+        let Some(face) = self.kept(corners) else { return };
+        let sides = [0, 1, 2].map(|k| [face[k], face[(k + 1) % 3]]);
+        if sides.iter().all(|side| !self.sides.contains(side)) {
+            self.sides.extend(sides);
+            self.out.faces.push(face);
+        }
     }
 
     /// A triangle, if it is one and lies on the surface.
