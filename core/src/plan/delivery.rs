@@ -24,6 +24,8 @@ use core::cell::OnceCell;
 
 /// Fraction of the stock's depth above which the remaining material counts as untouched.
 const TOUCHED: f64 = 0.98;
+/// Approaches are slow from this fraction of the clearance above the stock on.
+const SLOW: f64 = 0.2;
 
 /// How much farther than asked the cutter is kept from what is avoided, tolerances: it may come nearer by one, and what
 /// is left covers the rounding of coordinates in programs.
@@ -286,7 +288,7 @@ fn refuse_inaccessible(job: &Job, lifted: &[LiftedSpan]) -> Result<(), PlanError
     }
 }
 
-pub fn deliver_options(job: &Job, rapid_plane: f64, threads: usize) -> DeliverOptions {
+pub fn deliver_options(job: &Job, rapid_plane: f64, stock: f64, threads: usize) -> DeliverOptions {
     DeliverOptions {
         pass: PassOptions {
             tool: job.tool,
@@ -301,6 +303,7 @@ pub fn deliver_options(job: &Job, rapid_plane: f64, threads: usize) -> DeliverOp
         threads,
         highest_raise: job.tool.radius().max(2.0 * job.cut.axial_depth),
         entry_radius: job.path.entry_radius,
+        slow_below: stock + SLOW * job.machine.clearance,
         air_feed: job.trochoid.return_feed.min(job.machine.max_feed),
         rapid_feed: job.machine.max_feed,
     }

@@ -40,6 +40,7 @@ use crate::geometry::math::cos;
 use crate::mesh::repair::{compact, retain_faces, split_pinches};
 use crate::mesh::{Connectivity, FaceId, TriangleSoup, VertexId, component_of, judge};
 use crate::surface::{Part, Surface};
+use core::ops::Range;
 use facet::area_normal;
 use lattice::Lattice;
 use net::Net;
@@ -53,6 +54,10 @@ const SMALLEST_PIECE: f64 = 0.02;
 /// counts as a bridge, under which only the part can be cut into.
 const BRIDGE: f64 = 4.0;
 const ABOVE: f64 = 0.1;
+
+/// Distances between the unit normals at the ends of a side (1 to 17 degrees) that lies across an edge which passes round
+/// off. Sharper ones keep the normals that were found: at rims of walls the mean is as wrong as either.
+const EDGE: Range<f64> = 0.02..0.3;
 
 /// What of a part is machined in one setup.
 #[derive(Clone, Debug)]
@@ -99,11 +104,38 @@ pub fn reach(part: &Part, machined: &Part, options: &ReachOptions) -> Result<Rea
     if connectivity.face_count() == 0 {
         return Err(nothing);
     }
-    let surface = Surface::new(connectivity, soup.positions).with_normals(normals);
+    let surface = Surface::new(connectivity, soup.positions);
     let [bridges, is_of_cutter] = bridges(&terrain, &surface, options, &mut aside);
+    let normals = rounded(&surface, &is_of_cutter, normals);
+    let surface = surface.with_normals(normals);
     let mut rest = part.without_faces(machined);
     rest.add(&own_rest);
     Ok(Reached { surface, pieces, aside, bridges, is_of_cutter, rest })
+}
+
+/// These normals at the vertices of a surface, but means of those of the faces around along edges of the part where it turns
+/// away: the needle finds either face there, and passes along the edge would swing from one to the other.
+fn rounded(surface: &Surface, is_of_cutter: &[bool], mut normals: Vec<DVec3>) -> Vec<DVec3> {
+    // Of the edges at every vertex the sharpest.
+    let mut turns = vec![0.0f64; normals.len()];
+    let mut is_known = vec![true; normals.len()];
+    for (face, is_of_cutter) in surface.connectivity().faces().iter().zip(is_of_cutter) {
+        for (a, b) in [(0, 1), (1, 2), (2, 0)].map(|(a, b)| (face[a].index(), face[b].index())) {
+            is_known[a] &= is_of_cutter;
+            let turn = normals[b] - normals[a];
+            let way = surface.positions()[b] - surface.positions()[a];
+            if turn.dot(way) > 0.0 {
+                turns[a] = turns[a].max(turn.length());
+                turns[b] = turns[b].max(turn.length());
+            }
+        }
+    }
+    for (v, normal) in normals.iter_mut().enumerate() {
+        if EDGE.contains(&turns[v]) && !is_known[v] {
+            *normal = surface.vertex_normals()[v];
+        }
+    }
+    normals
 }
 
 /// The faces over which the cutter bridges the part, a corner or the middle is above it; and those of which all corners

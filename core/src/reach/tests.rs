@@ -1,5 +1,6 @@
 use super::*;
 use crate::geometry::DVec2;
+use crate::geometry::math::{cos, sin};
 use crate::mesh::FaceId;
 use crate::surface::AnalyticSurface;
 use crate::tool::Tool;
@@ -39,6 +40,16 @@ fn pocket() -> Part {
     let mut faces: Vec<[u32; 3]> =
         [(0, 4), (4, 8), (8, 12)].into_iter().flat_map(|(a, b)| band(a, b)).collect();
     faces.extend([[12, 13, 14], [12, 14, 15], [0, 2, 1], [0, 3, 2]]);
+    Part { positions, faces }
+}
+
+/// Two slopes that fall at this angle, degrees, from an edge along Y, which is turned by a little.
+fn ridge(slope: f64) -> Part {
+    let slope = slope.to_radians();
+    let at =
+        |x: f64, y: f64| DVec3::new(x + 0.1 * y, y - 0.1 * x, -x.abs() * sin(slope) / cos(slope));
+    let positions = [-8.0, 0.0, 8.0].map(|x| [at(x, -8.0), at(x, 8.0)]).concat();
+    let faces = vec![[0, 2, 3], [0, 3, 1], [2, 4, 5], [2, 5, 3]];
     Part { positions, faces }
 }
 
@@ -174,7 +185,6 @@ fn threads_change_nothing() {
 fn boxes() -> Part {
     let mut part = Part::default();
     let mut add = |middle: DVec2, half: DVec3, turn: f64| {
-        use crate::geometry::math::{cos, sin};
         let along = DVec2::new(cos(turn), sin(turn));
         let corner = |k: u32| {
             let sign = |bit: u32| if k >> bit & 1 == 1 { 1.0 } else { -1.0 };
@@ -338,4 +348,17 @@ fn outlines(surface: &Surface) -> Vec<Vec<DVec3>> {
 fn length(outline: &[DVec3]) -> f64 {
     let next = outline.iter().cycle().skip(1);
     outline.iter().zip(next).map(|(a, b)| a.distance(*b)).sum()
+}
+
+/// Along the edge of a ridge the normal is upright, whichever face the needle found there.
+#[test]
+fn normals_at_an_edge_lie_between_those_of_its_faces() {
+    for slope in [2.0, 5.0, 8.0] {
+        let part = ridge(slope);
+        let Reached { surface, .. } = reach(&part, &part, &options(3.0, 3.0)).unwrap();
+        let places = surface.positions().iter().zip(surface.vertex_normals());
+        let at_edge = places.filter(|(p, _)| p.y.abs() < 5.0 && (p.x - 0.1 * p.y).abs() < 1e-3);
+        let lean = at_edge.map(|(_, n)| n.truncate().length()).fold(0.0, f64::max);
+        assert!(lean < 0.5 * sin(f64::to_radians(slope)), "{slope}: {lean}");
+    }
 }

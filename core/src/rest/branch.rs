@@ -9,9 +9,14 @@ use crate::geometry::{DVec2, OrderBy};
 use crate::link::{DeliverError, Delivered, Deliverer, OnSurface};
 use crate::toolpath::{MoveKind, PathPoint};
 use core::ops::Range;
+use std::collections::BTreeSet;
 
-/// How far beside the highest sample, and how far ahead and behind, side steps, others belong to its branch.
+/// How far beside the line through the highest sample, and how far from one another along it, side steps, others belong to
+/// its branch.
 const GROUP: [f64; 2] = [0.25, 1.5];
+/// Greatest length of a branch to either side of the highest sample, side steps. Smaller: long ridges get several
+/// branches, each with a way out and back.
+const LONGEST: f64 = 96.0;
 /// How far a branch continues ahead of the last sample, side steps: the edge of the strip trails behind.
 const AHEAD: f64 = 0.05;
 /// How far inside the boundary branches along it run, side steps.
@@ -136,15 +141,32 @@ impl Rest<'_> {
             (way.dot(heading), way.perp_dot(heading).abs())
         };
         let [beside, ahead] = GROUP;
-        let is_aimed = |i: &usize| {
-            let (along, across) = along(*i);
-            *i == worst || (along.abs() <= ahead && across <= beside)
+        let mut aimed = BTreeSet::from([worst]);
+        // How far the samples continue forward or backward, none missing.
+        let mut end = |sign: f64| {
+            let mut far = 0.0;
+            loop {
+                let at = origin + heading * (sign * far / steps);
+                let radius = (ahead * ahead + beside * beside).sqrt() / steps;
+                let mut next = far;
+                for i in high.within_flat(at, radius, worst) {
+                    let (along, across) = along(i);
+                    if across <= beside && (sign * along - far).abs() <= ahead {
+                        // What lies farther on gets a branch of its own if this one is in vain there.
+                        if far == 0.0 {
+                            aimed.insert(i);
+                        }
+                        next = next.max(sign * along);
+                    }
+                }
+                if next == far || next >= LONGEST {
+                    return sign * next;
+                }
+                far = next;
+            }
         };
-        let near =
-            high.within_flat(origin, (ahead * ahead + beside * beside).sqrt() / steps, worst);
-        let aimed: Vec<usize> = near.into_iter().filter(is_aimed).collect();
-        let group = aimed.iter().map(|&i| along(i).0).filter(|along| along.abs() <= ahead);
-        let (rear, front) = group.fold((0.0f64, 0.0f64), |(r, f), a| (r.min(a), f.max(a)));
+        let (front, rear) = (end(1.0), end(-1.0));
+        let aimed = aimed.into_iter().collect();
         let at = |along: f64| origin + heading * (along / steps);
         let (end, is_at_boundary) = self.within(origin, at(front + AHEAD));
         let overrun = if is_at_boundary { self.options.lag } else { 0.0 };

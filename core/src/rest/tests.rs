@@ -141,6 +141,7 @@ fn done(flat: &[FlatPoint], pass: PassOptions, check: CheckMesh, options: RestOp
         highest_raise: RADIUS,
         entry_radius: 0.0,
         threads: 2,
+        slow_below: 1.0,
         air_feed: 20.0,
         rapid_feed: 100.0,
     };
@@ -175,6 +176,9 @@ fn what_a_ball_leaves_is_gone_over() {
     assert!(in_gap.added().iter().any(between(0.0, 1.0)));
     assert!(in_gap.added().iter().all(|at| gap.contains(&at.y) || between(0.0, 1.0)(at)));
     assert_eq!(in_gap.highest, 0.0);
+    // Along the gap at a stretch, not by a branch for every few side steps.
+    let is_long = |w: &[DVec2]| w.iter().all(between(0.0, 1.0)) && (w[1].x - w[0].x).abs() > 8.0;
+    assert!(in_gap.added().windows(2).any(is_long));
     let short: Vec<f64> = all.iter().copied().filter(|y| *y < 4.0).collect();
     let beside = of(&short, &|_| HALF);
     assert!(beside.added().iter().any(|at| at.y > 4.0));
