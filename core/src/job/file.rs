@@ -701,7 +701,9 @@ pub struct MachineTable {
     /// Acceleration of the rotary axes.
     #[schemars(extend("x-unit" = "deg/s²", "x-default" = "not asked", "minimum" = 0.01, "maximum" = 1e7))]
     pub max_rotary_acceleration: Option<f64>,
-    /// Height above part and stock, and above what is avoided with its distance, at which rapids run.
+    /// Height above part and stock, and above what is avoided with its distance, at which rapids run. Retracts, and approaches
+    /// down to a fifth of it above the stock, run at `max_feed`; with `[stock]` approaches run at `trochoid.return_feed` all
+    /// the way.
     #[schemars(extend("x-unit" = "mm", "x-default" = "10 mm", "exclusiveMinimum" = 0.0, "maximum" = 1e4))]
     pub clearance: Option<f64>,
     /// Work offset that the program calls.

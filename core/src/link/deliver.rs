@@ -51,7 +51,8 @@ pub struct DeliverOptions {
     pub entry_radius: f64,
     /// Number of threads; the path does not depend on it.
     pub threads: usize,
-    /// Distance from the part, mm, from which on approaches are slow: clear of stock.
+    /// Distance from the part, mm, from which on approaches are slow: clear of stock; infinite where stock may stand
+    /// anywhere.
     pub slow_below: f64,
     /// Feed of approaches nearer to the part than that, mm/s.
     pub air_feed: f64,
@@ -297,6 +298,9 @@ impl Run<'_> {
         let above = options.above(tip, l.axis);
         rapid(&mut out.toolpath.points, options, self.source(l), above, l.axis);
         out.places.resize(out.toolpath.points.len(), None);
+        if options.slow_below == f64::INFINITY {
+            return;
+        }
         let tool = options.pass.tool;
         let at = Standing { tool, tip, axis: l.axis, reach: f64::INFINITY };
         let height = self.obstacles.raise(at, options.slow_below);
@@ -569,18 +573,19 @@ mod tests {
 
     /// The same pass, entered and left on arcs.
     fn delivered_on_arcs(spans: &[[f64; 2]], entry_radius: f64) -> Delivered {
-        delivered_with(spans, |_| 0.0, entry_radius)
+        delivered_with(spans, |_| 0.0, entry_radius, 1.0)
     }
 
     /// The same pass, lifted over places of it.
     fn delivered_lifted(spans: &[[f64; 2]], raise: impl Fn(u32) -> f64) -> Delivered {
-        delivered_with(spans, raise, 0.0)
+        delivered_with(spans, raise, 0.0, 1.0)
     }
 
     fn delivered_with(
         spans: &[[f64; 2]],
         raise: impl Fn(u32) -> f64,
         entry_radius: f64,
+        slow_below: f64,
     ) -> Delivered {
         let located: Vec<Located> = (0..=30)
             .map(|i| {
@@ -625,7 +630,7 @@ mod tests {
             highest_raise: 3.0,
             entry_radius,
             threads: 1,
-            slow_below: 1.0,
+            slow_below,
             air_feed: 20.0,
             rapid_feed: 100.0,
         };
@@ -680,6 +685,10 @@ mod tests {
         assert!(points[1].tip.distance(DVec3::new(0.0, 0.0, height)) < 1e-5);
         let feeds: Vec<f64> = points.iter().map(|p| p.feed).collect();
         assert_eq!((&feeds[..4], feeds.last()), (&[100.0, 100.0, 20.0, 10.0][..], Some(&100.0)));
+        // All the way down where stock may stand beside the part.
+        let points = delivered_with(&[[-9.0, -3.5]], |_| 0.0, 0.0, f64::INFINITY).toolpath.points;
+        let feeds: Vec<f64> = points.iter().map(|p| p.feed).collect();
+        assert_eq!((&feeds[..3], feeds.last()), (&[100.0, 20.0, 10.0][..], Some(&100.0)));
     }
 
     #[test]

@@ -288,7 +288,13 @@ fn refuse_inaccessible(job: &Job, lifted: &[LiftedSpan]) -> Result<(), PlanError
     }
 }
 
-pub fn deliver_options(job: &Job, rapid_plane: f64, stock: f64, threads: usize) -> DeliverOptions {
+/// `stock`: height of the material over the surface, mm; `None` where it is given and may stand higher beside that.
+pub fn deliver_options(
+    job: &Job,
+    rapid_plane: f64,
+    stock: Option<f64>,
+    threads: usize,
+) -> DeliverOptions {
     DeliverOptions {
         pass: PassOptions {
             tool: job.tool,
@@ -303,7 +309,7 @@ pub fn deliver_options(job: &Job, rapid_plane: f64, stock: f64, threads: usize) 
         threads,
         highest_raise: job.tool.radius().max(2.0 * job.cut.axial_depth),
         entry_radius: job.path.entry_radius,
-        slow_below: stock + SLOW * job.machine.clearance,
+        slow_below: stock.map_or(f64::INFINITY, |stock| stock + SLOW * job.machine.clearance),
         air_feed: job.trochoid.return_feed.min(job.machine.max_feed),
         rapid_feed: job.machine.max_feed,
     }

@@ -153,7 +153,8 @@ impl<'a> Ground<'a> {
         }
         let walls = walls(job, prepared);
         let plane = rapid_plane(&prepared.design, &walls, job, stock.top);
-        let mut options = deliver_options(job, plane, stock.top, threads);
+        let over = prepared.design.stock.is_none().then_some(stock.top);
+        let mut options = deliver_options(job, plane, over, threads);
         if prepared.aside.is_some() {
             options.pass.tolerance *= ON_REACHED;
         }

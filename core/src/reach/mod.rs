@@ -56,7 +56,7 @@ const BRIDGE: f64 = 4.0;
 const ABOVE: f64 = 0.1;
 
 /// Distances between the unit normals at the ends of a side (1 to 17 degrees) that lies across an edge which passes round
-/// off. Sharper ones keep the normals that were found: at rims of walls the mean is as wrong as either.
+/// off. Sharper ones keep the normals that were found: beside rims of walls means of these left places above the limit.
 const EDGE: Range<f64> = 0.02..0.3;
 
 /// What of a part is machined in one setup.
